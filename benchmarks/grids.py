@@ -22,7 +22,7 @@ LOAD = (30.0, -20.0, -100.0, 1.0, 2.0, -3.0)
 
 @dataclass(frozen=True)
 class Workspace:
-    """A box of coordinates, of the platform or of the drives, and what its angles mean."""
+    """A box of coordinates, of the platform or of the actuators, and what its angles mean."""
 
     box: Mapping[str, tuple[float, float]]
     orientation: str | None = None

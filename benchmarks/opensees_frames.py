@@ -3,7 +3,7 @@
 The geometry comes from a pose that is assembled already, as plain numbers, before any clock runs: closing the loops is no part of
 the yardstick. What OpenSees then does for a pose is ``wipe``, nodes, rigid links, one ``zeroLength`` element a joint, beams with
 their own weights as ``beamUniform``, and linear analysis. Nothing is there that a fast model can do without: what is rigidly
-joined is one piece with as few nodes as it has points, locked drives are no elements, hinges that cross in a point are one
+joined is one piece with as few nodes as it has points, locked actuators are no elements, hinges that cross in a point are one
 joint, joints hold by one penalty and are stiff only where they block.
 """
 

@@ -1,10 +1,10 @@
-"""Inverse dynamics of a closed-loop robot with Pinocchio: what the drives of the 3PRS must hold while its platform circles.
+"""Inverse dynamics of a closed-loop robot with Pinocchio: what the actuators of the 3PRS must hold while its platform circles.
 
     python examples/dynamics_with_pinocchio.py [PICTURE]
 
 `kinetostatics` closes the loops and gives the model that weighs what the robot weighs; Pinocchio's recursive Newton–Euler
-algorithm gives the generalized forces of the tree, its loop constraints share them between drives and loops. At rest that is the
-gravity feedforward that `kinetostatics` finds by itself; in motion the inertia of platform and rods comes on top.
+algorithm gives the generalized forces of the tree, its loop constraints share them between actuators and loops. At rest that is
+the gravity feedforward that `kinetostatics` finds by itself; in motion the inertia of platform and rods comes on top.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ import kinetostatics as ks
 
 @dataclass(frozen=True)
 class Motion:
-    """Forces of the drives along a motion.
+    """Forces of the actuators along a motion.
 
     Attributes:
         time: (N,) [s].
-        drives: their names.
-        forces: (N, drives) what they must hold in motion [N or N·m].
-        holding: (N, drives) what they must hold at rest in the same poses [N or N·m].
+        actuators: their names.
+        forces: (N, actuators) what they must hold in motion [N or N·m].
+        holding: (N, actuators) what they must hold at rest in the same poses [N or N·m].
         power: (N,) what they put into the robot [W].
         energy: (N,) kinetic and potential energy of the robot [J].
     """
 
     time: np.ndarray
-    drives: tuple[str, ...]
+    actuators: tuple[str, ...]
     forces: np.ndarray
     holding: np.ndarray
     power: np.ndarray
@@ -40,17 +40,17 @@ class Motion:
 
 
 def inverse_dynamics(pose: ks.Configuration, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Return the drives' forces (drives,) [N or N·m] at one pose with joint velocities v and accelerations a (nv,)."""
+    """Return the actuators' forces (actuators,) [N or N·m] at one pose with joint velocities v and accelerations a (nv,)."""
     robot, model, data = pose.robot, pose.model, pose.data
     rows = []
     for constraint in robot.constraint_models():
         its = constraint.createData()
         constraint.calc(model, data, its)
         rows.append(pin.getConstraintJacobian(model, data, constraint, its))
-    drives = [model.joints[model.getJointId(name)].idx_v for name in robot.description.driven]
+    actuators = [model.joints[model.getJointId(name)].idx_v for name in robot.description.driven]
     whole = pin.rnea(model, model.createData(), pose.q, v, a)
-    unknowns = np.hstack([np.eye(model.nv)[:, drives], np.concatenate(rows).T])
-    return np.linalg.lstsq(unknowns, whole, rcond=1e-10)[0][: len(drives)]
+    unknowns = np.hstack([np.eye(model.nv)[:, actuators], np.concatenate(rows).T])
+    return np.linalg.lstsq(unknowns, whole, rcond=1e-10)[0][: len(actuators)]
 
 
 def circle(period: float = 1.0, tilt: float = np.radians(8), count: int = 60, name: str = "3prs") -> Motion:
@@ -69,7 +69,7 @@ def circle(period: float = 1.0, tilt: float = np.radians(8), count: int = 60, na
     height = float(robot.assemble().platform["z"])
     path = robot.assemble(platform={"z": height, "rx": tilt * np.cos(angle), "ry": tilt * np.sin(angle)})
     holding = ks.analyze(path).actuator_forces
-    drives = robot.description.driven
+    actuators = robot.description.driven
     forces, power, energy = [], [], []
     for before, here, after in path.q:
         pose = robot.configuration(here)
@@ -77,13 +77,13 @@ def circle(period: float = 1.0, tilt: float = np.radians(8), count: int = 60, na
         v = pin.difference(model, before, after) / (2 * step)
         a = (pin.difference(model, here, after) - pin.difference(model, before, here)) / step**2
         found = inverse_dynamics(pose, v, a)
-        columns = [model.joints[model.getJointId(drive)].idx_v for drive in drives]
+        columns = [model.joints[model.getJointId(actuator)].idx_v for actuator in actuators]
         data = model.createData()
         forces.append(found)
         power.append(found @ v[columns])
         energy.append(pin.computeKineticEnergy(model, data, here, v) + pin.computePotentialEnergy(model, data, here))
-    at_rest = np.stack([holding[drive][:, 1] for drive in drives], axis=1)
-    return Motion(time, drives, np.array(forces), at_rest, np.array(power), np.array(energy))
+    at_rest = np.stack([holding[actuator][:, 1] for actuator in actuators], axis=1)
+    return Motion(time, actuators, np.array(forces), at_rest, np.array(power), np.array(energy))
 
 
 def draw(motion: Motion, path: str) -> None:
@@ -94,10 +94,12 @@ def draw(motion: Motion, path: str) -> None:
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(figsize=(7, 3.6), layout="constrained")
-    for number, drive in enumerate(motion.drives):
-        (line,) = axes.plot(motion.time, motion.forces[:, number], label=drive)
+    for number, actuator in enumerate(motion.actuators):
+        (line,) = axes.plot(motion.time, motion.forces[:, number], label=actuator)
         axes.plot(motion.time, motion.holding[:, number], "--", color=line.get_color())
-    axes.set(xlabel="time [s]", ylabel="force of the drive [N]", title="3PRS, platform circling: in motion, and at rest (dashed)")
+    axes.set(
+        xlabel="time [s]", ylabel="force of the actuator [N]", title="3PRS, platform circling: in motion, and at rest (dashed)"
+    )
     figure.legend(loc="outside right upper")
     axes.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
@@ -107,8 +109,8 @@ def main() -> None:
     """Print the largest forces, and draw them if a picture is asked for."""
     motion = circle()
     print("largest force [N]    in motion    at rest")
-    for number, drive in enumerate(motion.drives):
-        print(f"{drive:18} {np.abs(motion.forces[:, number]).max():11.1f} {np.abs(motion.holding[:, number]).max():10.1f}")
+    for number, actuator in enumerate(motion.actuators):
+        print(f"{actuator:18} {np.abs(motion.forces[:, number]).max():11.1f} {np.abs(motion.holding[:, number]).max():10.1f}")
     if len(sys.argv) > 1:
         draw(motion, sys.argv[1])
 

@@ -1,4 +1,4 @@
-"""How far a UR10 sags along a path, what its drives must hold, and how to command it so that the tool goes where it should.
+"""How far a UR10 sags along a path, what its actuators must hold, and how to command it so that the tool goes where it should.
 
     python examples/elastic_arm.py
 

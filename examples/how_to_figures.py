@@ -33,7 +33,7 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
 
 
 def draw_feedforward(path: Path) -> None:
-    """Draw the drives' forces round the cone."""
+    """Draw the actuators' forces round the cone."""
     ks.plot.save(ks.plot.compensation(page_names("feedforward")["found"], "force"), path, dpi=200)
 
 

@@ -1,4 +1,4 @@
-"""Draw kinematic sketches: joints as the field draws them, links as lines, the base hatched, drives in red.
+"""Draw kinematic sketches: joints as the field draws them, links as lines, the base hatched, actuators in red.
 
 python examples/kinematic_sketches.py delta my_robot.urdf     # delta.svg and my_robot.svg in this folder
 python examples/kinematic_sketches.py --docs                  # those of the gallery
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 DOCS = Path(__file__).resolve().parents[1] / "docs" / "pictures" / "sketches"
 #: Where one looks from: turned about Z, then tilted down [rad].
 TURNED, TILTED = np.radians(-52), np.radians(24)
-INK, DRIVE, PLATFORM, BASE = "#26323f", "#c62828", "#2a9d8f", "#8a94a0"
+INK, ACTUATOR, PLATFORM, BASE = "#26323f", "#c62828", "#2a9d8f", "#8a94a0"
 
 
 @dataclass
@@ -145,7 +145,7 @@ def draw(robot: ks.Robot, ax: Axes) -> None:
 
 def _draw_symbol(ax: Axes, symbol: Symbol, size: float, on_base: Collection[str]) -> None:
     x, y = seen(symbol.point)
-    colour = DRIVE if symbol.driven else INK
+    colour = ACTUATOR if symbol.driven else INK
     along = seen(symbol.axis)
     angle = float(np.arctan2(along[1], along[0]))
     if on_base:  # a hatched foot below

@@ -95,7 +95,7 @@ def page() -> str:
         "",
         "`result.paper_forces` has its f_i1, f_i2 and f_ia by name. f_ia of Eq. (17) is the axial force at the base "
         "end of the rod: of a "
-        "PRU limb that is not what the drive holds.",
+        "PRU limb that is not what the actuator holds.",
         "",
         "## The equations in numbers",
         "",

@@ -86,8 +86,8 @@ def sweep(robot: str, z: np.ndarray, angles: np.ndarray, tilted: bool = False) -
 def with_rod_forces(ds: xr.Dataset) -> xr.Dataset:
     """Return the 2PRU-UPR's map with the paper's f_ia, Eq. (17): the axial force at the rod's base end.
 
-    For a PRU limb that is not the force of its drive, which stands on the rail. The force along the rod is the intensity of the
-    first constraint wrench, and the rod's weight adds to it towards the base.
+    For a PRU limb that is not the force of its actuator, which stands on the rail. The force along the rod is the intensity of
+    the first constraint wrench, and the rod's weight adds to it towards the base.
     """
     z, a, b = ds["z"], ds["rx"], ds["ry"]
     # how high A_i is above B_i: all that counts of a rod's direction
@@ -234,7 +234,7 @@ def caption(number: int) -> str:
         rods = float(ds["rod_base_force"].max())
         return (
             f"*The paper's Fig 13: f_ia of the 2PRU-UPR, the axial forces at the rods' base ends, at most {rods:.1f} N. Those of "
-            f"rods 1 and 2 are not the forces of the drives on the rails, which hold at most {rails:.1f} N.*"
+            f"rods 1 and 2 are not the forces of the actuators on the rails, which hold at most {rails:.1f} N.*"
         )
     ds = map_of_figures()
     inside = ks.indices.valid(ds)
@@ -263,9 +263,9 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
     steps = 9 if coarse else 33
     rps = map_of_figures(steps)
     pru = sweep("2pru_upr", np.linspace(0.3, 0.6, 4), np.linspace(-10, 10, (steps + 1) // 2 + 4))
-    drives = [f"actuator_force:prismatic_{k}" for k in (1, 2, 3)]
+    actuators = [f"actuator_force:prismatic_{k}" for k in (1, 2, 3)]
     rods = [f"rod_base_force:f_{k}a" for k in (1, 2, 3)]
-    for number, ds, quantities in ((6, rps, twist), (7, rps, drives), (12, pru, twist), (13, pru, rods)):
+    for number, ds, quantities in ((6, rps, twist), (7, rps, actuators), (12, pru, twist), (13, pru, rods)):
         down = len(quantities) // 3
         with plt.rc_context(ks.plot.STYLE):
             figure, panels = plt.subplots(
@@ -282,7 +282,7 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
     yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", z=0.65)
     tilts = sweep("3rps", np.array([0.65]), np.linspace(0, 50, 11 if coarse else 26), tilted=True)
     yield "round_3rps", ks.plot.slice(tilts, "linear_sag", x="azimuth", y="tilt", z=0.65)
-    yield "lines_3rps", ks.plot.line(rps, drives, x="rx", at={"z": 0.65, "ry": np.radians(20)})
+    yield "lines_3rps", ks.plot.line(rps, actuators, x="rx", at={"z": 0.65, "ry": np.radians(20)})
     way = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(np.linspace(0, 40, 21))}  # configuration 2 is at 10°
     ways = ks.sweep("3rps", way, orientation="tilt_torsion", gravity=(0, 0, -9.8), ways=True, progress=False)
     parts = [f"gravity_way:{name}:z" for name in ("platform_weight", "attached", "deformation")]

@@ -85,7 +85,7 @@ def ours(robot: str, number: int) -> dict[str, list[float]]:
         "twist": [float(value) for value in result.twist],
         "f1": [abs(float(limb.intensities[0])) for limb in limbs],
         "f2": [abs(float(limb.intensities[1])) for limb in limbs],
-        # the paper's f_ia is the axial force at the rod's base end, which for a PRU limb is not the drive's
+        # the paper's f_ia is the axial force at the rod's base end, which for a PRU limb is not the actuator's
         "fa": [abs(float(result.beams[f"rod_{k}"].section_wrenches[0, 0])) for k in (1, 2, 3)],
     }
 

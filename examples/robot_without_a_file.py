@@ -71,7 +71,7 @@ def main(path: str | None = None) -> None:
     """Print what the camera and thicker legs change, and the whole result of the last tripod."""
     variants = {"bare": tripod(), "with a camera": with_camera(tripod())}
     variants["on thicker legs"] = with_legs(variants["with a camera"], diameter=0.05)
-    print("                  table sags  and tilts     drives push")
+    print("                  table sags  and tilts     actuators push")
     for name, description in variants.items():
         result = ks.analyze(ks.Robot(description).assemble())
         forces = ", ".join(f"{float(force):6.1f}" for force in result.actuator_forces.values())

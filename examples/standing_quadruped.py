@@ -4,7 +4,7 @@
 
 The quadruped is the file of ``example-robot-data``, included unedited by ``robots/anymal_standing.urdf.xacro``: the trunk is the
 platform, each foot a ball joint on the ground; see ``docs/how_to/plain_urdf.md``.
-Twelve locked drives hold six freedoms, so
+Twelve locked actuators hold six freedoms, so
 only elasticity decides who carries what. The feet push outwards too: ground and friction hold them there.
 """
 
@@ -20,7 +20,7 @@ FILE = Path(__file__).resolve().parent.parent / "robots" / "anymal_standing.urdf
 FEET = ("LF", "RF", "LH", "RH")  # left and right, fore and hind
 HEIGHT = 0.48  # of the trunk's hip axes above ground [m]
 
-SPRINGS = 300.0  # N·m/rad in every drive, of our own: series elastic drives are about as soft
+SPRINGS = 300.0  # N·m/rad in every actuator, of our own: series elastic actuators are about as soft
 STANDING = ks.load_robot(FILE)
 
 
@@ -60,8 +60,8 @@ def print_feet(result: ks.Result) -> None:
     x, y, z, rx, ry, _ = scale * result.twist
     moved = f"{-z:.1f} {unit}m down, {x:+.1f} {unit}m forwards, {y:+.1f} {unit}m to the left"
     print(f"   trunk: {moved}, tilted by {np.hypot(rx, ry):.1f} {unit}rad")
-    drive, torque = max(result.actuator_forces.items(), key=lambda item: abs(float(item[1])))
-    print(f"   hardest drive: {drive}, {float(torque):+.1f} N·m\n")
+    actuator, torque = max(result.actuator_forces.items(), key=lambda item: abs(float(item[1])))
+    print(f"   hardest actuator: {actuator}, {float(torque):+.1f} N·m\n")
 
 
 def main() -> None:
@@ -71,7 +71,7 @@ def main() -> None:
     print(f"ANYmal, {mass:.2f} kg, on four feet, trunk {1e3 * HEIGHT:.0f} mm above the ground\n")
     print_feet(result)
 
-    print(f"The same with springs of {SPRINGS:g} N·m/rad in all twelve drives, as series elastic drives have them")
+    print(f"The same with springs of {SPRINGS:g} N·m/rad in all twelve actuators, as series elastic actuators have them")
     print_feet(ks.analyze(stand(ks.load_robot(FILE, {"drive_stiffness": SPRINGS}))))
 
     print("The trunk shifts forwards over feet that stay where they are")

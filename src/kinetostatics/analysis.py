@@ -76,7 +76,7 @@ def analyze(
 
     Raises:
         ArgumentError: a shape or value makes no sense.
-        SingularPoseError: with the drives locked the platform can still move; the message says how.
+        SingularPoseError: with the actuators locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
 
@@ -239,17 +239,18 @@ def _complain(robot: Robot, solution: Solution) -> None:
     for p in np.flatnonzero(solution.singular):
         free = free_twists(robot, solution, int(p))
         words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
-        mobility, drives = robot.mobility.platform, len(robot.description.driven)
-        if not drives:
+        mobility, actuators = robot.mobility.platform, len(robot.description.driven)
+        if not actuators:
             joint = next((item.name for item in robot.description.joints.values() if JOINT_TYPES[item.type].is_single), "…")
             what_to_write = f'<transmission name="drive_1"><joint name="{joint}"/></transmission>'
             raise SingularPoseError(
-                f"{robot.name!r} has no drives, so that its platform can move: {words}; name the driven joints, {mobility} for a "
-                f"mobility of {mobility}: {what_to_write}",
+                f"{robot.name!r} has no actuators, so that its platform can move: {words}; name the driven joints, {mobility} "
+                f"for a mobility of {mobility}: {what_to_write}",
                 free,
             )
-        why = f"the robot has only {drives} drives for a mobility of {mobility}" if drives < mobility else "the pose is singular"
-        raise SingularPoseError(f"with the drives locked the platform of {robot.name!r} can still move: {words} ({why})", free)
+        few = f"the robot has only {actuators} actuators for a mobility of {mobility}"
+        why = few if actuators < mobility else "the pose is singular"
+        raise SingularPoseError(f"with the actuators locked the platform of {robot.name!r} can still move: {words} ({why})", free)
 
 
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:

@@ -56,7 +56,7 @@ def tolerances(
 
     Raises:
         ArgumentError: not a single pose, or an amount that is not a positive number.
-        SingularPoseError: with the drives locked the platform can still move.
+        SingularPoseError: with the actuators locked the platform can still move.
 
     Example:
         The error that locks the largest force into an overconstrained robot:
@@ -118,8 +118,8 @@ def tolerances(
                 "" if no_force[row] or not forces[row, worst] else names[worst],
                 0.0 if no_force[row] else float(moments[row].max()),
                 {
-                    drive: 0.0 if no_force[row] else float(parts["misfit"][row])
-                    for drive, parts in result.actuator_contributions.items()
+                    actuator: 0.0 if no_force[row] else float(parts["misfit"][row])
+                    for actuator, parts in result.actuator_contributions.items()
                 },
             )
         )

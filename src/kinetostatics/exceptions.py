@@ -46,7 +46,7 @@ class RobotFileError(KinetostaticsError):
 
 
 class UnknownNameError(KinetostaticsError, KeyError):
-    """There is nothing of that name: no limb, joint, beam, drive or contribution; the message lists the names there are.
+    """There is nothing of that name: no limb, joint, beam, actuator or contribution; the message lists the names there are.
 
     Attributes:
         name: what was asked for.
@@ -101,7 +101,7 @@ class StaticsError(KinetostaticsError):
 
 
 class SingularPoseError(StaticsError):
-    """With the drives locked the platform can still move.
+    """With the actuators locked the platform can still move.
 
     Attributes:
         free_twists: (6, k) array, the free twists at o in world axes [m, rad].

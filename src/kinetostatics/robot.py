@@ -53,7 +53,7 @@ def load_robot(
         ArgumentError: the file has no such link.
 
     Examples:
-        A plain URDF, whose links are all rigid; :func:`kinetostatics.extend_robot` makes links and drives elastic.
+        A plain URDF, whose links are all rigid; :func:`kinetostatics.extend_robot` makes links and actuators elastic.
 
         >>> import kinetostatics as ks
         >>> from kinetostatics.files.bundled import package_folder

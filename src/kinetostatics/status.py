@@ -28,7 +28,7 @@ class Status(enum.IntEnum):
     LIMIT_EXCEEDED = 1
     #: The loops do not close at these coordinates; all numbers are NaN.
     UNREACHABLE = 2
-    #: With the drives locked the platform can still move, a limb cannot hold its own weight, or a telescopic beam is pushed
+    #: With the actuators locked the platform can still move, a limb cannot hold its own weight, or a telescopic beam is pushed
     #: together beyond its start; all numbers are NaN.
     SINGULAR = 3
     #: Rigid limbs overconstrain one another, or a rigid ring itself: the twist is valid, undetermined forces are NaN.
@@ -98,7 +98,7 @@ FACTS: Mapping[str, Fact] = {
 STATUS_WORDS: Mapping[Status, str] = {
     Status.OK: "the loops close, all joints are within their limits",
     Status.UNREACHABLE: "the loops do not close at these coordinates: there are no numbers",
-    Status.SINGULAR: "with the drives locked the platform or a limb can still move: there are no numbers",
+    Status.SINGULAR: "with the actuators locked the platform or a limb can still move: there are no numbers",
 }
 
 

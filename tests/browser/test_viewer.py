@@ -359,9 +359,9 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
         page.evaluate("viewer.set_property(['Rest'], 'visible', false)")
         drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
         moved = 1e3 * float(drives["prismatic_1"]) + 20
-        move(page, "drive: prismatic_1 [mm]", moved)
+        move(page, "actuator: prismatic_1 [mm]", moved)
         page.wait_for_function("robot_page.answers >= 1")
-        drives["prismatic_1"] = value_of(page, "drive: prismatic_1 [mm]") / 1e3
+        drives["prismatic_1"] = value_of(page, "actuator: prismatic_1 [mm]") / 1e3
         pose = robot.assemble(actuators=drives)
         expected = ks.analyze(pose, load=LOAD)
         np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist, rtol=1e-4, atol=1e-10)

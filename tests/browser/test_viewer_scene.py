@@ -612,7 +612,7 @@ def test_live_stops_at_the_rim_of_reach_and_keeps_the_last_pose_after_what_makes
     answer = live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
     assert "cannot reach" in answer["rim"] and "meshes" not in answer
     rim = float(live.configuration.platform["z"])
-    assert rim > 0.65  # drives may go on from there, the platform not
+    assert rim > 0.65  # actuators may go on from there, the platform not
     with pytest.raises(ks.AssemblyError):
         robot.assemble(platform={"z": rim + 2e-3, "rx": 0.0, "ry": 0.0}, near=live.configuration)
     assert {item["coordinate"]: item["value"] for item in answer["live"]["controls"]}["z"] == pytest.approx(1e3 * rim)
@@ -672,7 +672,7 @@ def test_show_in_a_notebook_returns_what_the_notebook_displays(monkeypatch):
 
 
 def test_a_joint_that_follows_a_drive_has_no_force_of_its_own():
-    """A tip that turns with its arm's drive: it is drawn as driven, and the drive's arrow and card stand for both."""
+    """A tip that turns with its arm's actuator: it is drawn as driven, and the actuator's arrow and card stand for both."""
     turned = '<child link="tip"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>'
     joints = (
         '<joint name="arm_turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>'

@@ -52,7 +52,7 @@ def test_lines_are_short_and_say_no_machine_words(name):
 # ---- what is warned of -------------------------------------------------------------------------------------------------
 
 #: What is said of most robots.
-RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+RIGID = "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
 #: All else that is warned of in the robots of the package: meant, and said in the files.
 MEANT = {
     "6rus": ["stubby"],  # cranks
@@ -88,9 +88,9 @@ ODDITIES = {
     "drive_out_of_reach": ["open by 400.0 mm at pivot", "has slide at -374.3 mm"],
     "beyond_limits": ["at the zero pose foot (0°) is beyond its limits"],
     "open_loops": ["cannot be closed", "limb_2 has nothing elastic"],
-    "soft_and_hard_joints": ["foot along x is 50 N/m", "the drive of foot is 20 N·m/rad", "along x is 1e+13 N/m"],
+    "soft_and_hard_joints": ["foot along x is 50 N/m", "the actuator of foot is 20 N·m/rad", "along x is 1e+13 N/m"],
     "no_drives": ["name the driven joints, 1 for a mobility of 1"],
-    "two_drives": ["2 drives for 1 freedom"],
+    "two_drives": ["2 actuators for 1 freedom"],
     "rigid_limbs": ["the limbs limb_1 and limb_2 have nothing elastic"],
     "followers": ["far from closed", "limb_2 has nothing elastic"],
     "braced_frame": ["limb_1 cannot hold its own weight", "limb_2 has nothing elastic"],

@@ -26,7 +26,7 @@ CONFIGURATION_2 = "--platform z=500mm azimuth=-170deg tilt=10deg --orientation t
 TWIST = [4.96878e-08, 5.26152e-08, -7.411e-08, 5.25908e-08, -2.22135e-08, 2.58967e-08]
 DRIVES = [385.4348, 364.7818, 367.832]
 
-#: A slider-crank whose drive at zero is out of reach of the rod, but whose loop closes elsewhere.
+#: A slider-crank whose actuator at zero is out of reach of the rod, but whose loop closes elsewhere.
 STRETCHED = """
 <robot name="stretched">
   <link name="base"/>
@@ -195,7 +195,7 @@ def test_check_json(capsys):
     code, out, err = run(capsys, "check", "2pru_upr", "--json")
     found = json.loads(out)
     assert code == 0
-    assert err == "kinetostatics: warning: bearings and drives count as rigid: the file gives no <joint_stiffness>\n"
+    assert err == "kinetostatics: warning: bearings and actuators count as rigid: the file gives no <joint_stiffness>\n"
     assert (found["mobility"]["platform"], found["mobility"]["redundant_constraints"]) == (3, 3)
 
 
@@ -221,7 +221,7 @@ def test_analyze_prints_the_paper(capsys):
     totals = [line.split()[-1] for line in out.splitlines() if line.startswith(("  x [nm]", "  y [nm]", "  z [nm]"))]
     assert totals[:3] != totals[3:]  # the twist, and behind it what gravity does, which is the same here, with more digits
     np.testing.assert_allclose([float(text) for text in totals[:3]], [1e9 * v for v in TWIST[:3]], atol=6e-4)
-    drives = out.partition("\nDrives")[2].partition("\n\n")[0]
+    drives = out.partition("\nActuators")[2].partition("\n\n")[0]
     forces = [line.split()[3] for line in drives.splitlines() if line.startswith("  prismatic_")]
     np.testing.assert_allclose([float(text) for text in forces], DRIVES, atol=6e-3)
 
@@ -254,9 +254,9 @@ def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
     path.write_text(STRETCHED)
     code, out, err = run(capsys, "analyze", path)
     assert code == 0, err
-    assert out.startswith("! the loops do not close with all drives at zero")
+    assert out.startswith("! the loops do not close with all actuators at zero")
     code, out, err = run(capsys, "analyze", path, "--json")
-    assert code == 0 and err.startswith("kinetostatics: warning: the loops do not close with all drives at zero")
+    assert code == 0 and err.startswith("kinetostatics: warning: the loops do not close with all actuators at zero")
     assert json.loads(out)["warnings"][0].startswith("the loops do not close")
     assert "cannot reach slide = 0" in fails(capsys, "analyze", path, "--actuators", "slide=0")
 
@@ -296,7 +296,7 @@ def test_orientation_changes_what_is_printed(capsys):
 
 
 def test_another_pose_may_begin_the_way(capsys):
-    """The same point of the tool, with the drives more than half a turn further."""
+    """The same point of the tool, with the actuators more than half a turn further."""
     robot = package_robots.robot("five_bar")
     arguments = ["analyze", "five_bar", "--platform", "x=0", "y=-300mm", "--json"]
     modes = []
@@ -374,7 +374,7 @@ def test_file_errors_name_the_line(capsys, tmp_path):
 def test_singular_poses_are_errors(capsys, tmp_path):
     path = tmp_path / "loose.urdf"
     path.write_text(STRETCHED.replace('<transmission name="drive"><joint name="slide"/></transmission>', ""))
-    assert "'stretched' has no drives, so that its platform can move: " in fails(capsys, "analyze", path)
+    assert "'stretched' has no actuators, so that its platform can move: " in fails(capsys, "analyze", path)
 
 
 # ---- as a program ----------------------------------------------------------------------------------------------------

@@ -177,7 +177,7 @@ def test_configuration_2_of_the_paper_as_printed():
         assert abs(float(cells[-2])) == pytest.approx(value, abs=6e-4)
     assert sum(line.split()[-3] == "attached" for line in limbs[1:]) == 3
     for k, expected in enumerate(DRIVES, 1):
-        cells = row(text, "Drives", f"prismatic_{k}")
+        cells = row(text, "Actuators", f"prismatic_{k}")
         assert float(cells[3]) == pytest.approx(expected, abs=6e-3)
         assert (cells[2], cells[4]) == ("mm", "N")
         assert float(row(text, "Beams", f"rod_{k}")[3]) == pytest.approx(-expected, abs=6e-3)
@@ -222,7 +222,7 @@ def test_couples_are_in_newton_metres():
 def test_turning_drives_and_loads():
     four_bar = small.robot_of(small.four_bar())
     text = result_report(ks.analyze(four_bar.assemble(actuators={"foot_1": 0.1}), load=[10, 0, 5, 0, 2, 0]))
-    name, position, _, unit, *_ = row(text, "Drives", "foot_1")
+    name, position, _, unit, *_ = row(text, "Actuators", "foot_1")
     assert (name, position, unit) == ("foot_1", "5.7296°", "N·m")
     assert "load at o    force (10.000, 0, 5.000) N, moment (0, 2.0000, 0) N·m" in part(text, "Pose")
 
@@ -247,7 +247,7 @@ def test_poses_without_numbers():
 def test_cantilever_without_joints():
     text = result_report(ks.analyze(small.robot_of(small.cantilever()).assemble(), load=[0, 0, -100, 0, 0, 0]))
     assert "actuators    none" in part(text, "Pose")
-    assert "Drives" not in text
+    assert "Actuators" not in text
     assert sum("constraint" in line for line in part(text, "Limbs")) == 6
 
 
@@ -367,7 +367,7 @@ def test_robot_report_of_the_3rps():
     found = summary(text)
     assert found["mobility"] == "3; z, rx, ry place the platform"
     assert found["redundant constraints"] == "0 (not overconstrained)"
-    assert found["drives"] == "3: prismatic_1, prismatic_2, prismatic_3"
+    assert found["actuators"] == "3: prismatic_1, prismatic_2, prismatic_3"
     assert found["mass"] == "120.99 kg at the zero pose, telescopic beams' masses follow the pose"
     assert found["file"].endswith("3rps.urdf.xacro")
     limbs = part(text, "Limbs")
@@ -382,7 +382,7 @@ def test_robot_report_of_the_3rps():
     beam = " ".join(part(text, "Beams")[1].split())
     assert beam == "rod_1, rod_2 and rod_3 circle ⌀100 mm 550.00 telescopic 200 76.923 7820 33.780"
     assert "mass    19.654 kg" in part(text, "On the platform")
-    assert part(text, "Warnings") == ["! bearings and drives count as rigid: the file gives no <joint_stiffness>"]
+    assert part(text, "Warnings") == ["! bearings and actuators count as rigid: the file gives no <joint_stiffness>"]
 
 
 def test_overconstraint_and_local_freedoms():
@@ -400,12 +400,12 @@ def test_overconstraint_and_local_freedoms():
 
 def test_too_few_and_too_many_drives():
     text = robot_report(small.robot_of(driven(small.four_bar(), lambda name: False)))
-    assert summary(text)["drives"] == "none"
+    assert summary(text)["actuators"] == "none"
     problems = " ".join(part(text, "Cannot be analysed"))
-    assert "'small' has no drives, so that its platform can move: a rotation" in problems
+    assert "'small' has no actuators, so that its platform can move: a rotation" in problems
     assert "name the driven joints, 1 for a mobility of 1: <transmission" in problems
     text = robot_report(small.robot_of(driven(small.four_bar(), lambda name: name.startswith("foot"))))
-    assert "2 drives for 1 freedom: the actuation is redundant" in " ".join(part(text, "Warnings"))
+    assert "2 actuators for 1 freedom: the actuation is redundant" in " ".join(part(text, "Warnings"))
 
 
 def test_rigid_limbs_and_stubby_beams_are_warned_of():
@@ -480,7 +480,7 @@ def test_robot_as_plain_values():
     assert found["limbs"][2]["constraint_wrenches"][2] == "couple ⟂ universal_3"
     assert found["beams"][2]["telescopic"] is True and found["beams"][0]["length"] == pytest.approx(0.7)
     assert found["problems"] == []
-    assert found["warnings"] == ["bearings and drives count as rigid: the file gives no <joint_stiffness>"]
+    assert found["warnings"] == ["bearings and actuators count as rigid: the file gives no <joint_stiffness>"]
 
 
 @pytest.mark.parametrize("seed", range(3))

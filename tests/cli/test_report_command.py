@@ -122,7 +122,7 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
 
 
 def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
-    """Its motion, where that comes from, the map and what drives correct; the verdict is about o."""
+    """Its motion, where that comes from, the map and what actuators correct; the verdict is about o."""
     for name in ("scene_html", "verification_html"):
         monkeypatch.setattr(f"kinetostatics.report_page.chapters.{name}", lambda *_: "drawn elsewhere")
     file, load, tool = tmp_path / "tip.html", ["--load", *map(str, LOAD)], ["--tool", "50mm", "0", "200mm"]
@@ -148,7 +148,7 @@ def test_finite_elements_have_their_say(html):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--sweep", "prismatic_1=0"], "coordinates of drives and of the platform cannot make one grid"),
+        (["--sweep", "prismatic_1=0"], "coordinates of actuators and of the platform cannot make one grid"),
         (["--sweep", "z=0:1"], "does not say how many values"),
         (["--title"], "expected one argument"),
         (["--out", "nowhere/x.html"], "--out: there is no folder"),

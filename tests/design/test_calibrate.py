@@ -179,7 +179,7 @@ def test_two_rods_in_series(tmp_path):
 
 @pytest.mark.slow
 def test_elastic_drives_and_joints():
-    """Of an arm on an elastic drive: both deform, and the drive turns by moment over stiffness."""
+    """Of an arm on an elastic actuator: both deform, and the actuator turns by moment over stiffness."""
     spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])
     description = small_robots.robot_of(spec).description
     description = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=4e4))
@@ -437,7 +437,7 @@ def test_the_jacobian_is_what_readings_change_by():
 
 
 def test_drives_tell_poses_too(table):
-    """The same robot by its drives' coordinates, in a pandas DataFrame."""
+    """The same robot by its actuators' coordinates, in a pandas DataFrame."""
     pandas = pytest.importorskip("pandas")
     pose = table["pose"]
     rows = pandas.DataFrame({**pose.actuators, **table["loads"], "dz [mm]": 1e3 * table["loaded"][:, 2]})

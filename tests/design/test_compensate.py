@@ -1,4 +1,4 @@
-"""Corrected drive positions: what they do is looked at once more, by other ways than those that found them."""
+"""Corrected actuator positions: what they do is looked at once more, by other ways than those that found them."""
 
 import csv
 import json
@@ -31,7 +31,7 @@ def stands_at(configuration, twist):
 @pytest.mark.few(5)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_was_asked_to(name):
-    """All robots, at a pose without symmetry; the drives alone lead there, and rotations are SciPy's."""
+    """All robots, at a pose without symmetry; the actuators alone lead there, and rotations are SciPy's."""
     robot = package_robots.robot(name)
     pose = robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     load = LOAD * SOFT.get(name, 1.0)
@@ -46,7 +46,7 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
     wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(o - wanted[:3, 3]), *(turn - wanted_turn)], strict=True))
     assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
-    # what the correction itself moves the unloaded platform by has no part in directions that no drive moves
+    # what the correction itself moves the unloaded platform by has no part in directions that no actuator moves
     scale = np.repeat([robot.length, 1.0], 3)
     moved = deviation(wanted_frame(pose, None), wanted_frame(driven, None))[:, 0] / scale
     parts = (found.uncorrectable_directions / scale[:, None]).T @ moved
@@ -65,7 +65,7 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
 def test_finite_elements_stand_there_too(name):
-    """OpenSees at the corrected drives: the controlled coordinates are those wanted, within its own scatter."""
+    """OpenSees at the corrected actuators: the controlled coordinates are those wanted, within its own scatter."""
     pytest.importorskip("openseespy", reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     robot = package_robots.robot(name)
     pose = robot.assemble(platform={"z": 0.5 if name == "3rps" else 0.6, "rx": 0.05, "ry": -0.06}, orientation="XYZ")
@@ -97,7 +97,7 @@ def tip_of(configuration, twist, tool):
 
 @pytest.mark.parametrize(("name", "given"), [("3rps", ("x", "y", "z")), ("3rps", None), ("linear_delta", None)])
 def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
-    """Three freedoms: the tip's place, or its height and two angles; drives alone lead there."""
+    """Three freedoms: the tip's place, or its height and two angles; actuators alone lead there."""
     robot, tool, load = package_robots.robot(name), np.array([0.05, -0.04, 0.2]), LOAD * SOFT.get(name, 1.0)
     pose = tripod() if name == "3rps" else robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
     found = ks.compensate(pose, load, coordinates=given, tool=tool)
@@ -140,7 +140,7 @@ def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
         robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": 0.2}, orientation="tilt_torsion"), LOAD, tool=(0, 0, 0.2)
     )
     np.testing.assert_allclose(found.remaining[2], one.remaining, atol=1e-14)
-    # at o itself no drive moves the upright tripod sideways
+    # at o itself no actuator moves the upright tripod sideways
     with pytest.raises(ks.CoordinatesError, match="cannot set x, y and z of the tool's tip"):
         ks.compensate(tripod(rx=0.0, ry=0.0), LOAD, coordinates=("x", "y", "z"), tool=(0, 0, 0))
     with pytest.raises(ks.CoordinatesError, match="mobility"):
@@ -195,11 +195,11 @@ def test_out_of_reach():
     inside = robot.assemble(platform={"x": 0.0, "y": 0.3})
     edge = robot.configuration(far.q[last])
     pull = [0, -4e5, 0, 0, 0, 0]
-    with pytest.raises(ks.AssemblyError, match=r"no drive positions .* wanted in x, y; unloaded it .* cannot reach"):
+    with pytest.raises(ks.AssemblyError, match=r"no actuator positions .* wanted in x, y; unloaded it .* cannot reach"):
         ks.compensate(edge, pull, coordinates=("x", "y"))
     found = ks.compensate(edge, pull, coordinates=("x", "y"), on_failure="nan")
     assert found.status == ks.Status.UNREACHABLE and np.isnan(found.remaining).all()
-    assert "no drive positions" in str(found)
+    assert "no actuator positions" in str(found)
     assert ks.compensate(inside, [0, -40, 0, 0, 0, 0]).status == ks.Status.OK
 
 
@@ -241,7 +241,7 @@ def test_mistakes(tmp_path):
         ks.compensate(pose, coordinates="z")
     with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
         ks.compensate(pose, coordinates=("z", "rx", "tilt"))
-    with pytest.raises(ks.ArgumentError, match="has no drives"):
+    with pytest.raises(ks.ArgumentError, match="has no actuators"):
         ks.compensate(two_columns().assemble())
     with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):
         ks.compensate(pose).save(tmp_path / "table.txt")
@@ -291,11 +291,11 @@ def test_extremes_before_and_after_are_of_the_same_poses():
     assert line.split()[-3] == "nm"
 
 
-# ---- what no drive corrects ------------------------------------------------------------------------------------------------
+# ---- what no actuator corrects ------------------------------------------------------------------------------------------------
 
 
 def motions_of_drives(pose, tool):
-    """The platform's twists (6, n) at the tool per drive, by moving one drive after another."""
+    """The platform's twists (6, n) at the tool per actuator, by moving one actuator after another."""
     step, columns = 1e-5, []
     for name in pose.actuators:
         ends = []
@@ -318,7 +318,7 @@ def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
     moves = motions_of_drives(found.configuration, np.array(tool or (0, 0, 0))) / scale[:, None]
     assert np.linalg.matrix_rank(moves, 1e-3) == 3
     np.testing.assert_allclose(unit.T @ (moves / np.linalg.norm(moves, axis=0)), 0, atol=1e-8)
-    # what is left besides, the drives could move: which part of it they do is the choice of coordinates
+    # what is left besides, the actuators could move: which part of it they do is the choice of coordinates
     rest = (found.remaining - directions @ found.uncorrectable_parts) / scale
     fit = moves @ np.linalg.lstsq(moves, rest, rcond=None)[0]
     np.testing.assert_allclose(fit, rest, atol=1e-8 * np.linalg.norm(found.remaining / scale))
@@ -336,7 +336,7 @@ def test_what_remains_in_uncorrectable_directions_was_there_before_and_is_whatev
 
 
 def test_upright_the_tripod_is_corrected_in_all_that_its_drives_can_do():
-    """There height and two turns are the drives' motions themselves: nothing remains along these."""
+    """There height and two turns are the actuators' motions themselves: nothing remains along these."""
     found = ks.compensate(tripod(rx=0.0, ry=0.0), LOAD)
     rest = found.remaining - found.uncorrectable_directions @ found.uncorrectable_parts
     assert np.abs(found.remaining).max() > 1e-7
@@ -355,10 +355,10 @@ def test_directions_of_batches_and_of_six_freedoms():
     one = ks.compensate(tripod(), LOAD)
     np.testing.assert_allclose(found.uncorrectable_directions[0], one.uncorrectable_directions, atol=1e-9)
     assert np.abs(np.diff(found.uncorrectable_directions, axis=0)).max() < 0.05  # the same ones along a path
-    assert "In 3 directions no drive moves the platform" in str(found)
+    assert "In 3 directions no actuator moves the platform" in str(found)
     text = str(one)
-    assert "Directions in which no drive moves the platform, at o, world axes, displacements in units of 200.00 mm" in text
+    assert "Directions in which no actuator moves the platform, at o, world axes, displacements in units of 200.00 mm" in text
     assert one.to_dict()["uncorrectable_parts"] == one.uncorrectable_parts.tolist()
     hexapod = package_robots.robot("gough_stewart")
     all_six = ks.compensate(hexapod.assemble(), LOAD)
-    assert all_six.uncorrectable_directions.shape == (6, 0) and "no drive moves" not in str(all_six)
+    assert all_six.uncorrectable_directions.shape == (6, 0) and "no actuator moves" not in str(all_six)

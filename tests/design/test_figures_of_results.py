@@ -50,12 +50,12 @@ def test_drives_have_corrections_and_forces(path):
     sizes = {float(np.round(line.get_ydata()[0] / path.corrections[name][0], 3)) for name, line in named.items()}
     assert len(sizes) == 1 and sizes <= {1e6, 1e9}
     np.testing.assert_allclose(named["prismatic_1"].get_xdata(), 1e3 * path.wanted.platform["y"], atol=1e-9)
-    ax = ks.plot.compensation(path, "force", drives=["prismatic_2"])
+    ax = ks.plot.compensation(path, "force", actuators=["prismatic_2"])
     named, (weights,) = drawn(ax)
     np.testing.assert_allclose(named["prismatic_2"].get_ydata(), path.actuator_forces["prismatic_2"], rtol=1e-12)
-    alone = ks.analyze(path.configuration).actuator_forces["prismatic_2"]  # what the same drives hold without load and payload
+    alone = ks.analyze(path.configuration).actuator_forces["prismatic_2"]  # what the same actuators hold without load and payload
     np.testing.assert_allclose(weights.get_ydata(), alone, rtol=1e-9)
-    assert ax.get_ylabel() == "force of the drive [N]"
+    assert ax.get_ylabel() == "force of the actuator [N]"
 
 
 def test_poses_that_are_no_path_are_bars():
@@ -91,8 +91,8 @@ def test_what_cannot_be_drawn_of_a_compensation_is_told(path):
         ((1,), {}, "is no compensation"),
         ((path, "sag"), {}, "what is 'sag'; it must be one of 'displacement', 'rotation', 'correction', 'force'"),
         ((path,), {"x": "zz"}, "no coordinate of the wanted platform"),
-        ((path,), {"drives": ["prismatic_1"]}, "drives is not for the displacement"),
-        ((path, "force"), {"drives": ["prism"]}, "no drive 'prism'"),
+        ((path,), {"actuators": ["prismatic_1"]}, "actuators is not for the displacement"),
+        ((path, "force"), {"actuators": ["prism"]}, "actuators: there is no 'prism'"),
     ):
         with pytest.raises(ArgumentError, match=words):
             ks.plot.compensation(*arguments, **options)

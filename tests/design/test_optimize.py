@@ -234,7 +234,7 @@ ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="fo
 
 
 def test_what_comes_nearest_is_not_worse_than_where_the_search_began(tmp_path):
-    """A thin wall bends, a thick one is too heavy for the drives; and where the range begins there is hardly a wall at all."""
+    """A thin wall bends, a thick one is too heavy for the actuators; and where the range begins there is hardly a wall at all."""
     file = tmp_path / "arm.urdf"
     file.write_text(ARM, encoding="utf-8")
     robot = ks.load_robot(file)
@@ -243,7 +243,7 @@ def test_what_comes_nearest_is_not_worse_than_where_the_search_began(tmp_path):
     tried = [ks.Robot(robot.description.changed("fore", section=section.of(d, 0.05))) for d in (0.051, 0.052, 0.053, 0.06, 0.08)]
     sags = [float(np.linalg.norm(ks.analyze(one.assemble()).twist[:3])) for one in tried]
     assert not best.feasible and 1.5e-3 < best.requirements[0].worst < min(sags)
-    with pytest.raises(ks.ArgumentError, match=r"no drive that slides; its drives turn: actuator_torque$"):
+    with pytest.raises(ks.ArgumentError, match=r"no actuator that slides; its actuators turn: actuator_torque$"):
         ks.optimize(file, {"fore.outer_diameter": "55mm:90mm"}, "mass", ["actuator_force < 1kN"], starts=1)
 
 
@@ -284,7 +284,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ({"subject_to": ["sag < 0"]}, "greater than zero"),
         ({"subject_to": ["sag(3 N) < 1um"]}, "write sag"),
         ({"subject_to": ["deflection_any_direction < 1um"]}, "in the brackets"),
-        ({"subject_to": ["actuator_force < 1kN"]}, "has no drive that slides$"),
+        ({"subject_to": ["actuator_force < 1kN"]}, "has no actuator that slides$"),
         ({"over": {"z": "high"}}, "a number or a list"),
         ({"starts": 0}, "whole number from 1 on"),
         ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),

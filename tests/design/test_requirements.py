@@ -87,7 +87,7 @@ def test_every_quantity_has_its_closed_form(name, crane):
 
 
 LOAD = [30.0, -80.0, -400.0, 5.0, -9.0, 12.0]
-#: Of a robot whose drives slide, and of one whose drives turn: what is varied, where, and the drives' quantity.
+#: Of a robot whose actuators slide, and of one whose actuators turn: what is varied, where, and the actuators' quantity.
 ROBOTS_OF_MAPS = {
     "3rps": ({"rod_diameter": [0.09, 0.1]}, {"z": [0.5, 0.6], "rx": [0.0, 0.2], "ry": 0.1}, "actuator_force"),
     "five_bar": ({"tube_thickness": [0.002, 0.003]}, {"x": [0.0, 0.02], "y": [0.3, 0.32]}, "actuator_torque"),
@@ -127,7 +127,7 @@ def of_the_map(ds, result, drives):
 
 @pytest.mark.parametrize("name", MEASURES)
 def test_every_quantity_is_that_of_the_map(name, maps):
-    """Of several drives, beams and poses the worst counts."""
+    """Of several actuators, beams and poses the worst counts."""
     found = [(own[name], worst(name, np.asarray(wanted[name]))) for own, wanted in maps.values() if name in own]
     assert len(found) == (1 if name.startswith("actuator") else 2)
     for own, wanted in found:

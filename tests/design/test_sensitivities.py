@@ -124,7 +124,7 @@ def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
 
 
 def test_the_tip_of_a_tool_turns_with_the_platform():
-    """With its drives held the leaning tripod turns when its base grows, and the tool with it: against whole analyses."""
+    """With its actuators held the leaning tripod turns when its base grows, and the tool with it: against whole analyses."""
     pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
     options = {"load": LOAD, "tool": (0.3, 0.2, -0.1)}
     exact = ks.sensitivities(pose, ["base_radius"], **options)["base_radius"]
@@ -192,7 +192,7 @@ def test_numbers_of_parts_are_differences_of_analyses():
 
 
 def test_patterns_name_several_and_leave_out_what_opens_loops():
-    """What moves one drive's base moves the other's alike, the other way; loops of a planar robot have one height."""
+    """What moves one actuator's base moves the other's alike, the other way; loops of a planar robot have one height."""
     pose = package_robots.robot("five_bar").assemble()
     s = ks.sensitivities(pose, ["shoulder_?.placement.y", "*.predecessor_placement.z"], load=[1, 0, 0, 0, 0, 0])
     assert set(s) == {"shoulder_1.placement.y", "shoulder_2.placement.y"} and list(s.skipped) == ["wrist.predecessor_placement.z"]
@@ -205,7 +205,7 @@ def test_patterns_name_several_and_leave_out_what_opens_loops():
 
 
 def test_the_mass_of_a_telescope_follows_the_pose():
-    """The base's radius moves the drives of the 2PRU-UPR, and one of its rods grows: against poses assembled anew."""
+    """The base's radius moves the actuators of the 2PRU-UPR, and one of its rods grows: against poses assembled anew."""
     at = {"z": 0.6, "rx": -0.1, "ry": 0.2}
     pose = package_robots.robot("2pru_upr").assemble(platform=at)
     found = ks.sensitivities(pose, ["base_radius"])["base_radius"]
@@ -251,7 +251,7 @@ def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exact
         for name, quantity in s["diameter"].derivatives.items():
             whole = getattr(cantilever["diameter"], name)
             if name.startswith("actuator"):
-                assert quantity == whole == {}  # it has no drives
+                assert quantity == whole == {}  # it has no actuators
             else:
                 np.testing.assert_allclose(quantity, whole, rtol=1e-6, atol=1e-6 * np.abs(whole).max(), err_msg=name)
         if exactly:

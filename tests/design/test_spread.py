@@ -71,7 +71,7 @@ def agrees(found):
         mean, random, low, high = found.sampled(name)
         first = float(found.standard_deviation.named(name))
         if first < 1e-9 * max(size, abs(found.nominal.named(name))):
-            continue  # rounding: the force of a drive on which no parameter acts
+            continue  # rounding: the force of an actuator on which no parameter acts
         assert random == pytest.approx(first, rel=error), name
         assert abs(mean - found.nominal.named(name)) < 5 * random / np.sqrt(len(found)) + 1e-2 * random, name
         assert high - low == pytest.approx(2 * 1.96 * first, rel=2 * error), name
@@ -156,7 +156,7 @@ def test_the_tip_of_a_tool(cantilever):
 
 
 def test_the_tip_of_a_tool_turns_with_each_platform():
-    """With the drives held every robot leans in another way: those of the batch are those made one by one."""
+    """With the actuators held every robot leans in another way: those of the batch are those made one by one."""
     pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
     found = ks.spread(pose, {"revolute_1.placement.z": "5mm"}, robots=5, load=LOAD, tool=(0.3, 0.2, -0.1))
     assert found.at_once and found.difference < 1e-4  # to a part of the standard deviation

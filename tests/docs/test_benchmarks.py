@@ -170,7 +170,7 @@ def solved(name):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["3rps", "tripteron", "delta"])
 def test_opensees_solves_the_same_poses(name):
-    """Hinges that cross in a point, elastic drives, struts that spin: the lean frame gives all numbers of ours."""
+    """Hinges that cross in a point, elastic actuators, struts that spin: the lean frame gives all numbers of ours."""
     found = solved(name)
     pose = grids.assemble(package_robots.robot(name), grids.WORKSPACES[name], found["at"])
     ours = ks.analyze(pose, grids.LOAD)

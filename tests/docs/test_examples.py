@@ -36,7 +36,7 @@ def _stiffness(limb):
 
 
 def test_dynamics_with_pinocchio_put_into_the_robot_what_it_gains():
-    """The drives' work is the change of kinetic and potential energy; a slow motion needs what holds the robot at rest."""
+    """The actuators' work is the change of kinetic and potential energy; a slow motion needs what holds the robot at rest."""
     import numpy as np
     from dynamics_with_pinocchio import circle
 

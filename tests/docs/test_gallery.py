@@ -74,7 +74,7 @@ def test_sketches_have_the_joints_of_the_machine(name, joints):
 def test_sketches_are_drawn_for_any_robot(tmp_path):
     path = tmp_path / "ur10.svg"
     kinematic_sketches.save(package_robots.robot("ur10"), path)
-    assert path.read_text(encoding="utf-8").count(kinematic_sketches.DRIVE) >= 6
+    assert path.read_text(encoding="utf-8").count(kinematic_sketches.ACTUATOR) >= 6
 
 
 @pytest.mark.parametrize("name", ROBOTS)

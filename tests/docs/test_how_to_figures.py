@@ -21,7 +21,7 @@ def test_feedforward():
     np.testing.assert_allclose(weights - alone.base_wrench[:, 2], 12 * 9.81, rtol=1e-5)  # the tool; corrected rods are longer
     here = how_to_figures.ks.analyze(names["path"], [0, 0, -12 * 9.81, 0, 0, 0])
     for drive, force in found.actuator_forces.items():
-        np.testing.assert_allclose(force, here.actuator_forces[drive], rtol=1e-4)  # nearly what the uncorrected drives hold
+        np.testing.assert_allclose(force, here.actuator_forces[drive], rtol=1e-4)  # nearly what the uncorrected actuators hold
 
 
 def test_correction():

@@ -24,7 +24,7 @@ def test_the_pages_code_runs(tmp_path, monkeypatch, capsys):
     result, found, numbers = names["result"], names["found"], names["numbers"]
     np.testing.assert_allclose(found.twist @ numbers, result.contributions["payload"], rtol=1e-9, atol=1e-15)
     assert (tmp_path / "payload.png").stat().st_size > 10_000
-    # off the middle, the payload makes the two equal drives differ at mirrored tilts
+    # off the middle, the payload makes the two equal actuators differ at mirrored tilts
     first, second = (names["loaded"].actuator_forces[f"prismatic_{k}"] for k in (1, 2))
     bare = [names["bare"].actuator_forces[f"prismatic_{k}"] for k in (1, 2)]
     np.testing.assert_allclose(np.abs(bare[0]), np.abs(bare[1][::-1]), rtol=1e-6)

@@ -46,7 +46,7 @@ def test_its_names_are_read():
     assert len(names) > 15
     for name in names:
         architecture = parse_architecture(name)
-        assert architecture.text == name.replace("2(SS)", "(4S)") and not architecture.drives_chosen
+        assert architecture.text == name.replace("2(SS)", "(4S)") and not architecture.actuators_chosen
         assert [skeleton_of(architecture, group) for group in architecture.groups]
 
 

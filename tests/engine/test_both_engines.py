@@ -133,7 +133,7 @@ def test_compiled_statics_of_random_robots(seed):
 
 
 def targets(robot, rng, n=24):
-    """Return values of all drives, from near zero to far beyond reach."""
+    """Return values of all actuators, from near zero to far beyond reach."""
     sizes = np.geomspace(0.01, 3, n)
     types = robot.mechanism.connections
     return {

@@ -25,7 +25,7 @@ from kinetostatics.statics.springs import solve_with_springs
 
 @cache
 def stiffened(name, beams=0, drives=True):
-    """Return a robot of the package of whose beams only the first ones are left, and whose drives are elastic, or not."""
+    """Return a robot of the package of whose beams only the first ones are left, and whose actuators are elastic, or not."""
     description = package_robots.robot(name).description
     for beam in list(description.beams)[beams:]:
         description = description.without_beam(beam)
@@ -130,7 +130,7 @@ def test_what_gives_way_is_split_from_what_does_not():
 
 
 def test_both_engines_say_the_same_of_elastic_drives():
-    """In reach and out of it; the stiffness is NaN, as the limbs are rigid across their drives."""
+    """In reach and out of it; the stiffness is NaN, as the limbs are rigid across their actuators."""
     pytest.importorskip("llvmlite")
     robot = stiffened("3rps")
     ry = np.linspace(-1.5, 1.5, 15)
@@ -147,7 +147,7 @@ def test_both_engines_say_the_same_of_elastic_drives():
 
 
 def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
-    """An arm of rigid links on elastic drives, stretched and beside that: it is rigid in one direction more."""
+    """An arm of rigid links on elastic actuators, stretched and beside that: it is rigid in one direction more."""
     pytest.importorskip("llvmlite")
     robot = stiffened("ur10")
     drives = robot.description.driven

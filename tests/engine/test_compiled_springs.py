@@ -65,7 +65,7 @@ def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
 
 
 def test_both_engines_say_the_same_of_springs():
-    """Twist, stiffness, forces of drives, joints and springs, at poses in reach and out of it."""
+    """Twist, stiffness, forces of actuators, joints and springs, at poses in reach and out of it."""
     pytest.importorskip("llvmlite")
     robot = sprung("linear_delta")
     x = np.linspace(-0.6, 0.6, 24)

@@ -21,7 +21,8 @@ def beside(robot, prescribed, poses):
     return state, target
 
 
-#: By the drives and one convention every robot; by both conventions one of three coordinates, one of six, one of rotations only.
+#: By the actuators and one convention every robot; by both conventions one of three coordinates, one of six, one of rotations
+#: only.
 CASES = [
     (name, convention)
     for k, name in enumerate(package_robots.NAMES)

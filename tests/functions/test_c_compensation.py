@@ -1,4 +1,4 @@
-"""Compensation in C: it finds the drive positions that Python finds, or says why there are none."""
+"""Compensation in C: it finds the actuator positions that Python finds, or says why there are none."""
 
 import shutil
 import subprocess
@@ -87,7 +87,7 @@ def test_the_test_program_sees_another_correction(tmp_path):
     assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
     header, text = ((tmp_path / name).read_text() for name in ("bars.h", "bars.c"))
     assert "BARS_LIMIT_EXCEEDED = 1" in header and "the wanted x, y" in header and exported.files[0] == "bars.h"
-    wrong = text.replace("correct(wanted, drive, w, whole);", "correct(wanted, wanted, w, whole);")
+    wrong = text.replace("correct(wanted, actuator, w, whole);", "correct(wanted, wanted, w, whole);")
     assert wrong != text
     (tmp_path / "wrong.c").write_text(wrong)
     answer = subprocess.run([compiled(tmp_path, "bars_test.c", "wrong.c")], capture_output=True, text=True)

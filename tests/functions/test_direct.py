@@ -17,7 +17,7 @@ from kinetostatics.math.orientation import Orientation
 pytest.importorskip("llvmlite")
 
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
-#: Coordinates of the platform, None: the drives; orientation, and how far poses are away from the zero pose [m, rad].
+#: Coordinates of the platform, None: the actuators; orientation, and how far poses are away from the zero pose [m, rad].
 KINDS = {
     "3rps": (("z", "rx", "ry"), None, 0.5),
     "2pru_upr": (("z", "rx", "ry"), "xyz", 0.5),

@@ -14,7 +14,7 @@ from kinetostatics.sections.kinds import Section
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
 GRAVITY = np.array([0.5, -1.0, -9.7])
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
-#: Coordinates of the platform, or those of all drives, of a serial robot, of parallel ones and of one with rings.
+#: Coordinates of the platform, or those of all actuators, of a serial robot, of parallel ones and of one with rings.
 POSES = {
     "3rps": {"z": 0.52, "rx": 0.1, "ry": -0.15},
     "2pru_upr": {"z": 0.6, "rx": 0.05, "ry": -0.1},
@@ -84,7 +84,7 @@ def test_angles_are_those_of_the_orientation():
 
 
 def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
-    """Elastic about its own axis, its drive rigid or not told of: only what is finite can be changed."""
+    """Elastic about its own axis, its actuator rigid or not told of: only what is finite can be changed."""
     robot = package_robots.robot("3rps")
     for drive in (None, np.inf, 1e7):
         stiffness = JointStiffness("prismatic_1", linear=(1e8, 2e8, 1e9) if drive is None else None, drive=drive)

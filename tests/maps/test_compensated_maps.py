@@ -1,4 +1,4 @@
-"""Maps with corrections of the drives: each pose's are those of ``ks.compensate``."""
+"""Maps with corrections of the actuators: each pose's are those of ``ks.compensate``."""
 
 import numpy as np
 import package_robots

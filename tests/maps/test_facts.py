@@ -68,7 +68,7 @@ def test_json_tells_the_facts():
 
 
 def test_a_singular_pose_beyond_a_limit_is_both():
-    """A drive that does not hold what it carries: the platform swings freely about the other joint."""
+    """An actuator that does not hold what it carries: the platform swings freely about the other joint."""
     text = (CASES / "two_rigid.urdf").read_text()
     text = text[: text.index("<loop")] + text[text.index("</loop>") + 7 :]
     text = text.replace(

@@ -203,7 +203,7 @@ def test_rigid_directions_are_infinitely_stiff():
     assert np.all(np.isnan(indices.translational_stiffness(ds, held=True)))
 
 
-# ---- sag and drives ----------------------------------------------------------------------------------------------------
+# ---- sag and actuators ----------------------------------------------------------------------------------------------------
 
 
 def test_sag_is_the_length_of_displacement_and_rotation():
@@ -228,7 +228,7 @@ def test_largest_actuator_forces():
     np.testing.assert_array_equal(found, [7, 4])
     assert list(found["actuator_force_unit"].values) == ["N", "N"]
     mixed = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p2"])
-    with pytest.raises(ks.ArgumentError, match="forces and torques of drives cannot be compared"):
+    with pytest.raises(ks.ArgumentError, match="forces and torques of actuators cannot be compared"):
         indices.largest_actuator_force(mixed)
     assert indices.quantity(mixed, "actuator_force:p2").attrs == {"units": "N m", "long_name": "torque of p2"}
     assert indices.quantity(mixed, "actuator_force:p1").attrs == {"units": "N", "long_name": "force of p1"}

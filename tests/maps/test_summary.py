@@ -29,9 +29,9 @@ def test_the_worst_is_told_for_each_value_of_a_parameter():
     assert lines[2:] == [
         "worst sag 2 mm at diameter = 0.04 m, z = 0.2 m",
         "worst turn 2 mrad at diameter = 0.04 m, z = 0.2 m",
-        "largest drive torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
+        "largest actuator torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
         "by diameter, each over all other axes:",
-        "  diameter  worst sag  worst turn  largest drive torque",
+        "  diameter  worst sag  worst turn  largest actuator torque",
         "  0.04 m         2 mm      2 mrad                 7 N·m",
         "  0.05 m        40 µm     80 µrad                 5 N·m",
     ]

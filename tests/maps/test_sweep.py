@@ -486,7 +486,7 @@ def test_parameters_that_make_another_robot_are_refused(tmp_path):
     text = re.sub(r"prismatic_(\$\{i\}|\d)", r"$(arg drive)_\1", text)
     path = tmp_path / "other.urdf.xacro"
     path.write_text(text)
-    with pytest.raises(ks.ArgumentError, match="with drive = motor the robot has other limbs or drives"):
+    with pytest.raises(ks.ArgumentError, match="with drive = motor the robot has other limbs or actuators"):
         ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"drive": ["prismatic", "motor"]})
 
 
@@ -591,7 +591,7 @@ def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypa
     sag = np.sqrt((wanted["twist"].isel(component=slice(3)) ** 2).sum("component"))
     worst = sag.where(sag == sag.max(), drop=True)
     assert f"worst sag {1e6 * float(sag.max()):.4g} µm at rod_diameter = {float(worst['rod_diameter'][0]):.6g} m, z =" in said
-    assert f"largest drive force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
+    assert f"largest actuator force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
 
 
 def test_the_summary_counts_what_is_within_limits():
@@ -605,7 +605,7 @@ def test_the_summary_counts_what_is_within_limits():
     worst = ks.indices.worst(ds, "linear_sag")
     assert f"worst sag {1e6 * worst.value:.4g} µm at z = 0.4 m, azimuth = -120 deg, tilt = 20 deg" in words
     assert np.degrees([worst.coordinates["azimuth"], worst.coordinates["tilt"]]) == pytest.approx([-120, 20])
-    assert f"largest drive force {float(ks.indices.actuator_force_maxima(ds).max()):.4g} N, prismatic_" in words
+    assert f"largest actuator force {float(ks.indices.actuator_force_maxima(ds).max()):.4g} N, prismatic_" in words
     assert "linear theory" not in words
     outside = summary(ds.isel(azimuth=[0], tilt=[2]))
     assert "no pose is within the joints' limits; beyond them:\nworst sag " in outside

@@ -548,7 +548,7 @@ def change(root: ElementTree.Element, pick: Pick) -> str:
     return f"{text} in {goal.tag}"
 
 
-#: Elastic joints of all kinds, and a flap that follows the drive.
+#: Elastic joints of all kinds, and a flap that follows the actuator.
 ELASTIC = with_body(
     "<link name='flap'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial></link>"
     "<joint name='hinge' type='continuous'><parent link='plate'/><child link='flap'/><axis xyz='0 1 0'/>"

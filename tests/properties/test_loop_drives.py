@@ -31,13 +31,13 @@ MANY_FREEDOMS = tuple(kind for kind, count in FREEDOMS.items() if count > 1)
 seeds = st.integers(0, 2**32 - 1)
 
 
-# ---- two linkages whose drive is the loop ----------------------------------------------------------------------------------
+# ---- two linkages whose actuator is the loop ----------------------------------------------------------------------------------
 
 
 class FourBar:
     """A planar four-bar linkage about z, driven at the crank's foot; the coupler is the platform.
 
-    The loop is that drive (``cut`` "drive", from either side: ``swap``) or the joint of coupler and rocker.
+    The loop is that actuator (``cut`` "drive", from either side: ``swap``) or the joint of coupler and rocker.
     """
 
     A, D = np.zeros(2), np.array([1.0, 0.0])
@@ -111,7 +111,7 @@ class FourBar:
         return -theta if self.swap else theta
 
     def torque(self, theta, force, gravity):
-        """Return the drive's torque by virtual work: a force (3,) at the platform's origin, and all weights."""
+        """Return the actuator's torque by virtual work: a force (3,) at the platform's origin, and all weights."""
         area = np.pi * self.diameter**2 / 4
 
         def work(angle):

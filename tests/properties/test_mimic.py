@@ -164,7 +164,7 @@ def test_gears_turn_on_and_on(far: float) -> None:
 
 
 def test_one_drive_for_two_legs() -> None:
-    """A 3-RPS whose third leg follows the first: the poses are those of three drives, and the drive carries both legs."""
+    """A 3-RPS whose third leg follows the first: the poses are those of three actuators, and the actuator carries both legs."""
     description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     multiplier, offset = -0.4, 0.01
     description_2 = replace(

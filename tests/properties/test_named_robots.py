@@ -68,7 +68,7 @@ def test_a_robot_of_any_size_closes_and_moves_as_it_should(key, sizes):
     robot = build(key, sizes)
     assert robot.closing_error < 1e-12
     assert robot.mobility.platform == MOBILITIES[key]
-    assert len(robot.description.driven) == parse_architecture(key.partition(" ")[0]).drives >= MOBILITIES[key]
+    assert len(robot.description.driven) == parse_architecture(key.partition(" ")[0]).actuators >= MOBILITIES[key]
     assert not robot_facts(robot).problems
     assert ks.analyze(robot.assemble()).status == ks.Status.OK
 

@@ -444,7 +444,7 @@ def test_a_right_angle_written_1_5708():
 
 
 def without_drives(spec, count):
-    """Return the spec with its first ``count`` drives taken away."""
+    """Return the spec with its first ``count`` actuators taken away."""
     limbs = []
     for limb in spec.limbs:
         joints = []
@@ -484,7 +484,7 @@ def test_singular_pose_names_the_free_twist():
 def test_a_missing_drive(name):
     spec = without_drives(getattr(sr, name)(), 1)
     one = sr.robot_of(spec)
-    with pytest.raises(ks.SingularPoseError, match=r"2 drives.*mobility of 3") as caught:
+    with pytest.raises(ks.SingularPoseError, match=r"2 actuators.*mobility of 3") as caught:
         ks.analyze(one.configuration(pin.neutral(one.model)))
     assert caught.value.free_twists.shape[1] == 1
 
@@ -566,7 +566,7 @@ def walls(*limbs, mass=2.0, beams=()):
 
 
 def wall(n, y, kind="R", driven=True):
-    """A column whose foot is a drive, or a rail along x, and whose head is a drive."""
+    """A column whose foot is an actuator, or a rail along x, and whose head is an actuator."""
     foot = sr.Joint(f"foot_{n}", kind, (0, y, 0), (1, 0, 0), driven=driven)
     joints = (foot, sr.Joint(f"head_{n}", "R", (0, y, 1), (0, 1, 0), driven=True))
     return sr.Limb(joints, (sr.Link(f"column_{n}"),))
@@ -754,7 +754,7 @@ def test_a_platform_at_a_fixed_child():
 
 
 def test_a_driven_loop():
-    """A drive at the cut: its coordinate, force and limits are those of the same joint in the tree."""
+    """An actuator at the cut: its coordinate, force and limits are those of the same joint in the tree."""
     spec = sr.rps3()
     limbs = tuple(replace(limb) for limb in spec.limbs)
     tree = sr.robot_of(replace(spec, limbs=limbs))
@@ -840,7 +840,7 @@ STAGES = """<robot name="stages"><link name="base"/><link name="cylinder"/>
 
 @pytest.mark.parametrize(("carrier", "above_p1", "above_p2"), [("rod", 3, 0), ("middle", 0, 0), ("cylinder", 3, 0)])
 def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier, above_p1, above_p2):
-    """Each drive holds the links outboard of it, and the beam if that is carried by one of them."""
+    """Each actuator holds the links outboard of it, and the beam if that is carried by one of them."""
     text = STAGES.replace("CARRIER", carrier)
     if carrier == "middle":  # its own mass is replaced by the beam's
         above_p1 = 0

@@ -26,7 +26,7 @@ SPECS = {
     "portal": sr.portal(mass=7.0),
     "chain": sr.locked_chain([(0, 0, 0), (0.5, 0.1, 0), (0.7, 0.2, 0.5)], [(0, 0, 1), (1, 0, 0)], mass=2.0),
 }
-#: how far the drives go [m, rad] in random poses
+#: how far the actuators go [m, rad] in random poses
 REACH = {
     "rps3": 0.08, "pru2_upr": 0.05, "gough_ups": 0.05, "gough_sps": 0.05, "gough_rails": 0.05, "puu3": 0.1, "four_bar": 0.3,
     "planar_3rrr": 0.1, "portal": 0.0, "chain": 1.5,
@@ -69,7 +69,7 @@ class Case:
         self.o = self.pose.platform_frame[:3, 3]
 
     def again(self, spec, load=None, gravity=None, **options):
-        """Analyze a variant of the spec with the same drives."""
+        """Analyze a variant of the spec with the same actuators."""
         pose = sr.robot_of(spec, **options).assemble(actuators=self.actuators)
         load, gravity = self.load if load is None else load, self.gravity if gravity is None else gravity
         return ks.analyze(pose, load, gravity)
@@ -140,7 +140,7 @@ def same_twist(found, expected, rtol=1e-9):
 
 
 def same_forces(found, expected, rtol=1e-9):
-    """Compare drives' forces of two results."""
+    """Compare actuators' forces of two results."""
     assert set(found.actuator_forces) == set(expected.actuator_forces)
     for name, force in expected.actuator_forces.items():
         same(found.actuator_forces[name], force, rtol, scale=100.0)
@@ -622,7 +622,7 @@ def test_an_element_of_a_batch_is_the_pose_analyzed_alone(name, seed):
     targets = drives(name, rng, shape)
     load, gravity = rng.standard_normal((*shape, 6)) * 100, rng.standard_normal((3, 3)) * 5
     poses = one.assemble(actuators=targets)
-    batch = ks.analyze(poses, load, gravity)  # poses without drives take the shape of the loads
+    batch = ks.analyze(poses, load, gravity)  # poses without actuators take the shape of the loads
     assert batch.shape == shape == batch.twist.shape[:-1] == batch.status.shape
     assert batch.stiffness.shape == (*shape, 6, 6)
     i = tuple(rng.integers(shape))

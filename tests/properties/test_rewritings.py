@@ -25,7 +25,7 @@ GRAVITY = (0.6, -1.1, -9.5)
 
 @cache
 def original(name):
-    """Return a robot and drives' coordinates of its zero pose and some random poses within its limits."""
+    """Return a robot and actuators' coordinates of its zero pose and some random poses within its limits."""
     robot = ks.load_robot(dict(zip(NAMES, ROBOTS, strict=True))[name])
     return robot, *poses_of(robot)
 
@@ -119,7 +119,7 @@ PAIRS = [(name, what) for k, name in enumerate(NAMES) for j, what in enumerate(R
 @pytest.mark.parametrize(("name", "what"), PAIRS)
 def test_a_shipped_robot_written_anew(name, what):
     robot, drives, expected = original(name)
-    redundant = len(drives) > robot.mobility.platform  # whose drives do not go alone
+    redundant = len(drives) > robot.mobility.platform  # whose actuators do not go alone
     assert expected.status.size >= (1 if redundant else 3)
     assert_same(robot, drives, expected, REWRITINGS[what](robot, 5), ties=what != "reordered")
 

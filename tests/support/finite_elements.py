@@ -64,7 +64,7 @@ def elasticity(joint, S, frame, axis):
         joint: the joint.
         S: (6, k) its freedoms.
         frame: (3, 3) the axes of its stiffnesses, now.
-        axis: (3,) of a drive's motion.
+        axis: (3,) of an actuator's motion.
     """
     C = np.zeros((6, 6))
     s = joint.stiffness
@@ -154,7 +154,7 @@ class Answer:
     Attributes:
         ends: displacements (2, 6) of the beams' ends.
         sections: (2, 6) what the outer part of a beam puts on its inner at both ends, about them.
-        free: whether the platform can move though the drives are locked.
+        free: whether the platform can move though the actuators are locked.
         unbalanced, contradiction: part of the loads that nothing balances, of the misfits that rigid pieces cannot follow.
         gap: ratio between the smallest singular value kept and the largest dropped.
         sure: what no local freedom or self-stress changes.

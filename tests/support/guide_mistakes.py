@@ -103,7 +103,7 @@ def _one_line(text: str) -> str:
 
 
 #: What ``check`` says of most robots, and of all examples here; it is shown once.
-RIGID_BEARINGS = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+RIGID_BEARINGS = "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
 
 
 def provoke(mistake: Mistake, folder: Path) -> tuple[list[str], set[tuple[str, int]]]:

@@ -74,9 +74,9 @@ SHIFTED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.01 0")),)
 ROUNDED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.00001 0")),)
 
 POSES = (
-    code('robot.assemble(actuators={"a": 0.1}, platform={"x": 0.2})', "Drives, or platform."),
+    code('robot.assemble(actuators={"a": 0.1}, platform={"x": 0.2})', "Actuators, or platform."),
     code('robot.assemble(actuators={"motor": 0.1})', "The joint's name, not the transmission's."),
-    code("robot.assemble(actuators={})", "Without `actuators=` all drives are at zero."),
+    code("robot.assemble(actuators={})", "Without `actuators=` all actuators are at zero."),
     code('robot.assemble(platform={"height": 0.3})', "x, y and z of o, and three of its orientation."),
     code('robot.assemble(platform={"x": 0.2, "z": 0.3})', "As many as the mobility; the others follow."),
     code('robot.assemble(platform={"ry": 0.1})', "Choose coordinates along which it moves."),
@@ -135,10 +135,10 @@ CROOKED = (
 DRIVEN_TELESCOPE = (*telescope("0 0 1"), *more(MOTOR.replace("motor", "m2").replace('"a"', '"slide"')))
 
 STATICS = (
-    Mistake("`<transmission>` left out", "As many drives as the mobility, at least.", ((MOTOR, ""),), code="ks.analyze(pose)"),
+    Mistake("`<transmission>` left out", "As many actuators as the mobility, at least.", ((MOTOR, ""),), code="ks.analyze(pose)"),
     Mistake("rods level at zero, by `<origin rpy=…/>` in a and d, so that all hinges are in line", "Stay away from such poses; "
             "or drive d too.", FOLDED, code="ks.analyze(pose)"),
-    Mistake("a lamp on a hinge of the plate, its centre of mass beside the hinge", "A drive or a `<joint_stiffness>` in the "
+    Mistake("a lamp on a hinge of the plate, its centre of mass beside the hinge", "An actuator or a `<joint_stiffness>` in the "
             "hinge; or let it hang straight down.", more(LAMP), code="ks.analyze(pose)"),
     Mistake("the left rod a telescope, its slide driven too, and pushed in by more than its length", "Give the slide a "
             "`<limit>`, and poses within it.", DRIVEN_TELESCOPE,
@@ -174,7 +174,7 @@ STATICS = (
     ),
     code('ks.compensate(pose).save("corrected.xlsx")', "One of the two."),
     code('ks.compensate(pose).to_dataset({"x": [0, 0.1]})', "As many values along each axis as the batch has."),
-    code('ks.analyze(pose).actuator_forces["b"]', "A drive's name."),
+    code('ks.analyze(pose).actuator_forces["b"]', "An actuator's name."),
     code('description.beams["rod"]', "A beam's name."),
     code("ks.analyze(pose, loads=[0, 0, -5, 0, 0, 0])", 'Such as `{"plate": [0, 0, -5, 0, 0, 0]}`; for the platform `load=`.'),
     code('ks.analyze(pose, loads={"rod": [0, 0, -5, 0, 0, 0]})', "A link, not a joint."),
@@ -280,7 +280,7 @@ PYTHON = (
     extended('platform="tool", elastic={"tool": "circle 20mm"}', "One that lies between two joints."),
     extended('platform="tool", elastic="suggested"', "Sections of your own.", arm_text(mass="")),
     extended('platform="tool", joint_stiffness="all"', "The word, or a mapping."),
-    extended('platform="tool", joint_stiffness={"oen": 1e4}', "A drive's name."),
+    extended('platform="tool", joint_stiffness={"oen": 1e4}', "An actuator's name."),
     extended('platform="tool", joint_stiffness={"one": "soft"}', "A number."),
     extended('platform="tool", joint_stiffness="suggested"', "Numbers of your own.", arm_text(effort=0)),
     extended('platform="tool", parameters={"length": 2}', "A xacro has parameters."),
@@ -362,7 +362,7 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             more(joint("e", "ground", "third", 0, "continuous", axis="0 1 0").replace('xyz="0 0 0"', 'xyz="0.2 0 0"')
                  + '<loop name="f" type="continuous"><predecessor link="third"><origin xyz="0 0 0.3"/></predecessor>'
                  '<successor link="plate"><origin xyz="0.2 0 0"/></successor><axis xyz="0 1 0"/></loop>')),
-    Mistake("d driven too", "A drive that follows another one is a `<mimic>`.", more(SECOND_MOTOR)),
+    Mistake("d driven too", "An actuator that follows another one is a `<mimic>`.", more(SECOND_MOTOR)),
     Mistake("a lamp on a driven hinge of the plate", "Right, if that is meant.",
             more(LAMP + SECOND_MOTOR.replace('"d"', '"e"'))),
     Mistake("a load of 1 MN, or another slip in the units", "Look at moduli, diameters, masses, loads.",

@@ -209,7 +209,7 @@ class Grower:
 
 
 def random_hybrid(seed, elastic_joints=None):
-    """Return a random mechanism, held by its locked drives more often than not.
+    """Return a random mechanism, held by its locked actuators more often than not.
 
     Args:
         seed: of everything.
@@ -299,7 +299,7 @@ FREEDOMS = {"R": (0, 1), "P": (1, 0), "U": (0, 2), "S": (0, 3), "C": (1, 1), "F"
 
 
 def with_springs(joint, rng):
-    """Return a joint with random stiffnesses: of its bearing, its drive, and now and then along its freedoms."""
+    """Return a joint with random stiffnesses: of its bearing, its actuator, and now and then along its freedoms."""
     slides, turns = (0, 0) if joint.driven else FREEDOMS[joint.kind]
     axis = unit(joint.axis)
     normal = joint.kind == "E"

@@ -258,7 +258,7 @@ class Held:
         return self.displacement(q) @ self.platform0
 
     def actuators(self, q):
-        """Return the drives' coordinates at chain coordinates ``q``."""
+        """Return the actuators' coordinates at chain coordinates ``q``."""
         if self.drive == "chain":
             return dict(zip(self.names, q, strict=True))
         return {"closing": -q[0] if self.swap else q[0]}

@@ -99,12 +99,12 @@ def rounded_angles():
 
 
 def far_from_closed():
-    """A zero configuration in which the loop gapes, although the drive may stay where it is."""
+    """A zero configuration in which the loop gapes, although the actuator may stay where it is."""
     return parsed(re.sub(r'(<successor link="platform"><origin xyz=")\S+', r"\g<1>0.65", four_bar()))
 
 
 def drive_out_of_reach():
-    """A slider-crank whose drive at zero is out of reach of the rod."""
+    """A slider-crank whose actuator at zero is out of reach of the rod."""
     text = written(
         [
             ("slide", "P", (1.2, 0, 0), "base", "slider", {"axis": (1, 0, 0), "driven": True}),
@@ -121,7 +121,7 @@ def drive_out_of_reach():
 
 
 def beyond_limits():
-    """A drive whose limits leave zero out."""
+    """An actuator whose limits leave zero out."""
     return parsed(four_bar().replace('lower="-10" upper="10"', 'lower="0.2" upper="1.5"', 1))
 
 
@@ -145,7 +145,7 @@ def no_drives():
 
 
 def two_drives():
-    """Two drives for one freedom."""
+    """Two actuators for one freedom."""
     return parsed(four_bar(other_head={"driven": True}))
 
 
@@ -225,7 +225,7 @@ def braced_frame():
 
 
 def seven_axes():
-    """A serial arm with seven drives, which may move with its platform at rest."""
+    """A serial arm with seven actuators, which may move with its platform at rest."""
     points = [(0, 0, 0.4 * k) for k in range(8)]
     axes = [(0, 0, 1), Y, (1, 0, 0), Y, (0, 0, 1), Y, (1, 0, 0)]
     return small.robot_of(replace(small.locked_chain(points, axes, mass=3.0), name="seven_axes"))

@@ -1,7 +1,7 @@
 """The URDFs of the package example-robot-data: ``python tests/support/plain_robots.py`` writes docs/how_to/plain_urdf.md.
 
 Each is extended as ``kinetostatics new --from`` does it, without looking at it: its platform is the first link that the error of
-the missing platform proposes, its drives are as stiff as their efforts suggest.
+the missing platform proposes, its actuators are as stiff as their efforts suggest.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from kinetostatics.files.bundled import package_folder
 
 PAGE = ROOT / "docs" / "how_to" / "plain_urdf.md"
 FOLDER = package_folder("example-robot-data") / "robots"
-#: Of drives whose efforts are not in the file [N·m/rad].
+#: Of actuators whose efforts are not in the file [N·m/rad].
 STIFFNESS = 1000.0
 HEAD = """\
-| file | platform | drives | links that could be beams | sag [mm] | compliance [µm/N] |
+| file | platform | actuators | links that could be beams | sag [mm] | compliance [µm/N] |
 |---|---|---:|---:|---:|---:|
 """
 

@@ -39,7 +39,7 @@ class Rewritten:
     moved: frozenset = frozenset()
 
     def drives(self, coordinates):
-        """Return the drives' coordinates as the new description has them."""
+        """Return the actuators' coordinates as the new description has them."""
         return {
             self.names.get(name, name): self.signs.get(name, 1) * (np.asarray(value) - self.shifts.get(name, 0.0))
             for name, value in coordinates.items()
@@ -374,7 +374,7 @@ def renamed(description, seed):
 
 
 def reordered(description, seed):
-    """Write links, joints, loops, beams and drives in another order; the limbs' numbers follow that of the links."""
+    """Write links, joints, loops, beams and actuators in another order; the limbs' numbers follow that of the links."""
     description, rng = validate(description), np.random.default_rng(seed)
 
     def mixed(table):

@@ -28,13 +28,13 @@ def map_of(
         coordinates: the swept ones.
         compliance: (…, 6, 6); the stiffness is its inverse.
         twist: (…, 6).
-        forces: {drive: (…)}.
-        turning: the drives whose forces are torques.
+        forces: {actuator: (…)}.
+        turning: the actuators whose forces are torques.
         status: (…).
         length: the characteristic length.
         pose: (…, 6).
         contribution: {source: (…, 6)}.
-        remaining: (…, 6) what no drive corrects.
+        remaining: (…, 6) what no actuator corrects.
     """
     dims = tuple(coordinates)
     shape = tuple(len(values) for values, _ in coordinates.values())

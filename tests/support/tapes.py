@@ -89,7 +89,7 @@ def evaluated(robot, record, frames, load, gravity):
 
 
 def prescribed_of(robot, convention):
-    """Return the drives or the first coordinates of the platform that determine the pose, and how many freedoms are local."""
+    """Return the actuators or the first coordinates of the platform that determine the pose, and how many freedoms are local."""
     prescribed = robot.actuator_coordinates
     if convention is not None:
         orientation = orientation_named(convention)

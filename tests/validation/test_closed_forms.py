@@ -149,7 +149,7 @@ def test_two_locked_links_under_their_own_weight():
     turn = q * b**2 / 2 * a / GJ
     assert found.twist[2] == pytest.approx(-(corner + turn * b + q * b**4 / (8 * EI)), rel=1e-11)
     assert found.twist[3] == pytest.approx(-(turn + q * b**3 / (6 * EI)), rel=1e-11)
-    # drives about vertical axes carry no weight; about horizontal ones they do
+    # actuators about vertical axes carry no weight; about horizontal ones they do
     close([found.actuator_forces[f"turn_{k}"] for k in (1, 2)], [0, 0], scale=q)
     spec = sr.locked_chain([(0, 0, 0), (a, 0, 0), (a + b, 0, 0)], [(0, -1, 0), (0, -1, 0)], s, mass=3.0)
     forces = analyze(spec, gravity=(0, 0, -9.81)).actuator_forces
@@ -228,7 +228,7 @@ def test_gough_platform_with_axial_struts(inner, telescopic, density):
             [[0, 0, -12 * 9.81], np.cross([0.03, 0.02, 0.01], [0, 0, -12 * 9.81])]
         )
         close(found.twist, np.linalg.solve(K, W), rtol=1e-9)
-        forces = np.linalg.solve(np.array(columns).T, -W)  # a strut pushes with its drive's force
+        forces = np.linalg.solve(np.array(columns).T, -W)  # a strut pushes with its actuator's force
         close([found.actuator_forces[f"slide_{k}"] for k in range(1, 7)], forces, rtol=1e-9)
 
 
@@ -238,7 +238,7 @@ def test_symmetric_3puu():
     found = analyze(spec, gravity=(0, 0, -9.81))
     L = float(np.hypot(0.3, 0.8))
     rod = RHO * s.area * L
-    # by symmetry every drive lifts its slider, its rod and a third of the platform
+    # by symmetry every actuator lifts its slider, its rod and a third of the platform
     for k in (1, 2, 3):
         assert found.actuator_forces[f"rail_{k}"] == pytest.approx((slider + rod + mass / 3) * 9.81, rel=1e-10)
         # half a rod and a third of the platform, resolved along the rod

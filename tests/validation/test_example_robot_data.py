@@ -302,7 +302,7 @@ def test_feet_stand_where_the_file_says_and_carry_the_weight():
 
 @pytest.mark.parametrize("gravity", [GRAVITY, SIDEWAYS])
 def test_torques_of_the_legs_are_pinocchios_under_the_feet_s_forces(gravity):
-    """Virtual work of the package's own masses, the drives and the ground: both for the legs and for the trunk."""
+    """Virtual work of the package's own masses, the actuators and the ground: both for the legs and for the trunk."""
     pose = stand(**UNEVEN)
     result = ks.analyze(pose, load=LOAD, gravity=gravity)
     model = original("anymal_standing", True)[0].copy()
@@ -414,10 +414,10 @@ def test_other_robots_of_the_package_hold_what_pinocchio_says(file, platform, tm
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("name", [*ORIGINALS, "three feet", "soft drives"])
+@pytest.mark.parametrize("name", [*ORIGINALS, "three feet", "soft actuators"])
 def test_finite_elements_agree(name):
     options = {"gravity": SIDEWAYS, "load": LOAD, "point": (0.1, -0.2, 0.05), "frame": "platform"}
-    changed = {"three feet": {"standing": "LF RF RH"}, "soft drives": {"drive_stiffness": 300.0}}.get(name, {})
+    changed = {"three feet": {"standing": "LF RF RH"}, "soft actuators": {"drive_stiffness": 300.0}}.get(name, {})
     pose = arm_pose(2)[0] if name == "ur10" else stand(robot("anymal_standing", **changed), **UNEVEN)
     try:
         found = ks.verify(pose, tolerance=1e-8, **options)

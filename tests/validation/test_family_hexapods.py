@@ -20,7 +20,7 @@ G = 9.81
 LOAD = np.array([120.0, -40.0, -500.0, 7.0, -3.0, 11.0])
 X, Y, Z = np.eye(3)
 
-#: mobility of the platform, redundant constraints, drives
+#: mobility of the platform, redundant constraints, actuators
 KINDS = {
     "gough_stewart": (6, 0, 6), "6rus": (6, 0, 6), "3prs": (3, 0, 3), "tricept": (3, 0, 3), "exechon": (3, 2, 3),
     "five_bar": (2, 3, 2),
@@ -115,7 +115,7 @@ def slope(function, at, step):
 
 
 def assert_forces_are_the_slope_of_the_energy(name, coordinates, masses, up=Z):
-    """Where no mass grows, the drives' forces are the slope of the energy of all ``{link: (mass, centre in the link)}``."""
+    """Where no mass grows, the actuators' forces are the slope of the energy of all ``{link: (mass, centre in the link)}``."""
     one, (pose, _, _) = robot(name), pose_at(name, coordinates)
     found = ks.analyze(pose, gravity=-G * up)
     close(found.base_wrench[:3], G * up * sum(mass for mass, _ in masses.values()), 1e-12)  # no mass is forgotten
@@ -199,7 +199,7 @@ def test_gough_struts_are_as_long_as_the_joints_are_apart(coordinates):
 
 @at_poses("gough_stewart")
 def test_gough_stiffness_and_forces(coordinates):
-    """K is the sum of the struts' axial stiffnesses, and the drives push along the struts."""
+    """K is the sum of the struts' axial stiffnesses, and the actuators push along the struts."""
     pose, R, o = pose_at("gough_stewart", coordinates, density=0, platform_mass=10)
     lines = o + GOUGH_TOP @ R.T - GOUGH_BASE
     screws = np.array([screw(unit(line), b, o) for line, b in zip(lines, GOUGH_BASE, strict=True)]).T
@@ -382,7 +382,7 @@ def test_tricept_stiffness(coordinates):
 
 @at_poses("tricept")
 def test_tricept_forces(coordinates):
-    """Massless struts and tube: the drives' forces are the slope of the platform's energy over the struts' lengths."""
+    """Massless struts and tube: the actuators' forces are the slope of the platform's energy over the struts' lengths."""
     pose, _, o = pose_at("tricept", coordinates, density=0)
     force = np.array([120.0, -40.0, -500.0])
 
@@ -450,7 +450,7 @@ def test_exechon_overconstraint(coordinates):
 
 @at_poses("exechon")
 def test_exechon_forces(coordinates):
-    """Massless legs: the drives' forces are the slope of the platform's energy over the legs' lengths."""
+    """Massless legs: the actuators' forces are the slope of the platform's energy over the legs' lengths."""
     pose, _, _ = pose_at("exechon", coordinates, density=0)
     found = forces_of(ks.analyze(pose))
 

@@ -25,7 +25,7 @@ G = 9.81
 
 @dataclass(frozen=True)
 class Claim:
-    """What the file and the docs say: freedoms, constraints, drives, the workspace as a grid of poses, and two poses in it."""
+    """What the file and the docs say: freedoms, constraints, actuators, the workspace as a grid of poses, and two poses in it."""
 
     mobility: int
     local: int
@@ -176,7 +176,7 @@ def across(bar, start, end, tip, axis):
 
 
 def limb_across(points, bars, axis, o, drive=np.inf):
-    """Return the stiffness (6, 6) at o of a limb whose joints are all parallel to ``axis``, its drive locked.
+    """Return the stiffness (6, 6) at o of a limb whose joints are all parallel to ``axis``, its actuator locked.
 
     It resists a displacement along the axis and rotations across it, and nothing else.
     """
@@ -264,7 +264,7 @@ def test_other_sizes_close_too(name):
 @names
 @pytest.mark.parametrize("which", [1, 2])
 def test_drives_hold_the_slope_of_the_potential_energy(name, which):
-    """No beam is telescopic here, so the drives' forces under gravity are the derivatives of the energy of all weights."""
+    """No beam is telescopic here, so the actuators' forces under gravity are the derivatives of the energy of all weights."""
     one, claim = robot(name), CLAIMS[name]
     pose = assembled(name, which)
     h, steps = 1e-3, np.array([-2, -1, 1, 2])
@@ -336,7 +336,7 @@ def test_planar_inverse_kinematics():
 
 @pytest.mark.parametrize("pose", CLAIMS["planar_3rrr"].poses)
 def test_planar_statics(pose):
-    """In the plane the couplers push along themselves; gravity is across it, and the drives do not feel it."""
+    """In the plane the couplers push along themselves; gravity is across it, and the actuators do not feel it."""
     configuration = robot("planar_3rrr").assemble(platform=pose)
     load = np.array([30.0, -20.0, 7.0, 0.5, -0.3, 2.0])
     _, limbs = planar_screws(pose)
@@ -373,7 +373,7 @@ TRIPOD = np.array([[np.sqrt(2 / 3), -1 / np.sqrt(6), -1 / np.sqrt(6)], [0, -np.s
 
 
 def spherical_orientation(angles):
-    """Return the camera's rotation matrix from the drives' angles, in closed form.
+    """Return the camera's rotation matrix from the actuators' angles, in closed form.
 
     In the motors' axes w_1 = (0, c1, s1), w_2 = (s2, 0, c2), w_3 = (c3, s3, 0), and these are perpendicular to the third, first
     and second column of the rotation. Written as Rz Ry Rx, that is: tan y = t2 cos z, tan x = (sin z sin y + t1 cos y) / cos z,
@@ -387,7 +387,7 @@ def spherical_orientation(angles):
 
 
 def spherical_angles(R):
-    """Return the drives' angles from the camera's rotation matrix: each w_i, turned from home, meets v_i at a right angle."""
+    """Return the actuators' angles from the camera's rotation matrix: each w_i, turned from home, meets v_i at a right angle."""
     R = TRIPOD.T @ R @ TRIPOD
     return [np.arctan(-R[1, 2] / R[2, 2]), np.arctan(-R[2, 0] / R[0, 0]), np.arctan(-R[0, 1] / R[1, 1])]
 
@@ -417,7 +417,7 @@ def test_spherical_inverse_kinematics(which):
 
 @pytest.mark.parametrize("which", [0, 1, 2])
 def test_spherical_statics(which):
-    """From ω · (w × v) = (u × w) · v dθ/dt: only moments about O reach the drives."""
+    """From ω · (w × v) = (u × w) · v dθ/dt: only moments about O reach the actuators."""
     configuration = assembled("spherical_3rrr", which, density=0)
     R = configuration.platform_frame[:3, :3]
     u, w, v = spherical_axes(R, drives("spherical_3rrr", configuration))
@@ -466,14 +466,14 @@ def test_tripteron_drives_are_the_platforms_coordinates():
 def test_tripteron_drives_feel_one_component_of_the_load_each(which):
     load = np.array([300.0, -200.0, 500.0, 20.0, -30.0, 10.0])
     found = ks.analyze(assembled("tripteron", which, density=0, slider_mass=2), load=load, point=(0.03, 0.02, 0.01))
-    # the third drive lifts the platform and its own slider, which the file draws horizontally beside its rail
+    # the third actuator lifts the platform and its own slider, which the file draws horizontally beside its rail
     close(forces("tripteron", found), -load[:3] + [0, 0, (5 + 2) * G], 1e-11)
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
 @pytest.mark.parametrize("drive", [5e7, np.inf])
 def test_tripteron_stiffness(which, drive):
-    """Arms are bent cantilevers on elastic drives; three of their nine constraints are redundant."""
+    """Arms are bent cantilevers on elastic actuators; three of their nine constraints are redundant."""
     configuration = assembled("tripteron", which, **({} if drive == 5e7 else {"drive_stiffness": drive}))
     o = configuration.platform_frame[:3, 3]
     tube = box(70e9, 0.33, 0.08, 0.05, 0.004)
@@ -482,7 +482,7 @@ def test_tripteron_stiffness(which, drive):
 
 
 def test_tripteron_drives_give_way_by_their_forces():
-    """The drives' share of the displacement under a load, at zero: force over stiffness, each along its own axis."""
+    """The actuators' share of the displacement under a load, at zero: force over stiffness, each along its own axis."""
     load = np.array([300.0, -200.0, 500.0, 0.0, 0.0, 0.0])
     found = ks.analyze(assembled("tripteron", 0), load=load, gravity=(0, 0, 0))
     rigid = ks.analyze(assembled("tripteron", 0, drive_stiffness=np.inf), load=load, gravity=(0, 0, 0))
@@ -543,7 +543,7 @@ def test_linear_delta_stiffness(which):
 
 
 def test_linear_delta_in_its_symmetric_pose():
-    """By symmetry the rods alone shorten, and every drive lifts its carriage, its rod and a third of the platform."""
+    """By symmetry the rods alone shorten, and every actuator lifts its carriage, its rod and a third of the platform."""
     found = ks.analyze(robot("linear_delta").assemble())
     area, rise = np.pi / 4 * (0.012**2 - 0.01**2), np.sqrt(ROD**2 - REACH**2)
     rod = 1550 * area * ROD
@@ -588,7 +588,7 @@ def test_delta_inverse_kinematics():
 
 @pytest.mark.parametrize("which", [0, 1, 2])
 def test_delta_statics(which):
-    """Rods without weight push along themselves; a moment on the platform makes those of a pair differ and reaches no drive."""
+    """Rods without weight push along themselves; a moment on the platform makes those of a pair differ, reaching no actuator."""
     configuration = assembled("delta", which, density=0)
     load = np.array([30.0, -20.0, 50.0, 2.0, -3.0, 1.0])
     limbs = list(delta_limbs(configuration.platform_frame[:3, 3]))
@@ -655,7 +655,7 @@ def test_orthoglide_kinematics():
 
 
 def orthoglide_amplification(o):
-    """Return how much faster than its drives the platform moves, at most and at least, from their forces under unit loads.
+    """Return how much faster than its actuators the platform moves, at most and at least, from their forces under unit loads.
 
     For points (..., 3): (2, ...).
     """
@@ -676,7 +676,7 @@ def test_orthoglide_is_isotropic_at_zero_and_bounded_by_its_design():
 
 @pytest.mark.parametrize("which", [0, 1, 2])
 def test_orthoglide_statics(which):
-    """Bars without weight are struts where a force is concerned; sliders, heads and feet load the drives by their own weights."""
+    """Bars without weight are struts where a force is concerned; sliders, heads and feet load the actuators by their weights."""
     configuration = assembled("orthoglide", which, density=0, head_mass=0)
     legs = orthoglide_legs(configuration.platform_frame[:3, 3])
     load = np.array([300.0, -200.0, 500.0, 20.0, -30.0, 10.0])

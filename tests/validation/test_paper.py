@@ -117,7 +117,7 @@ def test_axial_force_of_a_telescopic_rod_is_its_actuators_force(number):
         found = result(robot, number)
         for k in limbs:
             axial = found.beams[f"rod_{k}"].section_wrenches[0, 0]
-            # a compressed rod pushes: the drive is positive where the section force is negative
+            # a compressed rod pushes: the actuator is positive where the section force is negative
             assert found.actuator_forces[f"prismatic_{k}"] == pytest.approx(-axial, rel=1e-12)
 
 

@@ -1,4 +1,4 @@
-"""URDFs of the package example-robot-data as they are: they load, pass ``check`` and sag as their drives let them.
+"""URDFs of the package example-robot-data as they are: they load, pass ``check`` and sag as their actuators let them.
 
 A few of them here; all of them with ``KINETOSTATICS_ALL_URDFS=1``, which takes a minute.
 """
@@ -49,7 +49,7 @@ def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
 @pytest.mark.few(2)
 @pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
 def test_it_passes_check_and_sags_as_pinocchio_says(file, tmp_path, capsys) -> None:
-    """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the drives' stiffnesses."""
+    """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the actuators' stiffnesses."""
     robot = plain_robot(file)
     (row,) = [line for line in TEXT.splitlines() if line.startswith(f"| `{file}` ")]
     np.testing.assert_allclose(numbers(robot.row()), numbers(row), rtol=1e-2)

@@ -156,7 +156,7 @@ def orthoglide():
     )
 
 
-#: The robots of the package that come out of a string, with a pose beside the zero pose: values of the drives.
+#: The robots of the package that come out of a string, with a pose beside the zero pose: values of the actuators.
 ROBOTS = {
     "3rps": (rps, 0.03),
     "2pru_upr": (pru_upr, 0.03),
@@ -174,7 +174,7 @@ ROBOTS = {
 
 
 def numbers(result):
-    """Twist, drives and stiffness, the drives in their order."""
+    """Twist, actuators and stiffness, the actuators in their order."""
     return {
         "twist": result.twist,
         "actuator forces": np.array(list(result.actuator_forces.values())),

@@ -147,7 +147,8 @@ def test_configurations_2_of_the_paper():
         assert_agrees(configuration, 1e-9, gravity=SIDEWAYS, load=LOAD, point=POINT, frame="platform")
 
 
-# ---- small robots: other joints, ways to write them, drives that turn, local freedoms ------------------------------------------
+# ---- small robots: other joints, ways to write them, actuators that turn, local freedoms
+# ------------------------------------------
 
 SPECS = {
     "gough_sps": sr.gough("S"),  # six struts that spin
@@ -386,7 +387,7 @@ def test_cantilever_on_an_elastic_clamp(driven):
 @pytest.mark.slow
 @pytest.mark.smoke
 def test_gough_platform_on_elastic_joints():
-    """K = Σ k $ $ᵀ, a strut being as soft as its rod, its drive and the bearings at both ends together."""
+    """K = Σ k $ $ᵀ, a strut being as soft as its rod, its actuator and the bearings at both ends together."""
     bearing, drive = 5e7, 2e7
     spec = sr.gough("U", section=sr.circle(0.03), density=0.0)
     mechanism = sr.mechanism_of(spec)

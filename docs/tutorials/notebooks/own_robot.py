@@ -88,8 +88,8 @@ np.testing.assert_allclose(result.stiffness[2, 2], 3 * E * A / L, rtol=1e-9)
 f"{result.stiffness[2, 2] / 1e6:.1f} N/µm"
 
 # %% [markdown]
-# A load of 1 kN presses the table down by $1000 / k$, and each drive holds
-# a third of it.
+# A load of 1 kN presses the table down by $1000 / k$, and each actuator
+# holds a third of it.
 
 # %%
 np.testing.assert_allclose(

@@ -73,10 +73,10 @@ assert stress < 5 and buckling < 0.01
 f"{stress:.1f} MPa, {buckling:.2%} of Euler's load"
 
 # %% [markdown]
-# ## And the drives
+# ## And the actuators
 #
-# Thicker rods are heavier, and the drives hold their weight. Between 40 mm
-# and 120 mm the largest drive force more than doubles.
+# Thicker rods are heavier, and the actuators hold their weight. Between 40
+# mm and 120 mm the largest actuator force more than doubles.
 
 # %%
 force = abs(ds["actuator_force"]).max([*poses, "actuator"])
@@ -86,8 +86,8 @@ force.values.round()
 # %% [markdown]
 # ## The figure
 #
-# Sag falls and drive forces rise with the diameter: the thinnest rods that
-# are stiff enough are best.
+# Sag falls and actuator forces rise with the diameter: the thinnest rods
+# that are stiff enough are best.
 
 # %%
 figure, axes = plt.subplots(figsize=(6.5, 3.5), layout="constrained")
@@ -109,5 +109,5 @@ axes.set(
 axes.grid(alpha=0.3)
 right = axes.twinx()
 right.plot(millimetres, force, "s-", color="tab:orange")
-right.set(ylabel="largest drive force [N]", ylim=(0, None))
+right.set(ylabel="largest actuator force [N]", ylim=(0, None))
 plt.show()

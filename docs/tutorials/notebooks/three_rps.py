@@ -2,7 +2,7 @@
 # # The 3RPS from file to figure
 #
 # A platform on three telescopic legs: how far does it sag, and what must
-# its drives hold? This is the first robot of Yang, Huang, Ye and Chen
+# its actuators hold? This is the first robot of Yang, Huang, Ye and Chen
 # (2023), and all numbers here can be compared with theirs.
 
 # %%
@@ -49,7 +49,7 @@ pose
 # ## What gravity does
 #
 # The paper takes 9.8 m/s². Its Table 1 has these displacements of the
-# platform's centre o, and its Table 2 these drive forces.
+# platform's centre o, and its Table 2 these actuator forces.
 
 # %%
 result = ks.analyze(pose, gravity=[0, 0, -9.8])

@@ -45,7 +45,8 @@ moved = np.linalg.norm(result.twist[:3]) * 1e6
 f"{locked:.0f} N in the joints, and o moves by {moved:.0f} µm"
 
 # %% [markdown]
-# It does not reach the drives: forces that are locked in need no drive.
+# It does not reach the actuators: forces that are locked in need no
+# actuator.
 
 # %%
 assert max(abs(force) for force in result.actuator_forces.values()) < 1e-6

@@ -2,7 +2,7 @@
 # # Workspace maps
 #
 # One pose says little. A map holds thousands: where the robot gets to, how
-# far it sags there, how stiff it is, and what its drives hold.
+# far it sags there, how stiff it is, and what its actuators hold.
 
 # %%
 import numpy as np
@@ -72,7 +72,7 @@ assert np.all(np.diff(sag) != 0)
 largest = float(
     abs(ds["actuator_force"]).where(~ds["limit_exceeded"]).max()
 )
-f"no drive holds more than {largest:.0f} N"
+f"no actuator holds more than {largest:.0f} N"
 
 # %% [markdown]
 # The robot looks the same after a third of a turn, and so must the map: it

@@ -188,7 +188,7 @@ def _geometry_arguments(
     if any(point.symbol and point.symbol.driven and point.kind == "R" for skeleton in skeletons for point in skeleton.points):
         arguments.add("drive_angle_max", "${radians(90)}", "of driven revolute joints, either way from zero")
     if "drive_stiffness" in arguments.given:
-        arguments.add("drive_stiffness", "inf", "of every drive, N/m or N m/rad; inf: rigid")
+        arguments.add("drive_stiffness", "inf", "of every actuator, N/m or N m/rad; inf: rigid")
     return longest
 
 

@@ -1,4 +1,4 @@
-"""A plain URDF extended: a small xacro that includes it as it is and adds platform, drives and what is elastic."""
+"""A plain URDF extended: a small xacro that includes it as it is and adds platform, actuators and what is elastic."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kinetostatics.files.xml import Element
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
-#: How far a suggested drive gives under its largest force: 5 mrad, as the gears of arms do, or 0.5 mm.
+#: How far a suggested actuator gives under its largest force: 5 mrad, as the gears of arms do, or 0.5 mm.
 TURN, SLIDE = 5e-3, 5e-4
 #: Stands for all that the file suggests.
 SUGGESTED = "suggested"
@@ -40,10 +40,10 @@ def extend_robot(
     joint_stiffness: Mapping[str, float] | str | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> Robot:
-    """Extend a URDF that says nothing of platform, drives and elastic parts, by a small xacro that includes it as it is.
+    """Extend a URDF that says nothing of platform, actuators and elastic parts, by a small xacro that includes it as it is.
 
     The xacro suggests, in comments and with numbers from the file, which other links could be beams (the distance of their joints
-    and their mass) and how stiff drives could be (their largest effort).
+    and their mass) and how stiff actuators could be (their largest effort).
 
     Args:
         source: the URDF or xacro, without loops of other tools.
@@ -55,7 +55,7 @@ def extend_robot(
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two joints that move beside it. "suggested": all that the file suggests. A beam weighs what
             the link's ``<inertial>`` says; if it says nothing, what its material weighs.
-        joint_stiffness: stiffnesses of drives [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
+        joint_stiffness: stiffnesses of actuators [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
             the comments.
         parameters: values of the source's xacro arguments.
 
@@ -112,14 +112,14 @@ def _extension(
     description = read_robot_file(name, parameters, platform=platform, base=base)
     held = SourceRobot(name, root, description.links, description.joints)
     candidates = spans(description, held.zero_frames)
-    drives, holding = _drives(root, description, driven)
-    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *drives, *holding))))
+    actuators, holding = _actuators(root, description, driven)
+    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *actuators, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
         "" if has_platform else f"  <platform link={quoted(description.platform)}/>\n",
         f"  <base link={quoted(description.base)}/>\n" if base is not None or _floats(description) else "",
-        _drives_text(drives, "drives: joints that move and have no transmission in the file; their brakes hold"),
-        _drives_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
+        _actuators_text(actuators, "actuators: joints that move and have no transmission in the file; their brakes hold"),
+        _actuators_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
         _beams_text(known, candidates, elastic),
         _stiffness_text(known, joint_stiffness),
     ]
@@ -138,10 +138,10 @@ def _floats(description: RobotDescription) -> bool:
     return description.base != tree and description.base == first_base(tree, description.joints)
 
 
-# ---- drives ------------------------------------------------------------------------------------------------------------
+# ---- actuators ------------------------------------------------------------------------------------------------------------
 
 
-def _drives(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> tuple[list[str], list[str]]:
+def _actuators(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> tuple[list[str], list[str]]:
     """Return the joints that get a transmission, and those that get one because nothing else would hold what hangs on them."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     if driven is None:
@@ -159,7 +159,7 @@ def _drives(root: Element, description: RobotDescription, driven: Iterable[str] 
     return [name for name in names if name not in there], holding
 
 
-def _drives_text(names: list[str], comment: str) -> str:
+def _actuators_text(names: list[str], comment: str) -> str:
     if not names:
         return ""
     lines = [f"  <transmission name={quoted(f'drive_{name}')}><joint name={quoted(name)}/></transmission>\n" for name in names]
@@ -252,14 +252,14 @@ def _element(span: Span, material: str, section: str, more: str = "") -> str:
 
 
 def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | str | None) -> str:
-    drives = [description.joints[name] for name in description.driven if name in description.joints]
+    actuators = [description.joints[name] for name in description.driven if name in description.joints]
     there = description.joint_stiffness
-    suggested = {joint.name: _drive_stiffness(joint) for joint in drives if joint.effort > 0 and joint.name not in there}
+    suggested = {joint.name: _actuator_stiffness(joint) for joint in actuators if joint.effort > 0 and joint.name not in there}
     if given == SUGGESTED:
         wanted = dict(suggested)
         if not wanted:
             raise ArgumentError(
-                "joint_stiffness: no drive of the file has an effort that would tell how stiff it may be; give numbers"
+                "joint_stiffness: no actuator of the file has an effort that would tell how stiff it may be; give numbers"
             )
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
@@ -267,12 +267,12 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
         wanted = {str(name): _positive(description, name, value) for name, value in (given or {}).items()}
     result = ""
     if wanted:
-        result += "\n  <!-- elastic drives and gears, in N m/rad, slides in N/m -->\n"
+        result += "\n  <!-- elastic actuators and gears, in N m/rad, slides in N/m -->\n"
         result += "".join(_stiffness(name, value) + "\n" for name, value in wanted.items())
-    rest = [joint for joint in drives if joint.name in suggested and joint.name not in wanted]
+    rest = [joint for joint in actuators if joint.name in suggested and joint.name not in wanted]
     if rest:
         result += (
-            "\n  <!-- How stiff drives could be, in N m/rad, slides in N/m: as if their effort, the largest force\n"
+            "\n  <!-- How stiff actuators could be, in N m/rad, slides in N/m: as if their effort, the largest force\n"
             f"       that the file has, moved them by {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Makers of gears say more. -->\n"
         )
         result += "".join(
@@ -286,13 +286,13 @@ def _unit(joint: Joint) -> str:
     return JOINT_TYPES[joint.type].force_unit.replace("·", " ")
 
 
-def _drive_stiffness(joint: Joint) -> float:
+def _actuator_stiffness(joint: Joint) -> float:
     return float(f"{joint.effort / (SLIDE if JOINT_TYPES[joint.type].is_slide else TURN):.2g}")
 
 
 def _positive(description: RobotDescription, name: str, value: object) -> float:
     if name not in description.driven:
-        raise ArgumentError(f"joint_stiffness: no drive {name!r}: {near_names(str(name), description.driven)}")
+        raise ArgumentError(f"joint_stiffness: no actuator {name!r}: {near_names(str(name), description.driven)}")
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < float("inf"):
         raise ArgumentError(f"joint_stiffness of {name!r} is {value!r}; it must be a number greater than zero, in N·m/rad or N/m")
     return float(value)

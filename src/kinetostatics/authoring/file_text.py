@@ -97,10 +97,10 @@ def _about(design: Design) -> str:
         )
         limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")
         number += group.count
-    said = "  The notation marked no drive: these are the usual ones.\n" if architecture.drives_chosen else ""
+    said = "  The notation marked no actuator: these are the usual ones.\n" if architecture.actuators_chosen else ""
     return (
         "<!--\n"
-        f"  {architecture.text}, built by name. Drives stand in brackets.\n" + "\n".join(limbs) + "\n" + said + "\n"
+        f"  {architecture.text}, built by name. Actuators stand in brackets.\n" + "\n".join(limbs) + "\n" + said + "\n"
         "  Units: m, kg, N, rad. All joints at zero closes the loops exactly, also after a value was changed.\n"
         "  Change a value here, or without editing the file: ks.load_robot(FILE, parameters={'platform_mass': 5})\n"
         "-->"

@@ -1,4 +1,4 @@
-"""The xacro text of a limb: a macro that puts its joints, links, beams and drives between base and platform.
+"""The xacro text of a limb: a macro that puts its joints, links, beams and actuators between base and platform.
 
 Its geometry is written as expressions of the file's arguments, so that the file stays closed when these are changed. In the
 limb's frame (y along its revolute axes) a link has its z along itself: turned by its pitch about y, then by its roll about its x.
@@ -26,7 +26,7 @@ class LimbOptions:
         prefixes: what the arguments of a role's section begin with.
         widths: for each role the expressions of its drawing: diameter, or height and width.
         two_pieces: whether a telescope is a cylinder and a rod of constant lengths.
-        drive_stiffness: whether drives are elastic.
+        drive_stiffness: whether actuators are elastic.
         spherical: whether the limb's axes all pass through one point.
     """
 
@@ -60,7 +60,7 @@ class _Walk:
     roll: str = "0"
     last_joint: str = ""
     lines: list[str] = field(default_factory=list)
-    drives: list[str] = field(default_factory=list)
+    actuators: list[str] = field(default_factory=list)
 
     def say(self, *lines: str) -> None:
         self.lines += lines
@@ -82,8 +82,8 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
             _joint_and_link(skeleton, options, number, walk)
     if not skeleton.points:
         _to_platform(skeleton, Point("", None), walk)
-    for number, joint in enumerate(walk.drives):
-        letter = "abcdef"[number] if len(walk.drives) > 1 else ""
+    for number, joint in enumerate(walk.actuators):
+        letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
         walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
         if options.drive_stiffness:
             walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg drive_stiffness)"/>')
@@ -154,7 +154,7 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
             '             mass="${carriage_mass}" stroke="${stroke}"/>',
         )
     if skeleton.guide.driven:
-        walk.drives.append("prismatic_${i}")
+        walk.actuators.append("prismatic_${i}")
     walk.link, walk.last_joint = "carriage_${i}", "prismatic_${i}"
 
 
@@ -214,7 +214,7 @@ def _tree_joint(skeleton: Skeleton, point: Point, child: str, pitch: str, roll: 
         )
         walk.last_joint = name
         if driven:
-            walk.drives.append(name)
+            walk.actuators.append(name)
     elif point.kind == "U":
         cross = f'cross="cross_${{i}}{point.letter}"'
         if point.axes == "nx":
@@ -297,7 +297,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     if options.two_pieces:
         outer = options.widths["cylinder"]
         walk.say(
-            "<!-- cylinder and rod have constant lengths; the locked drive joins them rigidly -->",
+            "<!-- cylinder and rod have constant lengths; the locked actuator joins them rigidly -->",
             f'<link name="{walk.link}">',
             f"  {_drawn(outer, f'cylinder_part * {length}', f'cylinder_part * {length} / 2')}",
             "</link>",
@@ -332,7 +332,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     else:
         walk.say(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
     if span.slide is not None and span.slide.driven:
-        walk.drives.append(slide)
+        walk.actuators.append(slide)
     walk.link, walk.last_joint = rod, slide
 
 
@@ -372,7 +372,7 @@ def _to_platform(skeleton: Skeleton, point: Point, walk: _Walk) -> None:
     if point.kind == "R":
         walk.say(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
         if point.symbol is not None and point.symbol.driven:
-            walk.drives.append(name)
+            walk.actuators.append(name)
     elif point.kind == "C":
         walk.say(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')
     elif point.kind == "U" and point.axes == "nx":

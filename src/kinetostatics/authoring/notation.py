@@ -103,7 +103,7 @@ class LimbGroup:
 
     @property
     def text(self) -> str:
-        """The limb as it is written, drives in brackets."""
+        """The limb as it is written, actuators in brackets."""
         return "".join(joint.text for joint in self.joints)
 
     @property
@@ -124,16 +124,16 @@ class Architecture:
     Attributes:
         source: the notation as it was given.
         groups: the limbs, those alike together.
-        drives_chosen: whether the notation marked no drive, so that the usual ones were taken.
+        actuators_chosen: whether the notation marked no actuator, so that the usual ones were taken.
     """
 
     source: str
     groups: tuple[LimbGroup, ...]
-    drives_chosen: bool = False
+    actuators_chosen: bool = False
 
     @property
     def text(self) -> str:
-        """The mechanism in the notation, drives in brackets."""
+        """The mechanism in the notation, actuators in brackets."""
         return "+".join(f"{group.count}-{group.text}" if group.count > 1 else group.text for group in self.groups)
 
     @property
@@ -142,8 +142,8 @@ class Architecture:
         return tuple(group for group in self.groups for _ in range(group.count))
 
     @property
-    def drives(self) -> int:
-        """The number of drives."""
+    def actuators(self) -> int:
+        """The number of actuators."""
         return sum(group.count * sum(joint.driven for joint in group.joints) for group in self.groups)
 
     @property
@@ -155,7 +155,7 @@ class Architecture:
 def parse_architecture(text: str) -> Architecture:
     """Read a mechanism in the field's notation.
 
-    Without any mark of drives the usual ones are taken: of each limb the first prismatic joint, else its first revolute or
+    Without any mark of actuators the usual ones are taken: of each limb the first prismatic joint, else its first revolute or
     cylindrical one, which mostly is that at the base. Limbs that leave less than six freedoms stay passive where those with
     six are as many as the mechanism's freedoms: the tube of 3-UPS+UP.
 
@@ -178,7 +178,7 @@ def parse_architecture(text: str) -> Architecture:
     found = Architecture(text, tuple(groups))
     if len(found.limbs) > MAX_LIMBS:
         raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
-    return found if found.drives else _with_usual_drives(found)
+    return found if found.actuators else _with_usual_actuators(found)
 
 
 def _other_name(text: str) -> str:
@@ -266,7 +266,7 @@ def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
         raise error_at(text, place, "no bracket was opened before it; a driven joint is written [P]")
     if letter.upper() not in JOINTS:
         raise error_at(
-            text, place, f"no joint has this sign; joints are {LETTERS}, drives stand in brackets, limbs are joined by +"
+            text, place, f"no joint has this sign; joints are {LETTERS}, actuators stand in brackets, limbs are joined by +"
         )
     joint = JointSymbol(letter.upper(), False, place)
     if text[at + 1 : at + 2] and text[at + 1] in UNDERLINES:
@@ -281,8 +281,8 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
     return replace(joint, driven=True)
 
 
-def _with_usual_drives(found: Architecture) -> Architecture:
-    """Return an architecture whose notation marks no drive with the usual ones."""
+def _with_usual_actuators(found: Architecture) -> Architecture:
+    """Return an architecture whose notation marks no actuator with the usual ones."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
 
@@ -293,8 +293,8 @@ def _with_usual_drives(found: Architecture) -> Architecture:
         return group if only_full and group.freedoms < 6 else replace(group, joints=joints)
 
     groups = tuple(map(driven, found.groups))
-    chosen = replace(found, groups=groups, drives_chosen=True)
-    if not chosen.drives:
+    chosen = replace(found, groups=groups, actuators_chosen=True)
+    if not chosen.actuators:
         raise ArgumentError(
             f"architecture {found.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
         )

@@ -33,9 +33,9 @@ def new_robot(
     """Build a robot from the field's notation, such as ``"3-R[P]S"``; ``docs/start/robot_by_name.md`` tells the conventions.
 
     Args:
-        architecture: limbs as strings of the joints R, P, U, S, C from base to platform, drives in brackets or underlined, limbs
-            joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``. Without any mark the usual drives are taken: of each limb its first
-            prismatic joint, else the one at the base.
+        architecture: limbs as strings of the joints R, P, U, S, C from base to platform, actuators in brackets or underlined,
+            limbs joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``. Without any mark the usual actuators are taken: of each limb
+            its first prismatic joint, else the one at the base.
         path: where the file is written, a xacro; None: nowhere. A file that is there is not replaced.
         base_radius: of the limbs' base points from Z [m]; 0.3 if not given, also for the other two: 0.2 and 0.5.
         platform_radius: of their platform points from o [m].

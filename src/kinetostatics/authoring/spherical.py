@@ -54,7 +54,7 @@ def add_spherical_arguments(
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
     arguments.add("drive_angle_max", "${radians(60)}", "of driven joints, either way from zero")
     if "drive_stiffness" in arguments.given:
-        arguments.add("drive_stiffness", "inf", "of every drive, N m/rad; inf: rigid")
+        arguments.add("drive_stiffness", "inf", "of every actuator, N m/rad; inf: rigid")
     return {
         role: math.sqrt(one**2 + other**2 - 2 * one * other * math.cos(arc))
         for role, one, other, arc in (("crank", base, middle, arcs[0]), ("rod", middle, platform, arcs[1]))
@@ -87,7 +87,7 @@ def spherical_macro(
         macro: its name.
         prefixes: what the arguments of a role's section begin with.
         flat: whether a role's section needs its y axis.
-        drive_stiffness: whether drives are elastic.
+        drive_stiffness: whether actuators are elastic.
     """
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]

@@ -2,7 +2,7 @@
 
 An end turns as its passive joints say; it is clamped to base, platform and rigid links. Where elastic beams or several joints
 hold what it is fixed to, that may turn. It moves across the member as its joints slide, and where nothing but the member itself
-holds it: in the directions in which it still moves if everything else is rigid, the drives are locked and the member is a rod
+holds it: in the directions in which it still moves if everything else is rigid, the actuators are locked and the member is a rod
 with hinged ends. Where nothing at all holds what is at its end, as in serial arms, that end is free and the other one clamped.
 Bearings count as rigid, and that several members might sway together is not looked at.
 """

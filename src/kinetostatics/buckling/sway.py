@@ -1,6 +1,6 @@
 """What keeps the two ends of a member from moving against each other, if the member itself is a rod with hinged ends.
 
-Everything else is rigid and the drives are locked: what still moves is held by nothing but the member's own stiffness against
+Everything else is rigid and the actuators are locked: what still moves is held by nothing but the member's own stiffness against
 bending, as the tip of a driven crank is.
 """
 

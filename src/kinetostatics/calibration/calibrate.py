@@ -52,10 +52,10 @@ def calibrate(
     Args:
         robot: as its file says; the search begins there.
         measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns: coordinates of the platform
-            or of all drives; the load on it Fx … Mz; readings: components of the twist at o in world axes, dx dy dz drx dry drz,
-            and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
-        unknowns: names: of a beam, elastic joint or drive, for a factor of its stiffness ("drives:slide" if the joint is elastic
-            as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
+            or of all actuators; the load on it Fx … Mz; readings: components of the twist at o in world axes, dx dy dz drx dry
+            drz, and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
+        unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("drives:slide" if the joint is
+            elastic as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
             :func:`kinetostatics.spread` has them, "slide.drive_stiffness" or "rod_1.outer_diameter"; "payload.mass", "payload.x",
             "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads where
             nothing moves, or "offsets" for all gauges.

@@ -28,7 +28,7 @@ class Measurements:
     """What was measured, row by row; all SI.
 
     Attributes:
-        coordinates: (N,) of the platform or of the drives, by name; none: the zero pose.
+        coordinates: (N,) of the platform or of the actuators, by name; none: the zero pose.
         load: (N, 6).
         readings: (N,) by gauge; NaN where there is none.
         rows: (N,) line of the file, or number of the row from 0.
@@ -46,7 +46,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
     """Return measurements.
 
     Args:
-        robot: whose drives coordinates may name.
+        robot: whose actuators coordinates may name.
         given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one a row; or an xarray Dataset,
             whose variables and coordinates are the columns. Titles may have units in brackets; without them numbers are SI.
         gauges: that readings may be of.
@@ -55,7 +55,11 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
         ArgumentError: a title or a cell makes no sense; the message names file and line.
     """
     where, titles, rows = _table(given)
-    kinds = {**PLATFORM_KINDS, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS}}
+    kinds = {
+        **PLATFORM_KINDS,
+        **_actuators(robot),
+        **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS},
+    }
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
     named = [title_of(title) or (title.strip(), "") for title in titles]
     names = [name for name, _ in named]
@@ -93,7 +97,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
     return Measurements(coordinates, load, readings, np.array(numbers), list(map(where, numbers)))
 
 
-def _drives(robot: Robot) -> dict[str, str]:
+def _actuators(robot: Robot) -> dict[str, str]:
     connections = robot.mechanism.connections
     return {name: connections[name].type.kind for name in robot.description.driven}
 

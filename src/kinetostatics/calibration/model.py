@@ -84,7 +84,7 @@ class Model:
         count = len(load)
         driven = unknowns.robot.description.driven
         given = dict(coordinates) or {name: np.zeros(count) for name in driven}
-        self._of_drives = set(given) <= set(driven)
+        self._of_actuators = set(given) <= set(driven)
         extra, self._referred = 0, np.full(count, -1)
         if isinstance(reference, Mapping):
             extra, self._referred = 1, np.full(count, count)
@@ -126,7 +126,7 @@ class Model:
         how = "nan" if only is None else "raise"
         if not given:
             return spread(assemble(robot, given, None, None, None, self._tolerance, how), (self._size,))
-        if self._of_drives:
+        if self._of_actuators:
             return assemble(robot, given, None, None, near, self._tolerance, how)
         return assemble(robot, None, given, self.orientation, near, self._tolerance, how)
 

@@ -61,7 +61,7 @@ def plan_measurements(
         robot: as its file says.
         unknowns: as in :func:`calibrate`.
         n: how many measurements, each a pose and a load.
-        over: coordinates of the platform, or of all drives; arrays span the grid of poses; default: the zero pose.
+        over: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero pose.
         loads: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
         read: components of the twist and gauges that are read at each of them.
         gauges, reference, orientation, payload, point, frame, tolerance, analysis: as in :func:`calibrate`.

@@ -147,7 +147,7 @@ class Unknowns:
             known += self._numbers if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
-                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or drive, an argument of its file, a "
+                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or actuator, an argument of its file, a "
                 f"number of a part, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
             )
         value = numbers[name]

@@ -25,7 +25,7 @@ class JointStep:
         name: of the joint; of a run, what its joints' names have in common.
         joints: the joints' names.
         kind: URDF or loop type.
-        driven, elastic: whether it is driven, and whether it or its drive is elastic.
+        driven, elastic: whether it is driven, and whether it or its actuator is elastic.
         follows: the joint that it mimics, or None.
     """
 

@@ -9,7 +9,7 @@ from kinetostatics.checks import parts
 from kinetostatics.checks.chains import Graph
 from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
 from kinetostatics.checks.limb_graph import GraphReader
-from kinetostatics.checks.mobility import Motions, coordinates_of, drives_of, local_freedoms
+from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
@@ -88,9 +88,9 @@ def robot_facts(robot: Robot) -> RobotFacts:
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     found, motions = robot.mobility, Motions(robot)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
-    zero.drives = {name: float(value) for name, value in zip(motions.drive_names, values, strict=True)}
+    zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
     counts = found.platform, found.local, found.redundant_constraints, found.gap
-    held = coordinates_of(motions), *drives_of(motions)
+    held = coordinates_of(motions), *actuators_of(motions)
     return MobilityFacts(*counts, *held, local_freedoms(motions), redundancies(motions))
 
 

@@ -100,8 +100,8 @@ class MobilityFacts:
         redundant_constraints: constraints that say nothing new; ``redundancies`` says where.
         gap: ratio of the smallest kept to the largest dropped singular value; small means that the counts are doubtful.
         coordinates: platform coordinates that place the platform, as many as its freedoms.
-        redundant_drives: how many more drives there are than freedoms that they move.
-        unheld: freedoms of the platform that are left with the drives locked.
+        redundant_drives: how many more actuators there are than freedoms that they move.
+        unheld: freedoms of the platform that are left with the actuators locked.
     """
 
     platform: int
@@ -121,7 +121,7 @@ class ZeroFacts:
 
     Attributes:
         openings: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
-        drives: where the drives stand at the closed zero pose [m, rad]; None if the loops do not close.
+        drives: where the actuators stand at the closed zero pose [m, rad]; None if the loops do not close.
         closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
     """
 

@@ -1,4 +1,4 @@
-"""What can move: platform coordinates that place the platform, local freedoms by name, drives in excess."""
+"""What can move: platform coordinates that place the platform, local freedoms by name, actuators in excess."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class LocalFreedom:
 class Motions:
     """What a robot can do at its best generic pose: scaled velocities ``free`` (nv, k) that keep the loops closed.
 
-    ``platform`` (6, nv) maps them to the platform's scaled twist at o, ``drives`` (n, nv) to the drives' rates.
+    ``platform`` (6, nv) maps them to the platform's scaled twist at o, ``actuators`` (n, nv) to the actuators' rates.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -71,7 +71,7 @@ class Motions:
         return np.concatenate([linear / self.robot.length, moving[3:]])
 
     @property
-    def drives(self) -> Array:
+    def actuators(self) -> Array:
         """The scaled rates (n, nv) of the driven joints, those of the tree first."""
         prescribed = self.robot.actuator_coordinates
         rows = np.eye(self.twists.shape[1])[np.array(prescribed.columns, dtype=np.intp)]
@@ -80,8 +80,8 @@ class Motions:
         return np.concatenate([rows, gradient[gradient.shape[0] - loops.size :, :, 0]])
 
     @property
-    def drive_names(self) -> list[str]:
-        """Names of the rows of ``drives``."""
+    def actuator_names(self) -> list[str]:
+        """Names of the rows of ``actuators``."""
         loops = {loop.name for loop in self.robot.equations.loops}
         return sorted(self.robot.description.driven, key=lambda name: name in loops)
 
@@ -99,9 +99,9 @@ class Motions:
         return canonical_basis(self.free @ rows[int(np.sum(values > self.robot.rank_tolerance)) :].T)
 
 
-def drives_of(motions: Motions) -> tuple[int, int]:
-    """Return how many more drives there are than freedoms that they move, and the platform's freedoms that they leave."""
-    D = motions.drives
+def actuators_of(motions: Motions) -> tuple[int, int]:
+    """Return how many more actuators there are than freedoms that they move, and the platform's freedoms that they leave."""
+    D = motions.actuators
     moved = D @ motions.free
     held = motions.rank(moved)
     left = motions.free
@@ -158,14 +158,14 @@ def local_freedoms(motions: Motions) -> list[LocalFreedom]:
     columns = eliminated(table.reshape(-1, local.shape[1]))
     table = (table.reshape(-1, local.shape[1]) @ columns).reshape(table.shape)
     moving = np.max(np.abs(table), axis=1) > NOTHING  # bodies, columns
-    rates = np.abs(motions.drives @ local @ columns) > NOTHING
+    rates = np.abs(motions.actuators @ local @ columns) > NOTHING
     found = []
     for group in groups_of(moving.T):
         mine = [body for body in bodies if np.any(moving[body, group])]
         links = _links_of(robot, mine)
-        drives = tuple(name for name, row in zip(motions.drive_names, rates, strict=True) if np.any(row[group]))
+        actuators = tuple(name for name, row in zip(motions.actuator_names, rates, strict=True) if np.any(row[group]))
         kind, joint = _kind(motions, links, mine, table[:, :, group])
-        found.append(LocalFreedom(links, len(group), kind, joint, drives))
+        found.append(LocalFreedom(links, len(group), kind, joint, actuators))
     order = {link: k for k, link in enumerate(robot.description.links)}
     return sorted(found, key=lambda item: order.get(item.links[0], 0) if item.links else 0)
 

@@ -77,7 +77,7 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
         linear, angular, drive = np.zeros(3), np.zeros(3), None
         springs = springs_of(robot.mechanism, name)
         for spring in springs:
-            if spring.is_drive:
+            if spring.is_actuator:
                 drive = robot.description.joint_stiffness[name].drive
             else:
                 linear, angular = np.diag(spring.linear), np.diag(spring.angular)

@@ -1,6 +1,6 @@
 """What is held more than once: redundant constraints, and where they are.
 
-A redundant constraint is a self-stress: forces in joints, without a load and with the drives free, that are in equilibrium by
+A redundant constraint is a self-stress: forces in joints, without a load and with the actuators free, that are in equilibrium by
 themselves. All of them together are the null space of the joints' equations of all limbs; which joints they load says where they
 are.
 """
@@ -66,7 +66,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
 
 
 class _SelfStress:
-    """All self-stresses of a robot at one pose, drives free.
+    """All self-stresses of a robot at one pose, actuators free.
 
     Attributes:
         states: (6 M, r) scaled wrenches of all cut joints of all limbs.

@@ -87,7 +87,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         )
     if moved:
         yield (
-            "the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
+            "the loops do not close with the actuators at zero: the zero pose, from which all others are reached, has "
             f"{listing(moved)}"
         )
     hint = None if robot.zero_is_near else corrections_hint(robot.mechanism, robot.size)
@@ -257,7 +257,7 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     types = [robot.mechanism.connections[edge.joint].type for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
     if not robot.description.joint_stiffness and any(0 < item.freedoms < 6 for item in types):
-        yield "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+        yield "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
         for words, value, unit, turns in _held(robot, joint):
@@ -283,7 +283,7 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
                 yield f"the stiffness of {joint.joint} {'about' if turns else 'along'} {axis}", value, unit, turns
     if joint.drive is not None:
         slides = JOINT_TYPES[joint.kind].is_slide
-        yield f"the stiffness of the drive of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
+        yield f"the stiffness of the actuator of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
 
 
 def _free_axes(joint: Connection) -> set[tuple[int, str]]:
@@ -297,7 +297,7 @@ def _free_axes(joint: Connection) -> set[tuple[int, str]]:
 
 
 def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str]]:
-    """Return warnings of doubtful counts and of drives, and what keeps the robot from being analysed."""
+    """Return warnings of doubtful counts and of actuators, and what keeps the robot from being analysed."""
     found: list[str] = []
     problems: list[str] = []
     if robot.mobility.gap < SMALL_GAP:
@@ -315,11 +315,11 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     if mobility is not None and mobility.redundant_drives:
         held = len(facts.drives) - mobility.redundant_drives
         found.append(
-            f"{len(facts.drives)} drives for {held} freedom{'s' * (held != 1)}: the actuation is redundant; drives are taken as "
-            "locked in position and share the load as their limbs' elasticity makes them (if the robot should have more "
-            "freedoms, look for a wrong <axis>)"
+            f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
+            "taken as locked in position and share the load as their limbs' elasticity makes them (if the robot should have "
+            "more freedoms, look for a wrong <axis>)"
         )
-    for name in robot.drives_outside_limbs:
+    for name in robot.actuators_outside_limbs:
         found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
     generic = analyze(poses_of(robot, robot.generic_poses))
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")

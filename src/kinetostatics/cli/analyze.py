@@ -7,8 +7,8 @@ import argparse
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
-HELP = "compute sag, stiffness, drive forces, joint reactions and stresses at one pose"
-DESCRIPTION = "Compute sag, stiffness, drive forces, joint reactions and beam stresses at one pose."
+HELP = "compute sag, stiffness, actuator forces, joint reactions and stresses at one pose"
+DESCRIPTION = "Compute sag, stiffness, actuator forces, joint reactions and beam stresses at one pose."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:

@@ -22,14 +22,14 @@ EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 tables:
   MEASUREMENTS is a CSV file. Its first line has titles, with units if they are not SI: coordinates of the platform or of all
-  drives, Fx Fy Fz Mx My Mz of the load, and readings: dx dy dz drx dry drz of o in world axes, and gauges by their names. Each
+  actuators, Fx Fy Fz Mx My Mz of the load, and readings: dx dy dz drx dry drz of o in world axes, and gauges by their names. Each
   further line is one pose with one load; an empty cell is no reading. The file of --gauges has name, direction ux uy uz, and,
   where they differ from what is in brackets, point x y z (o), frame world or platform (world), measures displacement or rotation
   (displacement), sigma (not known).
 
 unknowns:
-  A beam, elastic joint or drive: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A number of a
-  part: motor_1.drive_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
+  A beam, elastic joint or actuator: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A number
+  of a part: motor_1.drive_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
   offsets for all.
 
 examples:
@@ -66,7 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--loads", metavar="LOAD", nargs="+", default=[], help="loads that may be put on: 'FX FY FZ MX MY MZ' each"
     )
     group.add_argument("--read", metavar="GAUGE", nargs="+", default=["dx", "dy", "dz"], help="what is read (default: dx dy dz)")
-    poses.add_pose_arguments(parser, "VALUES", "Of a plan: the poses that may be taken. Default: all drives at zero.", near=False)
+    poses.add_pose_arguments(
+        parser, "VALUES", "Of a plan: the poses that may be taken. Default: all actuators at zero.", near=False
+    )
     arguments.add_load_arguments(parser)
     parser.add_argument("--out", metavar="FILE", help="write the robot with the estimates (plain URDF), or the plan (CSV)")
     arguments.add_json_argument(parser)

@@ -1,4 +1,4 @@
-"""``kinetostatics compensate``: feedforward forces and corrected drive positions, of one pose, a grid or a table of poses."""
+"""``kinetostatics compensate``: feedforward forces and corrected actuator positions, of one pose, a grid or a table of poses."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 #: Poses at most.
 MOST = 1_000_000
 
-HELP = "correct drive positions for gravity and loads, with the forces to feed forward"
+HELP = "correct actuator positions for gravity and loads, with the forces to feed forward"
 DESCRIPTION = (
-    "Find where to command the drives so that the loaded platform stands where it was asked to, which forces\n"
-    "they must hold there, and what no drive can correct."
+    "Find where to command the actuators so that the loaded platform stands where it was asked to, which forces\n"
+    "they must hold there, and what no actuator can correct."
 )
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C make a grid, whose poses are all combinations of their values.
 
 tables:
-  The first line of --table names coordinates of the platform, or all drives: z [mm],rx [deg],ry [deg]; the others are poses.
-  --out FILE.csv has one line a pose: coordinates, status, and of each drive corrected position, correction and force; last what
-  remains. Cells are empty where there is no correction. --out FILE.nc is netCDF.
+  The first line of --table names coordinates of the platform, or all actuators: z [mm],rx [deg],ry [deg]; the others are poses.
+  --out FILE.csv has one line a pose: coordinates, status, and of each actuator corrected position, correction and force; last
+  what remains. Cells are empty where there is no correction. --out FILE.nc is netCDF.
 
 examples:
   kinetostatics compensate 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
@@ -63,7 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--what",
         choices=("displacement", "rotation", "correction", "force"),
-        help="what --plot draws: by how much the platform misses its place or its angles, or what the drives do "
+        help="what --plot draws: by how much the platform misses its place or its angles, or what the actuators do "
         "(default: displacement)",
     )
     arguments.add_json_argument(parser)

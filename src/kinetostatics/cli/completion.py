@@ -103,7 +103,7 @@ def _coordinates(args: argparse.Namespace) -> list[str]:
     return _assignments(name for name in PLATFORM_KINDS if name not in left_out)
 
 
-def _drives(args: argparse.Namespace) -> list[str]:
+def _actuators(args: argparse.Namespace) -> list[str]:
     from kinetostatics.files.reader import read_robot_file
 
     return _assignments(read_robot_file(_path(args)).driven)
@@ -130,9 +130,9 @@ _NAMES: dict[str, Names] = {
 }
 _NAMES_OF: dict[str, Names] = {
     "platform": _coordinates,
-    "actuators": _drives,
-    "sweep": lambda args: [*_coordinates(args), *_drives(args)],
-    "near": lambda args: [*_coordinates(args), *_drives(args)],
+    "actuators": _actuators,
+    "sweep": lambda args: [*_coordinates(args), *_actuators(args)],
+    "near": lambda args: [*_coordinates(args), *_actuators(args)],
     "parameters": lambda args: _assignments(_elements(args, "xacro:arg")),
     "unknowns": _unknowns,
     "hinge_axis": _limbs,

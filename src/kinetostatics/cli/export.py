@@ -10,10 +10,10 @@ from kinetostatics.cli.poses import add_orientation_argument
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
-HELP = "write C for a controller: pose, sag and drive forces from coordinates, load and gravity"
+HELP = "write C for a controller: pose, sag and actuator forces from coordinates, load and gravity"
 DESCRIPTION = (
     "Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from "
-    "coordinates of the platform or of the drives, load and gravity to what is asked of the pose. It needs no heap and no "
+    "coordinates of the platform or of the actuators, load and gravity to what is asked of the pose. It needs no heap and no "
     "library but libm, and closes the loops by bounded iterations from the last pose."
 )
 EXAMPLES = """\
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--platform",
         nargs="+",
         metavar="NAME",
-        help="platform coordinates that are inputs, as many as the mobility (default: the drives' coordinates)",
+        help="platform coordinates that are inputs, as many as the mobility (default: the actuators' coordinates)",
     )
     add_orientation_argument(parser)
     parser.add_argument(
@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--compensate",
         action="store_true",
         help="the coordinates are those at which the loaded platform is to stand, the outputs are of the corrected pose: where "
-        "to command the drives, what to feed forward, what remains",
+        "to command the actuators, what to feed forward, what remains",
     )
     parser.add_argument(
         "--jacobian", nargs="+", metavar="NAME", help="outputs whose derivatives are written as one more function of C"

@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
     )
     parser.add_argument(
-        "--driven", metavar="JOINT", nargs="*", action="extend", help="the driven joints; without any: there are no drives"
+        "--driven", metavar="JOINT", nargs="*", action="extend", help="the driven joints; without any: there are no actuators"
     )
     parser.add_argument(
         "--set", dest="parameters", metavar="NAME=VALUE", **SEVERAL, help="values of the source's xacro arguments"

@@ -28,7 +28,7 @@ DESCRIPTION = (
 EXAMPLES = f"""\
 architecture:
   Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
-  (4S) two rods between spherical joints, (4R) a parallelogram. Drives stand in brackets; without any the usual ones are
+  (4S) two rods between spherical joints, (4R) a parallelogram. Actuators stand in brackets; without any the usual ones are
   taken. Limbs are joined by +, and 3- stands for three alike.
 
 {"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}
@@ -93,7 +93,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="JOINT",
         nargs="*",
         action="extend",
-        help="drives besides those with a <transmission> (default: all joints)",
+        help="actuators besides those with a <transmission> (default: all joints)",
     )
     group.add_argument(
         "--elastic",
@@ -105,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--joint-stiffness",
         metavar="JOINT=VALUE",
         **SEVERAL,
-        help="of drives and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
+        help="of actuators and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
     )
     parser.add_argument("--out", "-o", metavar="FILE", help="the file to write (default: print it)")
 
@@ -138,15 +138,15 @@ def _by_name(args: argparse.Namespace) -> int:
             return 0
         robot = new_robot(args.architecture, args.out, **options)
     driven, mobility = ", ".join(robot.description.driven), robot.mobility.platform
-    chosen = " (the usual ones, as none was marked)" if architecture.drives_chosen else ""
+    chosen = " (the usual ones, as none was marked)" if architecture.actuators_chosen else ""
     print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
     print_warnings(robot.description.warnings)
-    drives = len(robot.description.driven)
-    if drives < mobility:
-        print_warnings([f"{drives} drives do not hold {mobility} freedoms: mark more joints in brackets, or add limbs."])
-    elif drives > mobility:
+    actuators = len(robot.description.driven)
+    if actuators < mobility:
+        print_warnings([f"{actuators} actuators do not hold {mobility} freedoms: mark more joints in brackets, or add limbs."])
+    elif actuators > mobility:
         remedy = "another --arrangement, --axis or --guide may give more freedoms, or mark fewer joints in brackets"
-        print_warnings([f"{drives} drives for mobility {mobility} brace one another: {remedy}."])
+        print_warnings([f"{actuators} actuators for mobility {mobility} brace one another: {remedy}."])
     return 0
 
 

@@ -41,7 +41,7 @@ examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
-    poses.add_pose_arguments(parser, "VALUES", "The workspace. Default: all drives at zero.", near=False)
+    poses.add_pose_arguments(parser, "VALUES", "The workspace. Default: all actuators at zero.", near=False)
     arguments.add_load_arguments(parser)
     group = parser.add_argument_group("optimization")
     group.add_argument("--vary", metavar="NAME=WHAT", required=True, **arguments.SEVERAL, help="what may change")

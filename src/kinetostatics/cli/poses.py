@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def add_pose_arguments(
     parser: argparse.ArgumentParser,
     value: str = "VALUE",
-    default: str = "Default: all drives at zero, or the closed zero pose if that does not exist.",
+    default: str = "Default: all actuators at zero, or the closed zero pose if that does not exist.",
     near: bool = True,
 ) -> None:
     """Add the pose: ``--platform`` or ``--actuators``, ``--near``, ``--orientation`` and ``--tolerance``.
@@ -48,8 +48,8 @@ def add_pose_arguments(
             "--near",
             metavar="NAME=VALUE",
             **SEVERAL,
-            help="another pose, of the platform or of the drives, from which the straight way to this one begins; it tells the "
-            "assembly mode (default: the closed zero pose)",
+            help="another pose, of the platform or of the actuators, from which the straight way to this one begins; it tells "
+            "the assembly mode (default: the closed zero pose)",
         )
     add_orientation_argument(group)
     group.add_argument(
@@ -79,13 +79,13 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
         # the file's zero may not be a pose of the robot; the pose nearest to it is
         q = robot.model_q(robot.zero_poses)[:, 0]
         pose = robot.configuration(q, tolerance=tolerance_of(args))
-        return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+        return pose, ["the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"]
 
 
 def grid(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
     """Return ``--platform`` or ``--actuators``, and its coordinates: values, and lists of them that make a grid.
 
-    ``robot`` tells the kinds of drives' coordinates.
+    ``robot`` tells the kinds of actuators' coordinates.
     """
     option = "--actuators" if args.actuators else "--platform"
     items = parse_items(option, args.actuators or args.platform)

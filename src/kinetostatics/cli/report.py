@@ -20,7 +20,7 @@ USAGE = "ROBOT --out FILE [options]"
 HELP = "write one page about a robot, to be read and printed"
 DESCRIPTION = (
     "Write one HTML page that a colleague can read and print: the robot, what is assumed, the pose in tables,\n"
-    "where the sag comes from, worst cases and maps of the workspace, corrections of the drives, the verdict of finite\n"
+    "where the sag comes from, worst cases and maps of the workspace, corrections of the actuators, the verdict of finite\n"
     "elements, and the robot to look at from all sides."
 )
 EXAMPLES = f"""\
@@ -49,15 +49,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sweep",
         metavar="NAME=VALUES",
         **arguments.SEVERAL,
-        help="coordinates of platform or drives that vary over the workspace, as of kinetostatics sweep; the others are those of "
-        "the pose (default: no map of the workspace)",
+        help="coordinates of platform or actuators that vary over the workspace, as of kinetostatics sweep; the others are those "
+        "of the pose (default: no map of the workspace)",
     )
     arguments.add_tool_argument(group, "tell of this point instead of o, and correct it")
     group.add_argument(
         "--coordinates",
         metavar="NAME",
         nargs="+",
-        help="coordinates of the platform that the drives are to correct, as many as the mobility (default: those of --platform)",
+        help="coordinates of the platform that the actuators are to correct, as many as the mobility (default: those of "
+        "--platform)",
     )
 
 
@@ -96,15 +97,15 @@ def _map(configuration: Configuration, args: argparse.Namespace, options: dict[s
     need("xarray")
     robot = robot_of(configuration)
     swept = arguments.parse_items("--sweep", args.sweep)
-    drives = [name for name in swept if name in robot.description.driven]
-    if drives and len(drives) < len(swept):
-        raise ArgumentError("--sweep: coordinates of drives and of the platform cannot make one grid")
-    option, other = ("--actuators", "--platform") if drives else ("--platform", "--actuators")
+    actuators = [name for name in swept if name in robot.description.driven]
+    if actuators and len(actuators) < len(swept):
+        raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot make one grid")
+    option, other = ("--actuators", "--platform") if actuators else ("--platform", "--actuators")
     if getattr(args, other[2:]):
         raise ArgumentError(f"--sweep: the coordinates that do not vary are given by {option}")
     kind = functools.partial(poses.coordinate_kind, robot, option)
     values = poses.single_values(robot, option, getattr(args, option[2:]))
-    if drives:
+    if actuators:
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
     elif not values:  # nobody has said which coordinates those of the pose are: such as go with those that vary
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())

@@ -10,7 +10,7 @@ from kinetostatics.printing.waiting import waiting
 USAGE = "ROBOT --off NAME=TOLERANCE … [options]"
 HELP = "how much robots of one design differ, as their parts have tolerances"
 DESCRIPTION = (
-    "Find worst case and standard deviation of sag, stiffness and drive forces at one pose, to first order, and\n"
+    "Find worst case and standard deviation of sag, stiffness and actuator forces at one pose, to first order, and\n"
     "compute thousands of robots whose parameters are off at random."
 )
 EXAMPLES = f"""\
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--robots", metavar="N", help="robots made at random (default: 10000; 300 where made one by one)")
     parser.add_argument("--distribution", metavar="D", default="normal", help="normal or uniform (default: %(default)s)")
     parser.add_argument("--seed", metavar="N", default="0", help="of the random numbers (default: %(default)s)")
-    parser.add_argument("--what", metavar="NAME", default="displacement", help="what --out shows: rotation, x … rz, a drive")
+    parser.add_argument("--what", metavar="NAME", default="displacement", help="what --out shows: rotation, x … rz, an actuator")
     parser.add_argument("--out", metavar="FILE", help="write a histogram: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 

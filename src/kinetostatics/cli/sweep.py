@@ -26,7 +26,7 @@ MOST = 1_000_000
 INTEGER = re.compile(r"[-+]?\d+")
 
 USAGE = "ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]"
-HELP = "map sag, stiffness and drive forces over the workspace"
+HELP = "map sag, stiffness and actuator forces over the workspace"
 DESCRIPTION = "Analyze all poses of a grid, and variants of the robot, and write one labelled file."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
@@ -50,7 +50,7 @@ examples:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the command's arguments."""
     arguments.add_robot_arguments(parser, "VALUES")
-    poses.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.", near=False)
+    poses.add_pose_arguments(parser, "VALUES", "The grid. Default: all actuators at zero.", near=False)
     arguments.add_load_arguments(parser)
     arguments.add_engine_argument(parser)
     group = parser.add_argument_group("sweep")
@@ -60,12 +60,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--ways",
         action="store_true",
-        help="add how gravity acts on twist and drives: by the platform's weight, by attached wrenches, by deformation",
+        help="add how gravity acts on twist and actuators: by the platform's weight, by attached wrenches, by deformation",
     )
     group.add_argument(
         "--compensate",
         action="store_true",
-        help="add corrections of the drives for weights and loads, and what then remains",
+        help="add corrections of the actuators for weights and loads, and what then remains",
     )
     group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
     group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
@@ -136,7 +136,7 @@ def _grid(args: argparse.Namespace) -> dict[str, object]:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters, to know which drives turn."""
+    """Return the robot with the first values of all parameters, to know which actuators turn."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 

@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sweep",
         metavar="NAME=FROM:TO[:POSES]",
         **arguments.SEVERAL,
-        help="an animation: coordinates of platform or drives that move together, the others being those of the pose "
+        help="an animation: coordinates of platform or actuators that move together, the others being those of the pose "
         f"(default: {POSES} poses)",
     )
     group.add_argument(
@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
     either.add_argument("--screenshot", metavar="FILE.png", help="write an image with its legend; needs Chromium or Chrome")
     either.add_argument(
-        "--live", action="store_true", help="handles and sliders move platform, drives and load; ends with Ctrl+C"
+        "--live", action="store_true", help="handles and sliders move platform, actuators and load; ends with Ctrl+C"
     )
     either.add_argument(
         "--meshcat",
@@ -218,10 +218,10 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     import numpy as np
 
     swept = arguments.parse_items("--sweep", args.sweep)
-    drives = [name for name in swept if name in robot.description.driven]
-    if drives and len(drives) < len(swept):
-        raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
-    option, other = ("--actuators", "--platform") if drives else ("--platform", "--actuators")
+    actuators = [name for name in swept if name in robot.description.driven]
+    if actuators and len(actuators) < len(swept):
+        raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot move together")
+    option, other = ("--actuators", "--platform") if actuators else ("--platform", "--actuators")
     kind = functools.partial(poses.coordinate_kind, robot, option)
     ranges = {name: arguments.parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
@@ -235,6 +235,6 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
         values[name] = value
-    if drives:
+    if actuators:
         values.update({name: 0.0 for name in robot.description.driven if name not in values})
     return poses.assembled(robot, option, values, args)

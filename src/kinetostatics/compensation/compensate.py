@@ -1,4 +1,4 @@
-"""Corrected drive positions on the full model: assemble, analyze, compare, correct, as the search of this folder says."""
+"""Corrected actuator positions on the full model: assemble, analyze, compare, correct, as the search of this folder says."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def compensate(
     tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> Compensation:
-    """Find where to command the drives so that the loaded platform stands where it was asked to, and what they must hold there.
+    """Find where to command the actuators so that the loaded platform stands where it was asked to, and what they must hold.
 
     As many coordinates of the platform as the robot has freedoms come out as wanted. What remains in the others is told
-    (:attr:`Compensation.remaining`); no drive can correct it.
+    (:attr:`Compensation.remaining`); no actuator can correct it.
 
     Args:
         configuration: where the loaded platform is to stand: a pose or a batch of poses.
@@ -65,14 +65,15 @@ def compensate(
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``misfits``, ``engine``, ….
 
     Returns:
-        Drive positions, forces, what remains, and a status for each pose. A drive that would have to go beyond its limit goes
-        there, and the status says so: nothing is clipped.
+        Actuator positions, forces, what remains, and a status for each pose. An actuator that would have to go beyond its limit
+        goes there, and the status says so: nothing is clipped.
 
     Raises:
         ArgumentError: an argument makes no sense.
-        CoordinatesError: the coordinates are unknown, or do not determine the pose; or drives cannot set those of the tool's tip.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose; or actuators cannot set those of the
+            tool's tip.
         AssemblyError: the pose that would have to be commanded is out of reach.
-        StaticsError: no drive positions were found, or the analysis fails at the wanted pose.
+        StaticsError: no actuator positions were found, or the analysis fails at the wanted pose.
 
     Example:
         A tripod that carries 500 N is commanded a little higher, and then stands where it was asked to:
@@ -94,7 +95,7 @@ def compensate(
         check_choice("on_failure", on_failure, ("raise", "nan"))
     robot = robot_of(configuration)
     if not robot.description.driven:
-        raise ArgumentError(f"{robot.name!r} has no drives, so that nothing can be corrected")
+        raise ArgumentError(f"{robot.name!r} has no actuators, so that nothing can be corrected")
 
     uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
@@ -165,7 +166,7 @@ class _Problem:
         self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
-        """Return the analysis at the corrected drives; poses at which there is no correction count as not reached.
+        """Return the analysis at the corrected actuators; poses at which there is no correction count as not reached.
 
         Raises:
             AssemblyError, StaticsError: there is none, if ``raising``.
@@ -211,7 +212,7 @@ class _Problem:
         regular = sizes[:, -1] > SINGULAR * sizes[:, 0]
         if known.any() and not np.any(regular):
             raise CoordinatesError(
-                f"the drives of {self.robot.name!r} cannot set {listing(self.controlled.names)} of the tool's tip, each by "
+                f"the actuators of {self.robot.name!r} cannot set {listing(self.controlled.names)} of the tool's tip, each by "
                 f"itself; choose other coordinates, such as {listing(self.commanded.names)}",
                 self.robot.mobility.platform,
             )
@@ -236,7 +237,7 @@ class _Problem:
             self._commanded(u, self.wanted, "raise")
         except AssemblyError as error:
             raise AssemblyError(
-                f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
+                f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
                 f"{names}; unloaded it would have to go where it cannot: {error}",
                 error.residuals,
                 error.mobility,
@@ -244,7 +245,7 @@ class _Problem:
             ) from error
         analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
-            f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
+            f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
             f"{names}: the sag changes too much from pose to pose, as beside a singular pose"
         )
 

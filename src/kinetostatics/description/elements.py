@@ -120,7 +120,7 @@ class Joint(ShortRepr):
         axis: in the joint's frame; a unit vector once the description is validated.
         lower, upper: limits [rad or m], both infinite where there are none.
         mimic: the joint that it follows, if any.
-        effort, velocity: what the drive can do [N or N·m, m/s or rad/s]; for other tools.
+        effort, velocity: what the actuator can do [N or N·m, m/s or rad/s]; for other tools.
         extra: XML of what else stands inside the joint and is kept: dynamics, safety controller.
         place: where it is written.
     """
@@ -182,7 +182,7 @@ class Loop(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class JointStiffness(ShortRepr):
-    """An elastic joint, bearing or drive, ``<joint_stiffness>``.
+    """An elastic joint, bearing or actuator, ``<joint_stiffness>``.
 
     Attributes:
         joint: the joint or loop.
@@ -190,7 +190,7 @@ class JointStiffness(ShortRepr):
             infinite value means rigid. Along a passive freedom a finite value is a spring that is relaxed at the analysed pose,
             zero and infinity mean that there is none. None: rigid, and no spring.
         angular: the same for rotations [N·m/rad] about these axes.
-        drive: stiffness [N/m, N·m/rad] of a driven joint's drive along its own coordinate; None or infinity: rigid.
+        drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along its own coordinate; None or infinity: rigid.
         place: where it is written.
     """
 

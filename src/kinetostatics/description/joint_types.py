@@ -82,7 +82,7 @@ class JointType:
 
     @cached_property
     def is_slide(self) -> bool:
-        """Whether it slides along its axis and does nothing else: its coordinate is a length, and its drive's force is in N."""
+        """Whether it slides along its axis and does nothing else: its coordinate is a length, its actuator's force is in N."""
         return self.is_single and self.slides is Axes.AXIS
 
     @cached_property
@@ -112,7 +112,7 @@ class JointType:
 
     @cached_property
     def force_unit(self) -> str:
-        """SI unit of what a drive of such a joint puts on it."""
+        """SI unit of what an actuator of such a joint puts on it."""
         return "N" if self.is_slide else "N·m"
 
     @cached_property

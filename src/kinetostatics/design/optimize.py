@@ -64,8 +64,8 @@ def optimize(
             "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or "buckling".
         subject_to: requirements: one of these quantities, or least_translational_stiffness or least_rotational_stiffness, and
             its limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
-        over: the workspace: coordinates of the platform, or of all drives, as :func:`kinetostatics.sweep` takes them: arrays span
-            a grid; default: the zero pose.
+        over: the workspace: coordinates of the platform, or of all actuators, as :func:`kinetostatics.sweep` takes them: arrays
+            span a grid; default: the zero pose.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
         parameters: values of other arguments of the file.
         platform_link, base_link: as ``platform`` and ``base`` of :func:`kinetostatics.load_robot`.

@@ -60,14 +60,14 @@ def _least_stiffness(part: slice) -> Callable[[Result | PointResult, float], Arr
     return found
 
 
-def _drives(slides: bool) -> Callable[[Result, float], Array]:
+def _actuators(slides: bool) -> Callable[[Result, float], Array]:
     def found(result: Result, _: float) -> Array:
         connections = result.robot.mechanism.connections
         forces = [abs(f) for name, f in result.actuator_forces.items() if connections[name].type.is_slide == slides]
         if not forces:
             one, other = ("slides", "turn: actuator_torque") if slides else ("turns", "slide: actuator_force")
-            hint = f"; its drives {other}" if result.actuator_forces else ""
-            raise ArgumentError(f"{result.robot.name!r} has no drive that {one}{hint}")
+            hint = f"; its actuators {other}" if result.actuator_forces else ""
+            raise ArgumentError(f"{result.robot.name!r} has no actuator that {one}{hint}")
         return np.stack(forces, axis=-1)
 
     return found
@@ -102,8 +102,8 @@ MEASURES: Mapping[str, Measure] = {
         "stiffness", _least_stiffness(_D), None, "least stiffness against forces at o", True
     ),
     "least_rotational_stiffness": Measure("turning stiffness", _least_stiffness(_R), None, "least stiffness against moments"),
-    "actuator_force": Measure("force", _drives(True), None, "force of a sliding drive"),
-    "actuator_torque": Measure("moment", _drives(False), None, "torque of a turning drive"),
+    "actuator_force": Measure("force", _actuators(True), None, "force of a sliding actuator"),
+    "actuator_torque": Measure("moment", _actuators(False), None, "torque of a turning actuator"),
     "stress": Measure("stress", _beams("stress"), None, "largest von Mises stress of a beam"),
     "buckling": Measure("number", _beams("euler_ratio"), None, "axial force over Euler's load"),
 }

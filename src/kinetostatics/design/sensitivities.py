@@ -3,7 +3,7 @@
 The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
 (:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with overconstrained rigid limbs, assembly errors
 or loads on links, the robot is read anew with the argument a little larger and smaller, and the same pose analysed. What the
-stiffness of a beam, a joint or a drive does is known without any difference:
+stiffness of a beam, a joint or an actuator does is known without any difference:
 :attr:`kinetostatics.Result.source_contributions`.
 """
 
@@ -40,7 +40,7 @@ NOTHING = 1e-7
 #: What no load changes.
 OF_POSES = {"mass", "actuators"}
 
-#: A quantity, and the drive whose it is, or nothing.
+#: A quantity, and the actuator whose it is, or nothing.
 Key = tuple[str, str]
 
 
@@ -52,11 +52,11 @@ def sensitivities(
     tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> Sensitivities:
-    """Find what each parameter of the robot does to twist, stiffness, drive forces and mass: what to stiffen first.
+    """Find what each parameter of the robot does to twist, stiffness, actuator forces and mass: what to stiffen first.
 
     Args:
         configuration: a pose or a batch of poses. While a parameter changes, the coordinates stay that the pose was assembled
-            with: the platform's, or the drives'.
+            with: the platform's, or the actuators'.
         by: names, of xacro arguments of the robot's file, which change all that the file computes from them, or of numbers of one
             part, as :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``,
             ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``; ``*`` in a name stands for anything:
@@ -71,7 +71,7 @@ def sensitivities(
     Returns:
         Derivatives per unit of each parameter, exact but for the file's constants, which are differenced; where
         :attr:`Sensitivity.exact` is False all is (to about 1e-7 of the quantity for a change by the parameter's whole value). And
-        per part of the stiffness of each beam, elastic joint and drive, exact.
+        per part of the stiffness of each beam, elastic joint and actuator, exact.
 
     Raises:
         ArgumentError: there is no such parameter or quantity; or an argument of the file is named, and the robot is not what its
@@ -224,15 +224,17 @@ def _sensitivity(
     if exact is not None:
         slope = {(name, ""): array for name, array in exact.items() if not name.startswith("actuator")}
         for name in ("actuator_forces", "actuators"):
-            slope |= {(name, drive): exact[name][..., k] for k, drive in enumerate(driven) if name in exact}
+            slope |= {(name, actuator): exact[name][..., k] for k, actuator in enumerate(driven) if name in exact}
     else:
         slope = differenced()
     if ("mass", "") in slope:
         slope["mass", ""] = np.array(np.broadcast_to(slope["mass", ""], nominal.shape))
     found: dict[str, Any] = {}
     for name in asked:
-        drives = name.startswith("actuator")
-        found[name] = Named({drive: frozen(slope[name, drive]) for drive in driven}) if drives else frozen(slope[name, ""])
+        actuators = name.startswith("actuator")
+        found[name] = (
+            Named({actuator: frozen(slope[name, actuator]) for actuator in driven}) if actuators else frozen(slope[name, ""])
+        )
     return Sensitivity(change.name, value, "" if change.unit == "1" else change.unit, Named(found), exact is not None)
 
 
@@ -261,7 +263,9 @@ def _does_anything(item: Sensitivity, whole: Mapping[Key, Array]) -> bool:
     part, pairs = abs(item.value) or 1.0, []
     for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
         own = item.derivatives[name]
-        pairs += [(array, whole[name, drive]) for drive, array in (own.items() if isinstance(own, Mapping) else [("", own)])]
+        pairs += [
+            (array, whole[name, actuator]) for actuator, array in (own.items() if isinstance(own, Mapping) else [("", own)])
+        ]
     return any(_largest(part * slope) > NOTHING * _largest(size) for slope, size in pairs)
 
 

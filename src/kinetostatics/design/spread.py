@@ -57,7 +57,7 @@ def spread(
 
     Args:
         configuration: one pose. While parameters change, the coordinates stay that it was assembled with: the platform's, or the
-            drives'.
+            actuators'.
         tolerances: by how much parameters may be off to either side, by name: a number (SI), a text with a unit ``"0.1mm"``, or
             a part of the value, ``"2%"``. A name is that of a xacro argument of the robot's file, which changes all that the
             file computes from it, or of a number of one part, as :attr:`Function.parameters` has them:
@@ -180,13 +180,13 @@ def _first_order(
 
 
 def _effect(nominal: Result, nominal_twist: Array, twist: Array, stiffness: Array, forces: Array) -> SpreadQuantities:
-    drives = dict(zip(nominal.robot.description.driven, forces, strict=True))
+    actuators = dict(zip(nominal.robot.description.driven, forces, strict=True))
     lengths = []
     for part in (slice(3), slice(3, 6)):
         whole, own = nominal_twist[part], twist[part]
         size = np.linalg.norm(whole)
         lengths.append(np.asarray(own @ whole / size if size > 0 else np.linalg.norm(own)))
-    return SpreadQuantities(frozen(twist), lengths[0], lengths[1], frozen(stiffness), Named(drives))
+    return SpreadQuantities(frozen(twist), lengths[0], lengths[1], frozen(stiffness), Named(actuators))
 
 
 def _summed(effects: Sequence[SpreadQuantities], amounts: Array, tolerances: Array, power: int) -> SpreadQuantities:
@@ -196,13 +196,13 @@ def _summed(effects: Sequence[SpreadQuantities], amounts: Array, tolerances: Arr
         scaled = [np.abs(part) * (amount / t) for part, amount, t in zip(parts, amounts, tolerances, strict=True)]
         return frozen(np.asarray(np.sum(np.power(scaled, power), axis=0) ** (1 / power)))
 
-    drives = effects[0].actuator_forces
+    actuators = effects[0].actuator_forces
     return SpreadQuantities(
         total([item.twist for item in effects]),
         total([item.displacement for item in effects]),
         total([item.rotation for item in effects]),
         total([item.stiffness for item in effects]),
-        Named({name: total([item.actuator_forces[name] for item in effects]) for name in drives}),
+        Named({name: total([item.actuator_forces[name] for item in effects]) for name in actuators}),
     )
 
 
@@ -256,7 +256,7 @@ def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts:
 
 
 def _of(pose: Configuration | None, analysis: Mapping[str, Any], tool: Array | None) -> tuple[Array, Array, Array]:
-    """Return twist, stiffness and drive forces, NaN where there is no pose."""
+    """Return twist, stiffness and actuator forces, NaN where there is no pose."""
     if pose is None:
         return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
     result = analyze(replace(pose), on_failure="nan", **analysis)

@@ -135,7 +135,7 @@ def variants_of(robot: Robot) -> Variants:
 
 
 def same_pose(configuration: Configuration, robot: Robot) -> Configuration:
-    """Return the pose of another variant at the same coordinates: those that the pose was assembled with, or else its drives'.
+    """Return the pose of another variant at the same coordinates: those that the pose was assembled with, or else its actuators'.
 
     It is followed from the pose of the first, so that the assembly mode is the same.
     """

@@ -183,7 +183,7 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:
-    """Return what closes a robot's loops at given drives, compiled now if need be; or why that cannot be."""
+    """Return what closes a robot's loops at given actuators, compiled now if need be; or why that cannot be."""
     if not is_installed():
         return _NOT_INSTALLED
     analysis = robot.mobility_analysis

@@ -1,4 +1,4 @@
-"""Records of what closes a robot's loops: a step of Newton's method, frames, drives, on which side of a singular pose one is.
+"""Records of what closes a robot's loops: a step of Newton's method, frames, actuators, on which side of a singular pose one is.
 
 What is recorded is what :class:`kinetostatics.kinematics.solver.Solver` does: there is no other mathematics here. Lengths and
 placements are parameters.
@@ -20,7 +20,7 @@ from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.kinematics.velocities import drive_rates, frame_rates, freedom_rates, with_given
+from kinetostatics.kinematics.velocities import actuator_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
@@ -189,14 +189,14 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def motion_record(
     solver: Solver, given: PrescribedCoordinates, moves: Array, example: tuple[SolverState, Frames], local: int
 ) -> Program:
-    """Record how fast frames and drives move with the freedoms, see :mod:`kinetostatics.kinematics.velocities`.
+    """Record how fast frames and actuators move with the freedoms, see :mod:`kinetostatics.kinematics.velocities`.
 
     Inputs are x (nq'), the rotations and the positions of all bodies, and the freedoms' rates (nv,). The numbers are the rates of
-    rotations, positions and drives, in the order of ``given``.
+    rotations, positions and actuators, in the order of ``given``.
 
     Args:
         solver: of the loops.
-        given: the drives.
+        given: the actuators.
         moves: (B, nv) how each freedom moves each body.
         example: a pose.
         local: see :class:`Solver`.
@@ -210,8 +210,8 @@ def motion_record(
     def computed() -> list[Any]:
         twists = copy.tree.twists(copy.equations.forward(x))
         turned, moved = frame_rates(moves, twists, Frames(rotation, position), v)
-        drives = drive_rates(copy, given, SolverState(x, poses.c), v[:, None])
-        return [row for array in (turned, moved, drives) for row in array.reshape(-1, 1)]
+        actuators = actuator_rates(copy, given, SolverState(x, poses.c), v[:, None])
+        return [row for array in (turned, moved, actuators) for row in array.reshape(-1, 1)]
 
     return Program(tape, tuple(recorded_rows(tape, computed)), ())
 
@@ -245,8 +245,8 @@ def recorded_rows(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
         return [tape.number_of(array[0]) for array in computed()]
 
 
-def drives_record(solver: Solver, given: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record the coordinates of drives, in the order of ``given``; input is x (nq')."""
+def actuators_record(solver: Solver, given: PrescribedCoordinates, example: SolverState) -> Program:
+    """Record the coordinates of actuators, in the order of ``given``; input is x (nq')."""
     tape = Tape()
     copy = _copy_of(solver, given, 0, tape)
     x = recorded_input(tape, 0, example.x)

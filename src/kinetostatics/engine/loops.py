@@ -163,7 +163,7 @@ class CompiledSolver(Solver):
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
         """Return where lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
-        # the record turns drives the shorter way in any case
+        # the record turns actuators the shorter way in any case
         known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
         code = self._start if known else None
         if code is None:

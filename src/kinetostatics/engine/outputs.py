@@ -1,4 +1,4 @@
-"""Records of what people ask of a pose, such as its twist and drive forces, for functions and their derivatives."""
+"""Records of what people ask of a pose, such as its twist and actuator forces, for functions and their derivatives."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What people ask of closed poses, by compiled code in one go: frames, drives, limits, equilibrium, and whether all is as usual.
+"""What people ask of closed poses, by compiled code in one go: frames, actuators, limits, equilibrium, and if all is as usual.
 
 What is recorded are the functions that assemble and analyse poses: there is no other mathematics here.
 """
@@ -169,7 +169,7 @@ def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Arr
     for name in names:
         if name == "actuators":
             values = coordinates.at(q, frames)
-            found.append(np.stack([values[drive] for drive in statics.description.driven]))
+            found.append(np.stack([values[actuator] for actuator in statics.description.driven]))
         else:
             found.append(OUTPUTS[name](statics, solution))
     return [*found, worst], fine, within

@@ -18,7 +18,7 @@ _BY_NUMPY = (
     "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
     "analyses with assembly errors",
     "poses at which a limb's bases degenerate, its joints are dependent or its self-stress is rigid",
-    "what is computed when it is asked for: joint wrenches, beams, drive forces, motions of links, energies",
+    "what is computed when it is asked for: joint wrenches, beams, actuator forces, motions of links, energies",
 )
 
 
@@ -41,7 +41,7 @@ class EngineReport(ShortRepr):
         operations: how many additions, multiplications and so on a pose takes; None if it does not.
         loops_compiled: whether closing its loops is compiled.
         loops_reason: why not; None if it is.
-        loop_operations: how many operations one correction of a pose takes at given drives; None if it is not.
+        loop_operations: how many operations one correction of a pose takes at given actuators; None if it is not.
         by_numpy: what NumPy does in any case.
         folder: where code is kept.
     """
@@ -62,7 +62,7 @@ class EngineReport(ShortRepr):
         else:
             first = f"the equilibrium of poses is not compiled: {self.reason}"
         if self.loops_compiled:
-            second = f"closing the loops is compiled: {self.loop_operations:,} operations a correction, at given drives"
+            second = f"closing the loops is compiled: {self.loop_operations:,} operations a correction, at given actuators"
         else:
             second = f"closing the loops is not compiled: {self.loops_reason}"
         lines = [f"Engine of {self.robot}", f"  {first}", f"  {second}", *(f"  by NumPy: {what}" for what in self.by_numpy)]

@@ -52,7 +52,7 @@ _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("body_of", "connections"),
     Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
-    Spring: ("joint", "is_drive"),
+    Spring: ("joint", "is_actuator"),
     LimbGroup: ("compounds", "elements", "_edges"),
     CompoundJoint: ("joints",),
 }

@@ -194,7 +194,7 @@ def _drive(element: Element, name: str, driven: Collection[str]) -> float | None
         return None
     if name not in driven:
         raise element.error(
-            f"{element.label} has a drive, but {name!r} is not driven; name it in a <transmission>, or drop drive"
+            f"{element.label} has the attribute drive, but {name!r} is not driven; name it in a <transmission>, or drop drive"
         )
     return positive_or_inf(element, "drive")
 

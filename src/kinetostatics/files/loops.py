@@ -41,9 +41,9 @@ def _loop(element: Element, links: Mapping[str, Link], warnings: list[str]) -> L
     if predecessor == successor:
         raise element.error(f"{element.label} joins the link {predecessor!r} to itself")
     axes = _axes(element, kind, warnings)
-    lower, upper, *drive = _limits(element, kind)
+    lower, upper, *actuator = _limits(element, kind)
     cone = _cone(element, kind)
-    return Loop(name, kind, predecessor, successor, first, second, *axes, lower, upper, cone, *drive, place=element.place)
+    return Loop(name, kind, predecessor, successor, first, second, *axes, lower, upper, cone, *actuator, place=element.place)
 
 
 def _side(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, Origin]:

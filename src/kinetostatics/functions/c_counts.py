@@ -49,13 +49,13 @@ def _done(facts: dict[str, Any]) -> Iterator[tuple[str, str, CProgram]]:
     analysed = "1" if search is None else "1, and each step of the search"
     yield "frames", analysed, parts.frames
     yield "statics", analysed, parts.statics
-    yield "drives", "1" if search is None else "2", parts.drives
+    yield "actuators", "1" if search is None else "2", parts.actuators
     if search is not None:
         yield "where the platform stands", "1, and each step of the search", search.platform
         yield "start of the search", "1", search.begin
         yield "step of the search", f"0 to {facts['searches']}", search.learn
         yield "what remains", "1", search.remains
-        yield "turns of the drives", "1", search.correct
+        yield "turns of the actuators", "1", search.correct
         yield "limits", "1", search.limits
     if jacobian is not None:
         columns = {value.name: value for _, value, _ in jacobian.pairs}
@@ -63,5 +63,5 @@ def _done(facts: dict[str, Any]) -> Iterator[tuple[str, str, CProgram]]:
         moving = sum(not value.shape for value in columns.values())
         yield "derivatives: freedoms", "1", jacobian.rates
         if moving:
-            yield "derivatives: frames, drives", str(moving), jacobian.motion
+            yield "derivatives: frames, actuators", str(moving), jacobian.motion
         yield "derivatives: results", str(inputs), jacobian.tangent

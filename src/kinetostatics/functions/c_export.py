@@ -106,7 +106,7 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
     coordinates = _coordinates(function)
     ranges = {}
     for item in coordinates:
-        joint = connections.get(item.name) if function.by_drives else None
+        joint = connections.get(item.name) if function.by_actuators else None
         ranges[item.name] = None if joint is None or not math.isfinite(joint.lower + joint.upper) else (joint.lower, joint.upper)
     limits = {name: (connections[name].lower, connections[name].upper) for name in function.robot.description.driven}
     return {
@@ -119,7 +119,7 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "zero": {name: round(value, 9) + 0.0 for name, value in _zero_pose(function).items()},
         "limits": limits,
         "orientation": function.orientation or "rotation_vector",
-        "by_drives": function.by_drives,
+        "by_actuators": function.by_actuators,
         "outputs": parts.outputs,
         "unique_below": orientation_named(function.orientation).unique_below,
         "compensates": function.compensates,
@@ -127,13 +127,13 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "searches": MOST,
         "absolute": {"remaining": enough(function.robot.length)},
         "rough": rough_residual(function.robot),
-        "endless": _of_endless_drives(parts),
+        "endless": _of_endless_actuators(parts),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,
     }
 
 
-def _of_endless_drives(parts: Parts) -> str:
+def _of_endless_actuators(parts: Parts) -> str:
     """Return in words how many sines and cosines are not in the records."""
     count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.impose)
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""

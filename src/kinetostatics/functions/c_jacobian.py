@@ -26,8 +26,8 @@ class JacobianPrograms:
     """All programs of derivatives.
 
     ``rates`` takes x and c and gives how fast the freedoms move with each coordinate; ``motion`` takes x, frames and such rates,
-    and gives how fast frames and drives move; ``tangent`` takes frames, load and gravity and their rates, and gives how fast the
-    results change.
+    and gives how fast frames and actuators move; ``tangent`` takes frames, load and gravity and their rates, and gives how fast
+    the results change.
 
     Attributes:
         freedoms: how many there are.
@@ -141,7 +141,7 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
     """Return the function that computes derivatives."""
     parts = facts["parts"]
     programs: JacobianPrograms = parts.jacobian
-    bodies, freedoms, drives = programs.bodies, programs.freedoms, len(parts.drive_order)
+    bodies, freedoms, actuators = programs.bodies, programs.freedoms, len(parts.actuator_order)
     lost = [
         f"    for (k = 0; k < {_size(output) * _size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
         for output, value, field in programs.pairs
@@ -163,7 +163,7 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
             if other is not value:
                 continue
             if output.name == "actuators":
-                for k, place in enumerate(parts.drive_order):
+                for k, place in enumerate(parts.actuator_order):
                     found = f"({scalar})d_frame[{12 * bodies + place}]" if moves else "0"
                     taken.append(f"    jacobian->{field}[{k * columns} + k] = {found};")
             else:
@@ -180,7 +180,7 @@ int {name}_differentiate(
     const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian)
 {{
     double w[WORK], v[{freedoms} * NT + 1], frame[{parts.frame_numbers + parts.closures + 1}], load[6], gravity[3];
-    double d_frame[{12 * bodies + drives}], d_load[6] = {{0.0}}, d_gravity[3] = {{0.0}}, rate[{rows + 1}];
+    double d_frame[{12 * bodies + actuators}], d_load[6] = {{0.0}}, d_gravity[3] = {{0.0}}, rate[{rows + 1}];
     int i, k, status;
     if (!jacobian) return {name.upper()}_BAD_ARGUMENT;
 {chr(10).join(lost)}

@@ -13,7 +13,7 @@ import numpy as np
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.loop_record import (
     Program,
-    drives_record,
+    actuators_record,
     line_record,
     newton_record,
     place_record,
@@ -46,7 +46,7 @@ class Exported(Protocol):
 
     robot: Robot
     orientation: str | None
-    by_drives: bool
+    by_actuators: bool
     compensates: bool
     prescribed: PrescribedCoordinates
     names: list[str]
@@ -107,10 +107,10 @@ class Parts:
             side = side_record(solver, prescribed, example, self.local)
             self.side = _of_program("side", side, constants, ("x1", "c1", "x2", "c2"))
         given = robot.actuator_coordinates
-        drives = drives_record(solver, given, example)
-        self.drives = _of_program("drives", drives, structure_of(solver, given, 0).values, ("x",))
+        actuators = actuators_record(solver, given, example)
+        self.actuators = _of_program("actuators", actuators, structure_of(solver, given, 0).values, ("x",))
         order = actuator_names(robot.mechanism, robot.equations)
-        self.drive_order = [order.index(name) for name in robot.description.driven]
+        self.actuator_order = [order.index(name) for name in robot.description.driven]
         # the statics, and of the frames what they take
         asked = [item.name for item in self.outputs if item.name not in _NOT_OF_STATICS]
         if function.compensates and "twist" not in asked:
@@ -149,7 +149,9 @@ class Parts:
     @property
     def programs(self) -> list[CProgram]:
         """All programs, in the order in which they are written."""
-        found = [item for item in (self.line, self.newton, self.side, self.drives, self.frames, self.statics) if item is not None]
+        found = [
+            item for item in (self.line, self.newton, self.side, self.actuators, self.frames, self.statics) if item is not None
+        ]
         more = [item.programs for item in (self.search, self.jacobian) if item is not None]
         return [*found, *itertools.chain(*more)]
 
@@ -161,7 +163,7 @@ class Parts:
     @property
     def operations(self) -> int:
         """How many operations are done behind the closing of the loops."""
-        return self.drives.operations + self.frames.operations + self.statics.operations
+        return self.actuators.operations + self.frames.operations + self.statics.operations
 
 
 def _of_program(name: str, program: Program, constants: Array, inputs: tuple[str, ...]) -> CProgram:

@@ -1,4 +1,4 @@
-"""The search for corrected drive positions in C: what :func:`kinetostatics.compensate` does at one pose, recorded."""
+"""The search for corrected actuator positions in C: what :func:`kinetostatics.compensate` does at one pose, recorded."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class SearchPrograms:
     """All programs of a search.
 
     ``platform`` takes frames and gives where the platform stands, 12 numbers; ``begin``, ``learn`` and ``remains`` take these
-    and the twist; ``correct`` takes the drives' coordinates at the wanted and at the corrected pose; ``limits`` tells whether a
-    pose is within all limits. Truth values that tell whether a record holds stand last.
+    and the twist; ``correct`` takes the actuators' coordinates at the wanted and at the corrected pose; ``limits`` tells whether
+    a pose is within all limits. Truth values that tell whether a record holds stand last.
 
     Attributes:
         numbers: how many numbers a search has; the coordinates that are commanded stand first.
@@ -55,14 +55,14 @@ class SearchPrograms:
         return self.platform, self.begin, self.learn, self.remains, self.correct, self.limits
 
 
-def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation, drives: Sequence[str]) -> SearchPrograms:
+def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation, actuators: Sequence[str]) -> SearchPrograms:
     """Record a search.
 
     Args:
         robot: the robot.
         names: of the coordinates that are to come out as wanted.
         orientation: what its angles mean.
-        drives: names of the drives in their order.
+        actuators: names of the actuators in their order.
     """
     wanted, least = Coordinates(names, orientation, robot.length), enough(robot.length)
     frames = robot.statics.example
@@ -84,11 +84,11 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         return [deviation(_pose(asked), loaded(*_pose(stands), twist))]
 
     def corrected(before: Array, found: Array) -> list[Array]:
-        slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
+        slides = [robot.mechanism.connections[name].type.is_slide for name in actuators]
         return [before[k] + shift_of(before[k], found[k], slide) for k, slide in enumerate(slides)]
 
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
-    values, there = np.array([np.arange(len(drives)) + 0.25]).T, np.array([np.arange(len(drives)) + 0.5]).T
+    values, there = np.array([np.arange(len(actuators)) + 0.25]).T, np.array([np.arange(len(actuators)) + 0.5]).T
     limits, numbers = limits_record(robot)
     return SearchPrograms(
         _program(

@@ -26,8 +26,8 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
     results, at = [], 0
     for item in parts.outputs:
         if item.name == "actuators":
-            for k, row in enumerate(parts.drive_order):
-                results.append(f"    output->actuators[{k}] = ({scalar})drive[{row}];")
+            for k, row in enumerate(parts.actuator_order):
+                results.append(f"    output->actuators[{k}] = ({scalar})actuator[{row}];")
         elif item.name == "remaining":
             results.append(f"    for (k = 0; k < 6; ++k) output->remaining[k] = ({scalar})remaining[k];")
         else:
@@ -44,9 +44,9 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
     )
     rows = sum(parts.rows.values())
     place = f"double frame[{numbers + parts.closures + 1}], result[{rows + 2}]"
-    drives = max(len(parts.drive_order), 1)
+    actuators = max(len(parts.actuator_order), 1)
     searched = parts.search is not None
-    more = f"    double wanted[{drives}], whole[{drives + 1}], remaining[6], inside[2];\n" if searched else ""
+    more = f"    double wanted[{actuators}], whole[{actuators + 1}], remaining[6], inside[2];\n" if searched else ""
     return f"""/* {facts["robot"]}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
@@ -179,7 +179,7 @@ void {name}_start({name}_state *state)
 
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output)
 {{
-    double w[WORK], target[NT + 1], load[6], gravity[3], worst, drive[{drives}];
+    double w[WORK], target[NT + 1], load[6], gravity[3], worst, actuator[{actuators}];
     {place};
 {more}    {name}_state pose;
     int k, status;
@@ -196,7 +196,7 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     status = analysed(&pose, load, gravity, w, frame, &worst, result);
     *state = pose;
     if (status != {name.upper()}_OK) return status;
-{_correction(name) if searched else "    drives(pose.x, w, drive);" + chr(10) + "    (void)drive;"}
+{_correction(name) if searched else "    actuators(pose.x, w, actuator);" + chr(10) + "    (void)actuator;"}
 {chr(10).join(results)}
     output->residual = ({scalar})worst;
     return status;
@@ -258,13 +258,13 @@ static int compensated(
 
 def _correction(name: str) -> str:
     """Return what is done behind the analysis of the wanted pose."""
-    return f"""    drives(pose.x, w, wanted);
+    return f"""    actuators(pose.x, w, wanted);
     status = compensated(&pose, load, gravity, w, frame, &worst, result, remaining);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;
-    drives(pose.x, w, drive);
-    correct(wanted, drive, w, whole);
-    memcpy(drive, whole, sizeof drive);
+    actuators(pose.x, w, actuator);
+    correct(wanted, actuator, w, whole);
+    memcpy(actuator, whole, sizeof actuator);
     limits(pose.x, w, inside);
     if (inside[1] == 0.0) return {name.upper()}_NOT_COVERED;
     if (inside[0] == 0.0) status = {name.upper()}_LIMIT_EXCEEDED;"""

@@ -22,7 +22,7 @@ STATUSES = (
 #: The same where the function compensates.
 STATUSES_OF_COMPENSATION = (
     ("OK", 0, "all numbers are valid, all joints are within their limits"),
-    ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or drive would have to go beyond its limit: nothing is clipped"),
+    ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or actuator would have to go beyond its limit: nothing is clipped"),
     ("UNREACHABLE", 2, "the loops do not close there, or no correction was found; outputs are NaN"),
     *STATUSES[2:],
 )
@@ -48,7 +48,7 @@ def _about(facts: dict[str, Any]) -> str:
     """Return what the function does."""
     if not facts["compensates"]:
         return "sag and forces of one pose"
-    return "where to command the drives, and what to feed forward, so that the loaded platform stands where it is asked to"
+    return "where to command the actuators, and what to feed forward, so that the loaded platform stands where it is asked to"
 
 
 def _size(shape: Sequence[int]) -> str:
@@ -74,13 +74,13 @@ def _header(name: str, scalar: str, facts: dict[str, Any]) -> str:
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
-    drives = [
-        f" *   {drive}: {lower:.6g} to {upper:.6g}"
-        for drive, (lower, upper) in facts["limits"].items()
+    actuators = [
+        f" *   {actuator}: {lower:.6g} to {upper:.6g}"
+        for actuator, (lower, upper) in facts["limits"].items()
         if np.isfinite(lower + upper)
     ]
     checked = "which the status tells" if facts["compensates"] else "which are not checked"
-    ranges = "\n".join([f" * Ranges of the drives' coordinates [m, rad], {checked}:", *drives]) if drives else " *"
+    ranges = "\n".join([f" * Ranges of the actuators' coordinates [m, rad], {checked}:", *actuators]) if actuators else " *"
     return f"""/* {facts["robot"]}: {_about(facts)}.
  * Written by kinetostatics.
  *
@@ -141,7 +141,7 @@ def _evaluates(facts: dict[str, Any]) -> str:
             "/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */"
         )
     names = ", ".join(facts["controlled"])
-    return f"""/* Find where the drives have to stand so that the loaded platform has the wanted {names}, and
+    return f"""/* Find where the actuators have to stand so that the loaded platform has the wanted {names}, and
  * compute the outputs there; returns the status. The state goes to the wanted pose; where that is out of reach it stays. */"""
 
 

@@ -24,7 +24,7 @@ from kinetostatics.functions.variation import CENTRAL, Rates, bodies_inside, rat
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.kinematics.velocities import body_moves, drive_rates, frame_rates, freedom_rates, with_given
+from kinetostatics.kinematics.velocities import actuator_rates, body_moves, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.tree import Frames
@@ -193,11 +193,11 @@ class Derivatives:
         """(nv, coordinates, N) the freedoms' rates with each given coordinate."""
         return with_given(self.robot.solver, self.prescribed, self._velocities(self._closing[2]))
 
-    def _of_drives(self, v: Array, explicit: Array | None = None) -> Array:
-        """Return the rates (drives, k, N) of the drives' coordinates, in the file's order, at freedoms' rates (nv, k, N)."""
+    def _of_actuators(self, v: Array, explicit: Array | None = None) -> Array:
+        """Return rates (actuators, k, N) of the actuators' coordinates, in the file's order, at freedoms' rates (nv, k, N)."""
         robot = self.robot
         given = robot.actuator_coordinates
-        rows = drive_rates(robot.solver, given, self.pose.poses, v)
+        rows = actuator_rates(robot.solver, given, self.pose.poses, v)
         if explicit is not None:
             rows[len(given.columns) :] += explicit[:, None]
         names = actuator_names(robot.mechanism, robot.equations)
@@ -208,7 +208,7 @@ class Derivatives:
     def by_coordinate(self, k: int) -> dict[str, Array]:
         """Return the derivatives (*output, N) by the k-th given coordinate."""
         v = self._by_coordinates[:, k : k + 1]
-        return self._collected(np.einsum("mvn,vkn->mkn", self._by_freedoms, v)[:, 0], self._of_drives(v)[:, 0])
+        return self._collected(np.einsum("mvn,vkn->mkn", self._by_freedoms, v)[:, 0], self._of_actuators(v)[:, 0])
 
     def by_load(self) -> dict[str, Array]:
         """Return the derivatives (*output, 6, N) by the load."""
@@ -267,12 +267,12 @@ class Derivatives:
         rotation, position = rates.rotation, rates.position
         assert not np.any(rotation[:, :, inside])
         total = np.einsum("mpn,p->mn", own.constants, rates.constants)
-        drives, mass = np.zeros((len(self.robot.description.driven), self.N)), rates.mass
+        actuators, mass = np.zeros((len(self.robot.description.driven), self.N)), rates.mass
         if np.any(rates.residual) or np.any(rotation) or np.any(position):
             total += np.einsum("mijbn,ijbn->mn", own.rotation, rotation) + np.einsum("mibn,ibn->mn", own.position, position)
             v = self._velocities(rates.residual[:, None])
             total += np.einsum("mvn,vkn->mn", self._freedoms_of(own), v)
-            drives = self._of_drives(v, rates.loop_drives)[:, 0]
+            actuators = self._of_actuators(v, rates.loop_actuators)[:, 0]
             moved = frame_rates(self._moves, self._twists, self.pose.frames, np.nan_to_num(v[:, 0]))
             rotation, position, mass = rotation + moved[0], position + moved[1], mass + self._mass_along(*moved)
         for record, where in own.records:
@@ -282,7 +282,7 @@ class Derivatives:
                 results = values(record.tape, needed_by(record.tape, [record.holds]), inputs, own.numbers + by * rates.constants)
                 if not np.all(results[record.holds]):
                     return None
-        return self._collected(total, drives, mass)
+        return self._collected(total, actuators, mass)
 
     def _mass_along(self, turning: Array, moving: Array) -> Array:
         """Return the rate (N,) of the robot's mass as all bodies move: that of telescopic beams follows their length."""
@@ -297,14 +297,14 @@ class Derivatives:
                 total += weight / by * masses(there).sum(axis=0)
         return total
 
-    def _collected(self, statics: Array, drives: Array, mass: Array | None = None) -> dict[str, Array]:
+    def _collected(self, statics: Array, actuators: Array, mass: Array | None = None) -> dict[str, Array]:
         places, shapes = self._statics.places, self._statics.shapes
         found = {}
         for name in self.outputs:
             if name == "actuators":
-                found[name] = np.where(self.pose.reached, drives, np.nan)
+                found[name] = np.where(self.pose.reached, actuators, np.nan)
             elif name == "mass":
-                found[name] = np.zeros(drives.shape[1:]) if mass is None else mass
+                found[name] = np.zeros(actuators.shape[1:]) if mass is None else mass
             else:
                 part = statics[places[name]]
                 found[name] = part.reshape(*shapes[name], *part.shape[1:])

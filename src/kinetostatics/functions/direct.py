@@ -83,7 +83,7 @@ class Direct:
             NotRecordedError: there is no code for this robot.
         """
         self._robot, self._names, self._given, self._tolerance = robot, tuple(names), set(given), tolerance
-        self._convention, self._by_drives = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
+        self._convention, self._by_actuators = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
         self.prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
         self._local = robot.mobility_analysis.local_dofs(prescribed)
         solver = compiled_loops("compiled")(robot, prescribed, self._local, 1)
@@ -162,7 +162,7 @@ class Direct:
             self._convention,
             self._tolerance,
             False,
-            () if self._by_drives else self._names,
+            () if self._by_actuators else self._names,
         )
 
     def together(

@@ -42,10 +42,10 @@ class Function:
 
     Attributes:
         robot: the robot.
-        orientation: what its angles mean, see :meth:`Robot.assemble`; None for drives.
+        orientation: what its angles mean, see :meth:`Robot.assemble`; None for actuators.
         inputs: coordinates, load and gravity, by name.
         outputs: what it returns, by name; "status" and "residual" always.
-        by_drives: whether the coordinates are those of the drives, else of the platform.
+        by_actuators: whether the coordinates are those of the actuators, else of the platform.
         compensates: whether the coordinates are those at which the loaded platform is to stand, see
             :func:`kinetostatics.compensate`; all that is returned is then of the corrected pose.
         prescribed, names: the same as the solver sees them, and the names of its targets.
@@ -55,23 +55,28 @@ class Function:
         self,
         robot: Robot,
         names: Sequence[str],
-        by_drives: bool,
+        by_actuators: bool,
         orientation: str | None,
         outputs: Sequence[str],
         engine: str = "numpy",
         compensates: bool = False,
     ) -> None:
         self._engine, self.compensates = engine, compensates
-        self.robot, self.orientation, self.by_drives = robot, orientation, by_drives
+        self.robot, self.orientation, self.by_actuators = robot, orientation, by_actuators
         convention = orientation_named(orientation)
-        if by_drives:
+        if by_actuators:
             self.prescribed: PrescribedCoordinates = robot.actuator_coordinates
             self.names = actuator_names(robot.mechanism, robot.equations)
         else:
             self.prescribed = prescribed_platform(names, convention)
             self.names = [name for name in convention.pose_names if name in names]
-        self.inputs: Mapping[str, Quantity] = Named(inputs_of(robot, names, by_drives, orientation))
+        self.inputs: Mapping[str, Quantity] = Named(inputs_of(robot, names, by_actuators, orientation))
         self.outputs: Mapping[str, Quantity] = Named(outputs_of(robot, outputs, compensates))
+
+    @property
+    def by_drives(self) -> bool:
+        """The former name of ``by_actuators``."""
+        return self.by_actuators
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
@@ -177,7 +182,7 @@ class Function:
         if missing:
             raise ArgumentError(f"the coordinates {', '.join(missing)} are missing; this function takes {', '.join(self.inputs)}")
         start = near.pose if isinstance(near, Values) else near
-        given = {"actuators" if self.by_drives else "platform": coordinates}
+        given = {"actuators" if self.by_actuators else "platform": coordinates}
         return assembly.assemble(
             self.robot,
             given.get("actuators"),
@@ -224,7 +229,7 @@ class Function:
                 value = getattr(corrected, name)
             else:
                 value = getattr(result.configuration if name == "actuators" else result, name)
-            if isinstance(value, Mapping):  # by the drives' names, or the sources'
+            if isinstance(value, Mapping):  # by the actuators' names, or the sources'
                 rows = [np.broadcast_to(item, result.shape + item.shape[len(result.shape) :]) for item in value.values()]
                 value = np.stack(rows, axis=-1) if rows else np.empty((*result.shape, 0))
             arrays[name] = frozen(np.array(value))
@@ -334,8 +339,8 @@ def compile(
         engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled at the first call, where that is
             installed; see :func:`kinetostatics.analyze`.
         compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected
-            pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the drives, "actuator_forces" what to
-            feed forward; "remaining" is one more output, what no drive can correct.
+            pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the actuators, "actuator_forces" what to
+            feed forward; "remaining" is one more output, what no actuator can correct.
 
     Raises:
         ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` without
@@ -343,7 +348,7 @@ def compile(
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Example:
-        How the drive forces of a tripod change with its height, and with a load:
+        How the actuator forces of a tripod change with its height, and with a load:
 
         >>> import kinetostatics as ks
         >>> f = ks.compile(ks.load_robot("3rps"), platform=("z", "rx", "ry"))
@@ -351,7 +356,7 @@ def compile(
         >>> [round(float(force), 1) for force in values["actuator_forces"]]  # [N]
         [542.8, 542.8, 542.8]
         >>> J = f.jacobian("actuator_forces", by=("z", "load"))(z=0.5, rx=0.0, ry=0.0)
-        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # of the first drive by a force along z
+        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # of the first actuator by a force along z
         -0.34
     """
     if not isinstance(robot, Robot):

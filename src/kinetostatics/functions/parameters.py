@@ -188,11 +188,11 @@ def _of_stiffnesses(robot: Robot) -> Iterator[Parameter]:
         if item.drive is not None and np.isfinite(item.drive):
             unit = "N/m" if robot.mechanism.connections[item.joint].type.is_slide else "N·m/rad"
 
-            def with_drive(there: RobotDescription, by: float, joint: str = item.joint) -> RobotDescription:
+            def with_actuator(there: RobotDescription, by: float, joint: str = item.joint) -> RobotDescription:
                 own = there.joint_stiffness[joint]
                 return there.with_joint_stiffness(replace(own, drive=(own.drive or 0.0) + by))
 
-            yield _single(robot, f"{item.joint}.drive_stiffness", unit, item.drive, with_drive)
+            yield _single(robot, f"{item.joint}.drive_stiffness", unit, item.drive, with_actuator)
 
 
 def _of_spring(robot: Robot, spring: Spring) -> Iterator[Parameter]:

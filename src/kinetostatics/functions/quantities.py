@@ -15,13 +15,13 @@ _WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
 _TWIST = ("dx", "dy", "dz", "rx", "ry", "rz")
 
 
-def inputs_of(robot: Robot, names: Sequence[str], by_drives: bool, orientation: str | None) -> dict[str, Quantity]:
-    """Return the inputs of a function by name: coordinates of the drives or of the platform, load and gravity."""
+def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientation: str | None) -> dict[str, Quantity]:
+    """Return the inputs of a function by name: coordinates of the actuators or of the platform, load and gravity."""
     connections = robot.mechanism.connections
     found = []
     for name in names:
-        if by_drives:
-            found.append(Quantity(name, (), (connections[name].type.unit,), meaning="coordinate of the drive"))
+        if by_actuators:
+            found.append(Quantity(name, (), (connections[name].type.unit,), meaning="coordinate of the actuator"))
         elif name in "xyz":
             found.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
         else:
@@ -39,8 +39,8 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
     Raises:
         ArgumentError: there is no such output.
     """
-    drives = robot.description.driven
-    kinds = [robot.mechanism.connections[name].type for name in drives]
+    actuators = robot.description.driven
+    kinds = [robot.mechanism.connections[name].type for name in actuators]
     sources = sources_of(robot.statics)
     status = "kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"
     if compensate:
@@ -58,17 +58,17 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
         Quantity("compliance", (6, 6), ("m/N, 1/N, 1/(N·m)",), _TWIST, "compliance matrix at o, world axes"),
         Quantity(
             "actuator_forces",
-            (len(drives),),
+            (len(actuators),),
             tuple(kind.force_unit for kind in kinds),
-            drives,
-            "force or torque of each drive, positive along its coordinate",
+            actuators,
+            "force or torque of each actuator, positive along its coordinate",
         ),
         Quantity(
             "actuators",
-            (len(drives),),
+            (len(actuators),),
             tuple(kind.unit for kind in kinds),
-            drives,
-            "corrected coordinates of the drives" if compensate else "drives' coordinates",
+            actuators,
+            "corrected coordinates of the actuators" if compensate else "actuators' coordinates",
         ),
         Quantity("status", (), ("1",), meaning=status),
         Quantity("residual", (), ("m or rad",), meaning="how far the worst loop is open"),

@@ -38,7 +38,7 @@ class Rates:
         constants: (P,) the numbers of the statics.
         rotation, position: (3, 3, B, N), (3, B, N) the frames of all bodies, with the joints as they are.
         residual: (m, N) the scaled residuals of the loops and of what is given.
-        loop_drives: (n, N) the coordinates of driven loops.
+        loop_actuators: (n, N) the coordinates of driven loops.
         mass: (N,) the robot's mass [kg].
     """
 
@@ -46,7 +46,7 @@ class Rates:
     rotation: Array
     position: Array
     residual: Array
-    loop_drives: Array
+    loop_actuators: Array
     mass: Array
 
 
@@ -119,10 +119,10 @@ def _parts(
     frames = other.equations.forward(poses.x)
     residual, _ = solver.system(prescribed, poses, target)
     loops = robot.actuator_coordinates.loops
-    drives = [solver.loop_coordinate(number, frames) for number in loops]
-    drives_of_loops = np.array(drives).reshape(len(loops), poses.x.shape[1])
+    actuators = [solver.loop_coordinate(number, frames) for number in loops]
+    actuators_of_loops = np.array(actuators).reshape(len(loops), poses.x.shape[1])
     mass = statics.weights.masses(frames).sum(axis=0)
-    return [structure.values, *_known(robot, frames), residual, drives_of_loops, np.broadcast_to(mass, poses.x.shape[1:])]
+    return [structure.values, *_known(robot, frames), residual, actuators_of_loops, np.broadcast_to(mass, poses.x.shape[1:])]
 
 
 def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics] | None:

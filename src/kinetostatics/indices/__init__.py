@@ -3,12 +3,12 @@
 Every index takes a Dataset and returns a DataArray over the swept dimensions with ``units`` and ``long_name``, NaN where the pose
 is not valid (:func:`valid`). On a Dataset of dask arrays nothing is computed before it is needed. :data:`INDICES` lists them all.
 
-``C`` is the compliance at o, drives locked; ``C_dd`` its block of displacements under forces [m/N] and ``C_rr`` that of rotations
-under moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Metres and radians never meet in one eigenvalue, but for
-:func:`conditioning` and :func:`singularity_distance`, which first make them comparable by the Dataset's characteristic length.
-"Free" means that a pure force (moment) acts and the platform may turn (move) as it likes: a quotient of ``C_dd`` (``C_rr``).
-"Held" means that it is kept from turning (moving): a quotient of ``K_dd`` (``K_rr``). ``C_rr`` and ``K_dd`` do not depend on
-where o is; ``C_dd`` and ``K_rr`` do.
+``C`` is the compliance at o, actuators locked; ``C_dd`` its block of displacements under forces [m/N] and ``C_rr`` that of
+rotations under moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Metres and radians never meet in one
+eigenvalue, but for :func:`conditioning` and :func:`singularity_distance`, which first make them comparable by the Dataset's
+characteristic length. "Free" means that a pure force (moment) acts and the platform may turn (move) as it likes: a quotient of
+``C_dd`` (``C_rr``). "Held" means that it is kept from turning (moving): a quotient of ``K_dd`` (``K_rr``). ``C_rr`` and ``K_dd``
+do not depend on where o is; ``C_dd`` and ``K_rr`` do.
 
 On such indices in general: A. Rosyid, B. El-Khasawneh, A. Alazzam, Performance measures of parallel kinematics manipulators,
 Mechanical Sciences 11 (2020). Conditioning: C. Gosselin, J. Angeles, A global performance index for the kinematic optimization of

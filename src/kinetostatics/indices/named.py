@@ -78,9 +78,9 @@ INDICES: Mapping[str, Index] = {
         "large",
         "1 / largest eigenvalue of C made homogeneous by the characteristic length",
     ),
-    "largest_actuator_force": Index(sag.largest_actuator_force, "N", "small", "largest magnitude of the drives' forces"),
-    "remaining_linear_sag": Index(sag.remaining_linear_sag, "m", "small", "|d| that remains at the corrected drives"),
-    "remaining_angular_sag": Index(sag.remaining_angular_sag, "rad", "small", "|r| that remains at the corrected drives"),
+    "largest_actuator_force": Index(sag.largest_actuator_force, "N", "small", "largest magnitude of the actuators' forces"),
+    "remaining_linear_sag": Index(sag.remaining_linear_sag, "m", "small", "|d| that remains at the corrected actuators"),
+    "remaining_angular_sag": Index(sag.remaining_angular_sag, "rad", "small", "|r| that remains at the corrected actuators"),
 }
 
 
@@ -110,7 +110,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether an index exists for a Dataset: robots may have no drives, or drives that push and others that turn."""
+    """Return whether an index exists for a Dataset: robots may have no actuators, or actuators that push and others that turn."""
     if index.startswith("remaining_"):
         return "remaining" in ds
     if index != "largest_actuator_force":

@@ -56,7 +56,7 @@ def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: s
 
 
 def label_dims(ds: xr.Dataset, name: str) -> list[str]:
-    """Return the dimensions of a variable that are not swept: components, sources, drives, wrenches, …."""
+    """Return the dimensions of a variable that are not swept: components, sources, actuators, wrenches, …."""
     return [str(dim) for dim in ds[name].dims if dim not in swept(ds)]
 
 

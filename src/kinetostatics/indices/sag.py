@@ -1,4 +1,4 @@
-"""How far the platform moves and turns, and what the drives must hold."""
+"""How far the platform moves and turns, and what the actuators must hold."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool =
 
 @told_keywords
 def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return how far o misses its place at the corrected drives [m], in maps swept with ``compensate=True``.
+    """Return how far o misses its place at the corrected actuators [m], in maps swept with ``compensate=True``.
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
@@ -45,7 +45,7 @@ def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
 
 @told_keywords
 def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return by how much the platform is turned at the corrected drives [rad]; as :func:`remaining_linear_sag`."""
+    """Return by how much the platform is turned at the corrected actuators [rad]; as :func:`remaining_linear_sag`."""
     return _length(ds, _remaining(ds), ANGULAR, beyond_limits, "rad", "remaining angular sag")
 
 
@@ -75,15 +75,15 @@ def _length(
 
 @told_keywords
 def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return the largest magnitude of the drives' forces at each pose [N, or N·m if all drives turn].
+    """Return the largest magnitude of the actuators' forces at each pose [N, or N·m if all actuators turn].
 
     Raises:
-        ArgumentError: some drives push and others turn; then :func:`actuator_force_maxima` tells of each.
+        ArgumentError: some actuators push and others turn; then :func:`actuator_force_maxima` tells of each.
     """
     force = variable(ds, "actuator_force")
     units = {str(item) for item in units_of(ds, "actuator_force").values.ravel()}
     if len(units) > 1:
-        raise ArgumentError("forces and torques of drives cannot be compared; choose one drive: actuator_force:NAME")
+        raise ArgumentError("forces and torques of actuators cannot be compared; choose one actuator: actuator_force:NAME")
     unit = units.pop()
     kind = "force" if unit == "N" else "torque"
     return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, unit, f"largest actuator {kind}")
@@ -91,8 +91,8 @@ def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Da
 
 @told_keywords
 def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return the largest magnitude of each drive's force over all poses (actuator,) [N or N·m: ``actuator_force_unit``]."""
+    """Return the largest magnitude of each actuator's force over all poses (actuator,) [N or N·m: ``actuator_force_unit``]."""
     force = variable(ds, "actuator_force")
     found = abs(force.where(valid(ds, beyond_limits))).max(swept(ds))
-    found.attrs = {**force.attrs, "long_name": "largest magnitude of the drive's force over all poses"}
+    found.attrs = {**force.attrs, "long_name": "largest magnitude of the actuator's force over all poses"}
     return found

@@ -181,7 +181,7 @@ def singularity_distance(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
     """Return the distance of the homogeneous stiffness, as in :func:`conditioning`, to the nearest singular matrix [N/m].
 
     Its smallest eigenvalue: the least force per displacement over all directions in the six-dimensional space of d and L r. 0
-    at a pose where the platform moves though the drives are locked.
+    at a pose where the platform moves though the actuators are locked.
     """
     found = _inverse(_homogeneous(ds, _largest))
     return finished(ds, found, beyond_limits, "N/m", "distance to singularity")

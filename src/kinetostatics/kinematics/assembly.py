@@ -190,17 +190,17 @@ def _configuration(
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """Return the values of all drives; those in no limb, as a gripper's, are at zero unless they are given.
+    """Return the values of all actuators; those in no limb, as a gripper's, are at zero unless they are given.
 
     Raises:
-        CoordinatesError: a drive of a limb is missing, or there is none of a name.
+        CoordinatesError: an actuator of a limb is missing, or there is none of a name.
     """
     driven = robot.description.driven
     check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
     for name in given:
         if name not in driven:
             raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
-    every: dict[str, ArrayLike] = {**dict.fromkeys(robot.drives_outside_limbs, 0.0), **given}
+    every: dict[str, ArrayLike] = {**dict.fromkeys(robot.actuators_outside_limbs, 0.0), **given}
     missing = [name for name in driven if name not in every]
     if missing:
         raise CoordinatesError(

@@ -1,4 +1,4 @@
-"""Joints that follow driven ones, ``<mimic>``: as equations, and as coordinates that are given with those of the drives."""
+"""Joints that follow driven ones, ``<mimic>``: as equations, and as coordinates that are given with those of the actuators."""
 
 from __future__ import annotations
 

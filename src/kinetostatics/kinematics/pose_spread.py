@@ -1,7 +1,7 @@
-"""Ordinary poses: the zero pose, and those to which the drives lead one by one, within all limits.
+"""Ordinary poses: the zero pose, and those to which the actuators lead one by one, within all limits.
 
 Generic poses, near the zero pose and without symmetry, decide ranks. Ordinary ones are what people ask for; what is chosen once
-per robot must not fail there. They follow from the drives alone, whatever the frames, axes and cuts of the file.
+per robot must not fail there. They follow from the actuators alone, whatever the frames, axes and cuts of the file.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array
 from kinetostatics.status import Status
 
-#: Drives go no farther from zero than this [rad], or this multiple of the characteristic length.
+#: Actuators go no farther from zero than this [rad], or this multiple of the characteristic length.
 _FAR = 1.2
-#: How far the drives go, as parts of the way to their limits; with more drives than ``_MANY`` only the first.
+#: How far the actuators go, as parts of the way to their limits; with more actuators than ``_MANY`` only the first.
 _PARTS, _MANY = (0.2, 0.6), 8
 
 
@@ -43,7 +43,7 @@ def typical_poses(robot: RobotKinematics) -> Array:
 
 
 def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
-    """Return how far a drive goes down and up from zero [m, rad]."""
+    """Return how far an actuator goes down and up from zero [m, rad]."""
     item = robot.mechanism.connections[name]
     far = _FAR * (robot.length if item.type.is_slide else 1.0)
     low = item.lower if math.isfinite(item.lower) else -far

@@ -121,10 +121,15 @@ class RobotKinematics:
         return gaps_at(self.equations, zero_pose.written_zero(self.equations))
 
     @cached_property
-    def drives_outside_limbs(self) -> tuple[str, ...]:
+    def actuators_outside_limbs(self) -> tuple[str, ...]:
         """Names of the driven joints that are in no limb: they only hold what hangs on base, platform or a limb."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
+
+    @property
+    def drives_outside_limbs(self) -> tuple[str, ...]:
+        """The former name of ``actuators_outside_limbs``."""
+        return self.actuators_outside_limbs
 
     @cached_property
     def zero_is_near(self) -> bool:

@@ -99,7 +99,7 @@ class Solver:
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
-        """Return the prescribed coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
+        """Return prescribed coordinates (n, N) of poses; of actuators' angles that differ by full turns those near ``near``."""
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
@@ -352,7 +352,7 @@ class Solver:
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
         """Return where a line starts: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
 
-        Of drives' angles that differ by full turns those near ``near`` (n, N).
+        Of actuators' angles that differ by full turns those near ``near`` (n, N).
         """
         values = self.values(prescribed, start, near)
         if not prescribed.angles or prescribed.orientation is None:

@@ -22,7 +22,7 @@ LONG = 30.0
 
 
 def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> list[str]:
-    """Say which coordinates of drives or platform [m, rad] are far longer than the robot, or look like degrees."""
+    """Say which coordinates of actuators or platform [m, rad] are far longer than the robot, or look like degrees."""
     found = []
     for name, values in given.items():
         largest = _largest(values)
@@ -73,7 +73,7 @@ def _largest(values: ArrayLike) -> float:
 
 
 def _many_turns(joint: Connection | None, angle: float) -> bool:
-    """Whether an angle is too large for the platform, or for a drive that has no reason to turn so often."""
+    """Whether an angle is too large for the platform, or for an actuator that has no reason to turn so often."""
     if abs(angle) <= TURN:
         return False
     usual = joint is not None and (joint.type.endless or joint.lower <= angle <= joint.upper)

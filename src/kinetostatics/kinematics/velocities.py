@@ -1,4 +1,4 @@
-"""How fast freedoms, bodies and drives move with what is given, while the loops stay closed, by the implicit function theorem."""
+"""How fast freedoms, bodies and actuators move with what is given, loops staying closed, by the implicit function theorem."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def frame_rates(moves: Array, twists: Array, frames: Frames, v: Array) -> tuple[
     return rotation, twist[:3] + cross(twist[3:], frames.position)
 
 
-def drive_rates(solver: Solver, given: PrescribedCoordinates, poses: SolverState, v: Array) -> Array:
-    """Return the rates (drives, k, N) of the coordinates of drives, in the order of ``given``, at freedoms' rates (nv, k, N)."""
+def actuator_rates(solver: Solver, given: PrescribedCoordinates, poses: SolverState, v: Array) -> Array:
+    """Return the rates (actuators, k, N) of actuators' coordinates, in the order of ``given``, at freedoms' rates (nv, k, N)."""
     rows: list[Array] = [v[column] for column in given.columns]
     if given.loops:
         loops = replace(given, columns=())

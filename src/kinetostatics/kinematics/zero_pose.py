@@ -33,19 +33,19 @@ def written_zero(equations: LoopEquations) -> SolverState:
     return SolverState(equations.from_model(equations.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
 
 
-def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverState, float]:
+def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
     """Return the pose nearest to the written zero at which the loops are closed, and the scaled residual that is left.
 
-    The drives stay at zero where they can.
+    The actuators stay at zero where they can.
     """
     equations, tree = solver.equations, solver.tree
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
     if not equations.loops:
         return start, 0.0
-    best, left = close(solver, start, drives, np.zeros((drives.size, 1)))
+    best, left = close(solver, start, actuators, np.zeros((actuators.size, 1)))
     if (residual := float(left[0])) < CLOSED:
         return best, residual
-    # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
+    # Rounding alone is no reason to move the actuators: a nearly closed pose far away would be another assembly mode.
     free, left = close(solver, start, *nothing, cutoff=1e-3)
     if left[0] < CLOSED or OPEN < residual > left[0]:
         best, residual = free, float(left[0])

@@ -1,4 +1,4 @@
-"""Elastic joints, bearings and drives: compliances at a joint's centre, in its frame on the predecessor's side.
+"""Elastic joints, bearings and actuators: compliances at a joint's centre, in its frame on the predecessor's side.
 
 The rules are those of ``<joint_stiffness>`` in the page on robot files: along a direction that the joint blocks a missing or
 infinite stiffness is rigid; along one of its freedoms a finite one is a spring, and any other leaves it free.
@@ -21,14 +21,14 @@ class Spring:
 
     Attributes:
         joint: its name.
-        is_drive: whether it is the drive along the joint's own coordinate, else the joint or its bearings.
+        is_actuator: whether it is the actuator along the joint's own coordinate, else the joint or its bearings.
         body, frame: the joint's frame (4, 4) in the body on the predecessor's side.
         linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
         angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
     """
 
     joint: str
-    is_drive: bool
+    is_actuator: bool
     body: int
     frame: Array
     linear: Array
@@ -36,7 +36,7 @@ class Spring:
 
 
 def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
-    """Return the springs of a joint: itself or its bearings, and its drive."""
+    """Return the springs of a joint: itself or its bearings, and its actuator."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
         return ()

@@ -1,4 +1,4 @@
-"""By how much a loaded platform misses where it is wanted, before its drives are corrected and after, and what they do."""
+"""By how much a loaded platform misses where it is wanted, before its actuators are corrected and after, and what they do."""
 
 from __future__ import annotations
 
@@ -44,17 +44,19 @@ def compensation(
     what: str = "displacement",
     *,
     x: str | None = None,
+    actuators: Sequence[str] | None = None,
     drives: Sequence[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw by how much the loaded platform misses the wanted pose, uncorrected and corrected, or what the drives do for it.
+    """Draw by how much the loaded platform misses the wanted pose, uncorrected and corrected, or what the actuators do for it.
 
     Args:
         found: of :func:`kinetostatics.compensate`.
         what: "displacement", by how much o, or the tool's tip, misses its x, y and z; "rotation", the platform its angles;
-            "correction" of the drives; or their "force", and what of it is there without loads and payload.
+            "correction" of the actuators; or their "force", and what of it is there without loads and payload.
         x: of a path the coordinate of the wanted platform to the right; default: the one that varies, or else the pose's number.
-        drives: of which corrections or forces are drawn; default: all, if they all slide or all turn.
+        actuators: of which corrections or forces are drawn; default: all, if they all slide or all turn.
+        drives: the former name of ``actuators``.
         ax: to draw on; default: a new figure one column and a half wide.
 
     Returns:
@@ -67,9 +69,10 @@ def compensation(
     if not isinstance(found, Compensation):
         raise ArgumentError(f"{found!r} is no compensation: ks.compensate(pose, …) makes one")
     check_choice("what", what, KINDS)
-    if drives is not None and what in KINDS[:2]:
-        raise ArgumentError(f"drives is not for the {what} of the platform; leave it out")
-    shown = _of_platform(found, what) if what in KINDS[:2] else _of_drives(found, what, drives)
+    actuators = drives if actuators is None else actuators
+    if actuators is not None and what in KINDS[:2]:
+        raise ArgumentError(f"actuators is not for the {what} of the platform; leave it out")
+    shown = _of_platform(found, what) if what in KINDS[:2] else _of_actuators(found, what, actuators)
     if not any(np.any(np.isfinite(values)) for values in shown.after.values()):
         raise ArgumentError("no pose has a correction, so that there is nothing to draw")
     with styled():
@@ -98,28 +101,28 @@ def _of_platform(found: Compensation, what: str) -> _Shown:
     return _Shown(f"{who} misses by", "m" if what == "displacement" else "rad", before, after, ("uncorrected", "corrected"))
 
 
-def _of_drives(found: Compensation, what: str, drives: Sequence[str] | None) -> _Shown:
+def _of_actuators(found: Compensation, what: str, actuators: Sequence[str] | None) -> _Shown:
     known = list(found.actuators)
-    chosen = known if drives is None else [drives] if isinstance(drives, str) else list(drives)
+    chosen = known if actuators is None else [actuators] if isinstance(actuators, str) else list(actuators)
     for name in chosen:
         if name not in known:
-            raise ArgumentError(f"drives has no drive {name!r}: {near_names(str(name), known)}")
+            raise ArgumentError(f"actuators: there is no {name!r}: {near_names(str(name), known)}")
     kinds = {kind.unit: kind for kind in (found.wanted.robot.mechanism.connections[name].type for name in chosen)}
     if len(kinds) != 1:
         raise ArgumentError(
-            f"drives that slide and drives that turn need figures of their own: choose some by drives, of {known}"
+            f"actuators that slide and actuators that turn need figures of their own: choose some by actuators, of {known}"
         )
     ((unit, kind),) = kinds.items()
     if what == "correction":
         shown = {name: found.corrections[name] for name in chosen}
-        return _Shown("correction of the drive", unit, {}, shown, ("", "correction"))
+        return _Shown("correction of the actuator", unit, {}, shown, ("", "correction"))
     loads = ["load", *found.result.link_loads]
     parts = found.result.actuator_contributions
     after = {name: found.actuator_forces[name] for name in chosen}
     loaded = {name: np.sum([parts[name][load] for load in loads], axis=0) for name in chosen}
     some = any(np.nanmax(np.abs(part), initial=0.0) > 0 for part in loaded.values())
     before = {name: after[name] - loaded[name] for name in chosen} if some else {}
-    title = f"{'force' if kind.is_slide else 'torque'} of the drive"
+    title = f"{'force' if kind.is_slide else 'torque'} of the actuator"
     return _Shown(title, kind.force_unit, before, after, ("without loads", "with all loads"))
 
 

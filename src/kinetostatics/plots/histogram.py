@@ -23,7 +23,7 @@ def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None)
 
     Args:
         found: of :func:`kinetostatics.spread`.
-        what: "displacement" or "rotation", a component "x" … "rz" of the twist, or a drive.
+        what: "displacement" or "rotation", a component "x" … "rz" of the twist, or an actuator.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:

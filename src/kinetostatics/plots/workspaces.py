@@ -28,7 +28,7 @@ from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_roo
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
-#: Coordinates of the platform; a map over anything else, such as drives, is shown over the positions of o.
+#: Coordinates of the platform; a map over anything else, such as actuators, is shown over the positions of o.
 _PLATFORM = (*POSITIONS, "rx", "ry", "rz", "azimuth", "tilt", "torsion")
 
 

@@ -30,7 +30,7 @@ ALWAYS = (
     "Beams are straight, of one section, of a linear elastic material, and bend, twist, stretch and shear (Timoshenko). Axial "
     "forces do not change how stiff they are; N/N_Euler tells how near to buckling they come.",
     "Base, platform and all links that are not beams are rigid.",
-    "Drives hold their positions. Joints have neither play nor friction, and all masses are at rest.",
+    "Actuators hold their positions. Joints have neither play nor friction, and all masses are at rest.",
 )
 
 
@@ -41,7 +41,7 @@ def assumptions_html(result: Result) -> str:
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
     said = [f"Elastic {kind}: {listing(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
     if not joints:
-        said.append("Joints, bearings and drives are rigid: the file gives no stiffness of them.")
+        said.append("Joints, bearings and actuators are rigid: the file gives no stiffness of them.")
     said.append(
         f"Gravity is {_vector(result.gravity)} m/s² in world axes; it acts on all masses, and along beams on all of their length."
     )
@@ -62,7 +62,7 @@ def sag_html(result: Result, tip: PointResult | None = None) -> str:
 
 
 def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any, tool: Array | None = None) -> str:
-    """Return what the drives are to do so that the loaded platform stands at the pose."""
+    """Return what the actuators are to do so that the loaded platform stands at the pose."""
     try:
         return html_report(str(compensate(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
     except KinetostaticsError as error:

@@ -43,7 +43,7 @@ def save_report(
     """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
 
     It holds the robot, what is assumed, all tables of :func:`kinetostatics.analyze`, where the sag comes from, worst cases and
-    maps over the workspace, corrections of the drives (:func:`kinetostatics.compensate`), the verdict of finite elements
+    maps over the workspace, corrections of the actuators (:func:`kinetostatics.compensate`), the verdict of finite elements
     (:func:`kinetostatics.verify`, where OpenSeesPy is installed), and the robot to look at from all sides. The same input makes
     the same file.
 
@@ -57,7 +57,7 @@ def save_report(
         title: heading of the page; default the robot's name.
         coordinates: of the platform, that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, that the page tells of instead of o: its
-            motion, where that comes from, what the drives can correct, and the map, if that is not about it already.
+            motion, where that comes from, what the actuators can correct, and the map, if that is not about it already.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:

@@ -19,8 +19,8 @@ from kinetostatics.printing.text import (
     table,
     warning_lines,
 )
-from kinetostatics.reports.json import drive_unit
-from kinetostatics.reports.pose import drive_coordinates, facts_of, platform_coordinates, statuses_of
+from kinetostatics.reports.json import actuator_unit
+from kinetostatics.reports.pose import actuator_coordinates, facts_of, platform_coordinates, statuses_of
 from kinetostatics.results.result import Result
 from kinetostatics.status import WITHOUT_NUMBERS
 
@@ -59,7 +59,7 @@ def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
     """Return name, values, units and noise of everything that is worth its extremes."""
     twist, noise = result.twist, magnitudes(result)
     found = [(f"platform {name}", *item) for name, item in platform_coordinates(result.configuration).items()]
-    found += [(f"position of {name}", *item) for name, item in drive_coordinates(result.configuration).items()]
+    found += [(f"position of {name}", *item) for name, item in actuator_coordinates(result.configuration).items()]
     for name, part, kind in (("displacement of o", slice(3), "displacement"), ("rotation", slice(3, 6), "rotation")):
         found.append((name, np.linalg.norm(twist[..., part], axis=-1), KINDS[kind], getattr(noise, kind)))
     known = np.where(np.isfinite(result.compliance), result.compliance, 0.0)
@@ -67,7 +67,7 @@ def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
         stiffness = np.where(np.isnan(twist[..., 0]), np.nan, 1 / np.linalg.eigvalsh(known[..., :3, :3])[..., -1])
     found.append(("softest stiffness at o", stiffness, STIFFNESSES, 0.0))
     for name, value in result.actuator_forces.items():
-        kind = FORCE_KINDS[drive_unit(result.robot, name)]
+        kind = FORCE_KINDS[actuator_unit(result.robot, name)]
         found.append((f"force of {name}", value, KINDS[kind], getattr(noise, kind)))
     for name, beam in result.beams.items():
         found += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, 0.0)]

@@ -24,7 +24,7 @@ from kinetostatics.printing.text import (
     table,
     wrapped,
 )
-from kinetostatics.reports.json import drive_unit, named, plain, status_names
+from kinetostatics.reports.json import actuator_unit, named, plain, status_names
 from kinetostatics.reports.pose import pose_lines
 from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.compensation import Compensation
@@ -37,12 +37,12 @@ ROUNDING = 1e-12
 #: What the numbers of a compensation mean.
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
-    "actuators": "corrected coordinates of the drives [m, rad]; corrections: less those at the wanted pose",
+    "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the wanted pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
     "deviation": "[displacement at o m; rotation rad] by which the loaded platform misses the wanted pose without correction",
-    "remaining": "the same at the corrected drives",
+    "remaining": "the same at the corrected actuators",
     "remaining_coordinates": "the same as differences of the platform's coordinates [m, rad]; deviation_coordinates: uncorrected",
-    "uncorrectable_directions": "columns: twists that no drive moves the platform along, at o, orthonormal with lengths by "
+    "uncorrectable_directions": "columns: twists that no actuator moves the platform along, at o, orthonormal with lengths by "
     "characteristic_length [m, rad]; uncorrectable_parts: how much of remaining lies along each",
     "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
 }
@@ -50,7 +50,7 @@ UNITS = {
 
 @text_of.register(Compensation)
 def compensation_report(found: Compensation) -> str:
-    """Return what the drives are to do: tables for one pose, a summary for a batch."""
+    """Return what the actuators are to do: tables for one pose, a summary for a batch."""
     robot = found.wanted.robot
     controlled = listing(found.coordinates)
     if found.shape != ():
@@ -59,19 +59,20 @@ def compensation_report(found: Compensation) -> str:
     lines += section("Wanted of the loaded platform", pose_lines(found.wanted, found.uncorrected.gravity, found.uncorrected.load))
     if found.status in WITHOUT_NUMBERS:
         return "\n".join(lines)
-    lines += section("Drives", _drives(found))
+    lines += section("Actuators", _actuators(found))
     if found.tool is None:
         title, of = "By how much the loaded platform misses the wanted pose, world axes", ""
     else:
         title, of = f"By how much {named_point(found.tool)} misses where it is wanted, world axes", " of the tool's tip"
     lines += section(title, _misses(found))
     rest = [name for name in found.remaining_coordinates if name not in found.coordinates]
-    left = f"Left as it is, for want of drives: {listing(rest)}." if rest else "Nothing is left."
+    left = f"Left as it is, for want of actuators: {listing(rest)}." if rest else "Nothing is left."
     lines += ["", *wrapped(f"Corrected: {controlled}{of}. {left}")]
     lines += _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.coordinates) >= 3:
         lines += wrapped(
-            "With the coordinates x, y and z the tip itself comes where it is wanted, if the drives can do that; angles are left."
+            "With the coordinates x, y and z the tip itself comes where it is wanted, if the actuators can do that; angles are "
+            "left."
         )
     for name, limit in found.configuration.limits_exceeded.items():
         lines.append(f"! {name} would have to go to {float(limit.value):.6g}, beyond [{limit.lower:.6g}, {limit.upper:.6g}]")
@@ -81,11 +82,11 @@ def compensation_report(found: Compensation) -> str:
 def _status_words(status: Status) -> str:
     words = {**STATUS_WORDS, **{fact.status: fact.words for fact in FACTS.values() if fact.status is not None}}
     if status == Status.UNREACHABLE:
-        return f"{status.name}, no drive positions bring the loaded platform there"
+        return f"{status.name}, no actuator positions bring the loaded platform there"
     return f"{status.name}, {words[status]}"
 
 
-def _drives(found: Compensation) -> list[str]:
+def _actuators(found: Compensation) -> list[str]:
     connections = found.wanted.robot.mechanism.connections
     rows = []
     for name in found.actuators:
@@ -100,7 +101,7 @@ def _drives(found: Compensation) -> list[str]:
                 quantity(found.actuator_forces[name], UNITS_OF[kind.force_unit]),
             )
         )
-    return table(("drive", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
+    return table(("actuator", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
 
 
 def _misses(found: Compensation) -> list[str]:
@@ -112,7 +113,7 @@ def _misses(found: Compensation) -> list[str]:
 
 
 def _uncorrectable(found: Compensation) -> list[str]:
-    """Return the directions in which no drive moves the platform, scaled, and how much remains along each."""
+    """Return the directions in which no actuator moves the platform, scaled, and how much remains along each."""
     length = found.wanted.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
     if not directions.size or not np.all(np.isfinite(directions)):
@@ -123,7 +124,7 @@ def _uncorrectable(found: Compensation) -> list[str]:
     parts = Scale.of(found.uncorrectable_parts, ANGLES, ROUNDING)
     columns.append(Column.of("remains along it", list(found.uncorrectable_parts), parts))
     place = f"at {named_point(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
-    title = f"Directions in which no drive moves the platform, {place}"
+    title = f"Directions in which no actuator moves the platform, {place}"
     said = "No choice of coordinates changes what remains along these; times that length it is a displacement."
     return [*section(title, column_table(columns)), *wrapped(said)]
 
@@ -139,7 +140,7 @@ def _batch(found: Compensation) -> str:
     for name, values in found.corrections.items():
         rows.append(_range(f"correction of {name}", values, UNITS_OF[connections[name].type.unit]))
     for name, values in found.actuator_forces.items():
-        rows.append(_range(f"force of {name}", values, UNITS_OF[drive_unit(found.result.robot, name)]))
+        rows.append(_range(f"force of {name}", values, UNITS_OF[actuator_unit(found.result.robot, name)]))
     same = np.where(np.isnan(found.remaining), np.nan, found.deviation)  # at the same poses
     sizes = {"uncorrected": same, "corrected": found.remaining}
     who = named_point(found.tool)
@@ -152,7 +153,7 @@ def _batch(found: Compensation) -> str:
     lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}{'' if found.tool is None else f' of {who}'}.")]
     if left := 6 - found.wanted.robot.mobility.platform:
         some = "one direction" if left == 1 else f"{left} directions"
-        lines += wrapped(f"In {some} no drive moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
+        lines += wrapped(f"In {some} no actuator moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
     return "\n".join(lines)
 
 

@@ -1,4 +1,4 @@
-"""What a person reads of forces: drives, limbs, joints, ground and beams of one pose."""
+"""What a person reads of forces: actuators, limbs, joints, ground and beams of one pose."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from kinetostatics.printing.text import (
     vector,
     wrapped,
 )
-from kinetostatics.reports.json import drive_unit, wrench_units
-from kinetostatics.reports.pose import drive_coordinates, written
-from kinetostatics.reports.sources import drive_parts
+from kinetostatics.reports.json import actuator_unit, wrench_units
+from kinetostatics.reports.pose import actuator_coordinates, written
+from kinetostatics.reports.sources import actuator_parts
 from kinetostatics.results.result import Result
 from kinetostatics.sections.kinds import Section
 
@@ -36,7 +36,7 @@ def force_sections(result: Result, noise: Magnitudes, hinge_axes: Mapping[str, s
     """Return titles and lines of all forces; without lines where there is nothing to be told."""
     magnitudes = "magnitudes about the joint's centre"
     return {
-        "Drives, positive along the joint's positive direction": _drives(result, noise),
+        "Actuators, positive along the joint's positive direction": _actuators(result, noise),
         "Limbs: wrenches of the platform acting on the limb": _limbs(result, noise, hinge_axes),
         "Limbs that are networks: what their beams and their joints to the platform carry": _networks(result, noise),
         f"Joints: wrench of the base side acting on the platform side, {magnitudes}": _joints(result, noise),
@@ -59,19 +59,19 @@ def _force_scales(values: Iterable[ArrayLike], units: Iterable[str], noise: Magn
     return {unit: noise.scale(kind, [float(np.asarray(v)) for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
 
 
-def _drives(result: Result, noise: Magnitudes) -> list[str]:
+def _actuators(result: Result, noise: Magnitudes) -> list[str]:
     forces = result.actuator_forces
     if not forces:
         return []
-    units = [drive_unit(result.robot, name) for name in forces]
+    units = [actuator_unit(result.robot, name) for name in forces]
     found = _force_scales(forces.values(), units, noise)
     scales = [found[unit] for unit in units]
 
     def column(title: str, values: Iterable[Array]) -> Column:
         return Column(title, [scale(value) for scale, value in zip(scales, values, strict=True)], "r")
 
-    places = [written(item) for item in drive_coordinates(result.configuration).values()]
-    parts = [column(name, part) for name, part in drive_parts(result).items()]
+    places = [written(item) for item in actuator_coordinates(result.configuration).values()]
+    parts = [column(name, part) for name, part in actuator_parts(result).items()]
     first = [Column("joint", list(forces)), Column("position", places, "r"), column("force", forces.values()), Column("", units)]
     return column_table([*first, *parts])
 

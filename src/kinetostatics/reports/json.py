@@ -34,10 +34,10 @@ RESULT_UNITS = {
     "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
     "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
     "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
-    "source_contributions": "the same twist by what deforms: beams, elastic joints, drives, assembly errors; they sum to it",
+    "source_contributions": "the same twist by what deforms: beams, elastic joints, actuators (drives), misfits; they sum to it",
     "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
-    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
-    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
+    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, actuators locked",
+    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, actuators locked",
     "platform_wrench": "[force N; moment N·m] load and weight of the platform, about o",
     "base_wrench": "[force N; moment N·m] base reaction: the ground's wrench acting on the robot, about the base link's origin",
     "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
@@ -63,7 +63,7 @@ ROBOT_UNITS = {
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
-    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about the axes of the joint's frame; drive: its own; null: rigid",
+    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about axes of the joint's frame; drive: its actuator; null: rigid",
     "springs": "between links: stiffness N/m, free_length m, preload N: the tension at the free length",
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
@@ -152,7 +152,7 @@ def result_to_dict(result: Result) -> dict[str, object]:
         "payload": _payload(result),
     }
     found |= named(result, RESULT_NAMES)
-    found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
+    found["actuator_units"] = {name: actuator_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
     found["beams"] = {name: named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
     return found
@@ -225,6 +225,6 @@ def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
     return units
 
 
-def drive_unit(robot: Robot, name: str) -> str:
-    """Return the unit of a drive's force."""
+def actuator_unit(robot: Robot, name: str) -> str:
+    """Return the unit of an actuator's force."""
     return robot.mechanism.connections[name].type.force_unit

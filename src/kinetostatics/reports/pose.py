@@ -1,4 +1,4 @@
-"""Poses in words, as all reports tell them: what is true of them, where platform and drives are, what loads them."""
+"""Poses in words, as all reports tell them: what is true of them, where platform and actuators are, what loads them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def platform_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
     return {name: _coordinate(configuration, value, name in "xyz") for name, value in configuration.platform.items()}
 
 
-def drive_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
+def actuator_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
     """Return the coordinates of the driven joints."""
     connections, values = configuration.robot.mechanism.connections, configuration.actuators
     return {name: _coordinate(configuration, value, connections[name].type.is_slide) for name, value in values.items()}
@@ -62,7 +62,10 @@ def pose_lines(configuration: Configuration, gravity: Array, load: Array, *more:
     rows = [
         ("o", "  ".join(f"{name} {written(found[name], False)}" for name in "xyz") + " mm"),
         ("orientation", f"{angles}  ({_ORIENTATIONS.get(orientation.name, f'angles {orientation.name!r}')})"),
-        ("actuators", ", ".join(f"{name} {written(item)}" for name, item in drive_coordinates(configuration).items()) or "none"),
+        (
+            "actuators",
+            ", ".join(f"{name} {written(item)}" for name, item in actuator_coordinates(configuration).items()) or "none",
+        ),
         ("gravity", vector(gravity, Scale.of(gravity, (("m/s²", 1.0),), digits=4))),
         ("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"),
         *more,

@@ -64,7 +64,7 @@ def _summary(facts: RobotFacts) -> list[str]:
         if mobility.local_freedoms:
             rows.append(("local freedoms", _local_freedoms(mobility.local_freedoms)))
         rows.append(("redundant constraints", _redundancy(facts, mobility)))
-    rows.append(("drives", [f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"]))
+    rows.append(("actuators", [f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"]))
     rows.append(("mass", [_mass(facts)]))
     if facts.massless:
         rows.append(("without mass", [listing(facts.massless, 8)]))
@@ -104,7 +104,7 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
         else:
             axis = item.joint or f"{'their' if several else 'its'} own axis"
             text += f" turn{'s' * (not several)} about {axis}"
-        lines.append(text + (f", with the drives {listing(item.drives)}" if item.drives else ""))
+        lines.append(text + (f", with the actuators {listing(item.drives)}" if item.drives else ""))
     return lines
 
 
@@ -115,10 +115,10 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
         text += f", doubtful: gap of singular values only {mobility.gap:.2g}"
     lines = [text, *_places(facts.limbs, mobility.redundancies)]
     if mobility.redundant_drives:
-        drives, more = len(facts.drives), "more " * bool(count)
-        held = drives - mobility.redundant_drives
+        actuators, more = len(facts.drives), "more " * bool(count)
+        held = actuators - mobility.redundant_drives
         freedoms = f"{held} freedom{'s' * (held != 1)}"
-        lines.append(f"{mobility.redundant_drives} {more}with the drives locked: {drives} drives hold {freedoms}")
+        lines.append(f"{mobility.redundant_drives} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
     if count or mobility.redundant_drives:
         lines.append("errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances")
     return lines
@@ -292,7 +292,7 @@ def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:
         unit = "N/µm" if slides else "N·m/mrad"
         row.append("" if item.drive is None else f"{_stiffness(item.drive, 1e6 if slides else 1e3)} {unit}")
         rows.setdefault(tuple(row), []).append(item.joint)
-    return table([*header, "drive"], [(listing(names, 4), *row) for row, names in rows.items()])
+    return table([*header, "actuator"], [(listing(names, 4), *row) for row, names in rows.items()])
 
 
 def _stiffness(value: float, unit: float) -> str:

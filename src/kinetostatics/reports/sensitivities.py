@@ -19,10 +19,10 @@ _MASSES = (("g", 1e-3), ("kg", 1.0))
 UNITS = {
     "general": "SI; derivatives per unit of the parameter, whose unit is `unit`; null: not a number",
     "twist": "of the twist at o [m, rad]",
-    "stiffness": "of the tangent stiffness at o, drives locked; compliance likewise",
-    "actuator_forces": "of the drives' forces [N, N·m]; actuators: of their coordinates [m, rad]",
+    "stiffness": "of the tangent stiffness at o, actuators locked; compliance likewise",
+    "actuator_forces": "of the actuators' forces [N, N·m]; actuators: of their coordinates [m, rad]",
     "mass": "of the robot's mass [kg]",
-    "sources": "-d twist / d ln(stiffness) of each beam, elastic joint and drive [m, rad]",
+    "sources": "-d twist / d ln(stiffness) of each beam, elastic joint and actuator [m, rad]",
 }
 
 

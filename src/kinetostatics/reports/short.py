@@ -36,8 +36,8 @@ from kinetostatics.printing.text import (
     listing,
 )
 from kinetostatics.reports.calibration import estimate_words, interval_words
-from kinetostatics.reports.json import drive_unit, wrench_units
-from kinetostatics.reports.pose import drive_coordinates, facts_of, platform_coordinates, statuses_of
+from kinetostatics.reports.json import actuator_unit, wrench_units
+from kinetostatics.reports.pose import actuator_coordinates, facts_of, platform_coordinates, statuses_of
 from kinetostatics.reports.tolerances import amount_words
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.calibration import Calibration, MeasurementPlan
@@ -128,18 +128,18 @@ def _robot(robot: Robot) -> Short:
     for limb in robot.topology.limbs:
         joints = [edge.joint for edge in limb.edges if edge.joint is not None]
         beams = [edge.beam for edge in limb.edges if edge.beam is not None]
-        drives = [joint for joint in joints if joint in description.driven]
-        rows.append((limb.name, listing(joints), listing(drives) or MISSING, listing(beams) or MISSING))
-    counts = ((robot.topology.limbs, "limb"), (description.driven, "drive"), (description.beams, "beam"))
+        actuators = [joint for joint in joints if joint in description.driven]
+        rows.append((limb.name, listing(joints), listing(actuators) or MISSING, listing(beams) or MISSING))
+    counts = ((robot.topology.limbs, "limb"), (description.driven, "actuator"), (description.beams, "beam"))
     has = ", ".join(_count(len(some), noun) for some, noun in counts)
     title = f"Robot {robot.name!r} from {shown_path(description.path)!r}: {has}"
-    return Short(title, title, ("limb", "joints", "drives", "beams"), rows)
+    return Short(title, title, ("limb", "joints", "actuators", "beams"), rows)
 
 
 @_short.register
 def _description(description: RobotDescription) -> Short:
     names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
-    nouns = ("link", "joint", "loop", "beam", "elastic joint", "drive")
+    nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
     found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
     counts = ", ".join(_count(len(some), noun) for some, noun in found if some or noun in ("link", "joint"))
     rows = [(f"{noun}s", f"{len(some)}", listing(some, 12)) for some, noun in found if some]
@@ -149,7 +149,7 @@ def _description(description: RobotDescription) -> Short:
 
 @_short.register
 def _configuration(configuration: Configuration) -> Short:
-    both = {**platform_coordinates(configuration), **drive_coordinates(configuration)}
+    both = {**platform_coordinates(configuration), **actuator_coordinates(configuration)}
     rows = [(name, values_words(*item)) for name, item in both.items()]
     title = f"Configuration of {configuration.robot.name!r}: {_statuses(configuration)}"
     header = ("coordinate", "value" if configuration.shape == () else "range")
@@ -171,7 +171,7 @@ def _result(result: Result) -> Short:
             kind = "displacement" if k < 3 else "rotation"
             yield f"twist {name}", values_words(result.twist[k], KINDS[kind], getattr(noise, kind))
         for name, force in result.actuator_forces.items():
-            yield f"force of {name}", values_words(force, UNITS_OF[drive_unit(result.robot, name)])
+            yield f"force of {name}", values_words(force, UNITS_OF[actuator_unit(result.robot, name)])
 
     more = "" if MISSING in (moves, turns) else f"; o moves by {moves}, the platform turns by {turns}"
     title = f"Result of {result.robot.name!r}: {_statuses(result)}"
@@ -220,7 +220,7 @@ def _compensation(found: Compensation) -> Short:
     before, after = (values_words(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.deviation, found.remaining))
     title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
     line = f"{title}; {named_point(found.tool)} misses its place by {before} uncorrected, by {after} corrected"
-    return Short(line, title, ("drive", "correction", "force"), rows)
+    return Short(line, title, ("actuator", "correction", "force"), rows)
 
 
 @_short.register

@@ -1,4 +1,4 @@
-"""Where sag and drive forces come from: elastic parts, ranked by their share of the platform's motion, and how gravity acts.
+"""Where sag and actuator forces come from: elastic parts, ranked by their share of the platform's motion, and how gravity acts.
 
 It acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
 """
@@ -18,11 +18,11 @@ MOST = 8
 #: Parts of the motion that differ by less, relative to the largest, count as equal and stand in the file's order.
 ALIKE = 1e-6
 
-_KINDS = {"beams": "beam", "joints": "joint", "drives": "drive", "misfits": "misfit"}
+_KINDS = {"beams": "beam", "joints": "joint", "drives": "actuator", "misfits": "misfit"}
 
 
 def source_lines(result: Result, noise: Magnitudes) -> list[str]:
-    """Rank beams, elastic joints, drives and assembly errors by their parts of o's displacement; of the rotation where o stays.
+    """Rank beams, elastic joints, actuators and assembly errors by their parts of o's displacement; of the turn where o stays.
 
     A part is what one of them alone moves o, along the whole displacement, or turns, about the axis of the whole rotation: the
     parts add up to these. The last column tells the part of what is ranked.
@@ -105,13 +105,13 @@ def gravity_twists(result: Result) -> dict[str, Array]:
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
-def drive_parts(result: Result) -> dict[str, list[Array]]:
-    """Return what each drive's force is made of: for each contribution and way of gravity the parts of all drives."""
+def actuator_parts(result: Result) -> dict[str, list[Array]]:
+    """Return what each actuator's force is made of: for each contribution and way of gravity the parts of all actuators."""
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
-    for drive, ways in force_ways(result).items():
-        whole = {name: part for name, part in result.actuator_contributions[drive].items() if name not in limbs}
+    for actuator, ways in force_ways(result).items():
+        whole = {name: part for name, part in result.actuator_contributions[actuator].items() if name not in limbs}
         if limbs:
             whole |= {WORDS.get(way, way): part for way, part in ways.items()}
         for name, part in whole.items():

@@ -30,7 +30,7 @@ from kinetostatics.results.tool_point import named_point
 UNITS = {
     "general": "SI; null: not a number",
     "twist": "at o [m, rad]; displacement and rotation are the lengths of its parts",
-    "stiffness": "at o, drives locked [N/m, N, N·m]",
+    "stiffness": "at o, actuators locked [N/m, N, N·m]",
     "actuator_forces": "[N, N·m]",
     "effects": "what each parameter does alone when it is off by its tolerance, to first order",
     "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the robots made at random",
@@ -66,8 +66,8 @@ def _quantities(found: Spread) -> list[tuple[str, str, Units]]:
     where = f"displacement of {named_point(found.tool)}"
     rows: list[tuple[str, str, Units]] = [(where, "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
     rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
-    drives = found.nominal.actuator_forces
-    return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in drives]
+    actuators = found.nominal.actuator_forces
+    return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
 
 
 def _row(found: Spread, title: str, name: str, units: Units) -> tuple[str, ...]:

@@ -31,15 +31,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Compensation(Told):
-    """Feedforward forces and corrected drive positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
+    """Feedforward forces and corrected actuator positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
 
     Arrays are read-only, batch axes first; NaN where no correction was found.
 
     Attributes:
         wanted: where the loaded platform is to stand, broadcast against the loads.
         coordinates: of the platform that come out as wanted, as many as the robot's mobility.
-        uncorrected: the analysis where the drives stand at the wanted pose, as if nothing were elastic.
-        result: the analysis at the corrected drives.
+        uncorrected: the analysis where the actuators stand at the wanted pose, as if nothing were elastic.
+        result: the analysis at the corrected actuators.
         tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``coordinates``, and what
             deviates and remains, are those of this point; None: of o.
     """
@@ -71,7 +71,7 @@ class Compensation(Told):
             raise ArgumentError(
                 f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {self.shape}"
             )
-        grid, units = tuple(axes), _drive_units(self)
+        grid, units = tuple(axes), _actuator_units(self)
         names, platform = list(self.actuators), list(self.wanted.platform)
 
         def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
@@ -81,14 +81,18 @@ class Compensation(Told):
         data: dict[str, Any] = {
             "status": (grid, self.status, attributes),
             "wanted": stacked(self.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
-            "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the drive"),
-            "actuator_correction": stacked(self.corrections, "actuator", "correction of the drive"),
-            "actuator_force": stacked(self.actuator_forces, "actuator", "force or torque of the drive, positive along its joint"),
+            "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the actuator"),
+            "actuator_correction": stacked(self.corrections, "actuator", "correction of the actuator"),
+            "actuator_force": stacked(
+                self.actuator_forces, "actuator", "force or torque of the actuator, positive along its joint"
+            ),
             "deviation": ((*grid, "component"), self.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
             "remaining": ((*grid, "component"), self.remaining, {"long_name": "how the loaded platform misses, corrected"}),
         }
         if self.uncorrectable_parts.shape[-1]:
-            words = {"long_name": "twists that no drive moves the platform along, at o or tool, lengths by characteristic_length"}
+            words = {
+                "long_name": "twists that no actuator moves the platform along, at o or tool, lengths by characteristic_length"
+            }
             data["uncorrectable_direction"] = (*grid, "component", "direction"), self.uncorrectable_directions, words
             words = {"long_name": "how much of what remains lies along each of these"}
             data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
@@ -140,15 +144,15 @@ class Compensation(Told):
 
     @property
     def configuration(self) -> Configuration:
-        """Where the unloaded robot is commanded: the pose that belongs to the corrected drives."""
+        """Where the unloaded robot is commanded: the pose that belongs to the corrected actuators."""
         return self.result.configuration
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…).
 
-        That of the corrected pose, such as LIMIT_EXCEEDED, with numbers, where a drive would have to go beyond its limit; that of
-        the wanted pose, where this one has no numbers; UNREACHABLE, where no correction was found.
+        That of the corrected pose, such as LIMIT_EXCEEDED, with numbers, where an actuator would have to go beyond its limit;
+        that of the wanted pose, where this one has no numbers; UNREACHABLE, where no correction was found.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -157,12 +161,12 @@ class Compensation(Told):
 
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
-        """The corrected coordinate (…) of every drive [m, rad]."""
+        """The corrected coordinate (…) of every actuator [m, rad]."""
         return Named({name: frozen(self.wanted.actuators[name] + shift) for name, shift in self.corrections.items()})
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
-        """By how much each drive (…) is moved from where it stands at the wanted pose [m, rad]."""
+        """By how much each actuator (…) is moved from where it stands at the wanted pose [m, rad]."""
         connections = self.wanted.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
@@ -173,7 +177,7 @@ class Compensation(Told):
 
     @property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """(…) force or torque of each drive at the corrected pose [N or N·m]: what a controller feeds forward."""
+        """(…) force or torque of each actuator at the corrected pose [N or N·m]: what a controller feeds forward."""
         return self.result.actuator_forces
 
     @cached_property
@@ -183,7 +187,7 @@ class Compensation(Told):
 
     @cached_property
     def remaining(self) -> Array:
-        """(…, 6) by how much it misses it at the corrected drives [m, rad]: what no drive corrects, at o or tool, world axes."""
+        """(…, 6) by how much it misses it at the corrected actuators [m, rad]: what none corrects, at o or tool, world axes."""
         return deviation_from(self.wanted, self.result, self.tool)
 
     @cached_property
@@ -198,9 +202,9 @@ class Compensation(Told):
 
     @cached_property
     def uncorrectable_directions(self) -> Array:
-        """(…, 6, k) in which directions no drive moves the platform: k = 6 − mobility twists at o or tool, world axes [m, rad].
+        """(…, 6, k) in which directions no actuator moves it: k = 6 − mobility twists at o or tool, world axes [m, rad].
 
-        They are orthogonal to every twist that the drives, free to move, give the platform at the corrected pose, and
+        They are orthogonal to every twist that the actuators, free to move, give the platform at the corrected pose, and
         orthonormal, in the product d·d'/L² + r·r' of twists [d; r], with L the robot's characteristic length ``robot.length``.
         So they depend on the point and on L, but not on ``coordinates``. NaN where there is no pose, or a singular one.
         """
@@ -210,7 +214,7 @@ class Compensation(Told):
     def uncorrectable_parts(self) -> Array:
         """(…, k) how much of ``remaining`` lies along each of ``uncorrectable_directions``; 1 is that direction's twist.
 
-        To first order these are the same before the correction and after it, whatever ``coordinates`` were chosen: no drive
+        To first order these are the same before the correction and after it, whatever ``coordinates`` were chosen: no actuator
         changes them. The rest of ``remaining`` is a matter of this choice.
         """
         lengths = np.repeat([self.wanted.robot.length, 1.0], 3) ** 2
@@ -229,7 +233,7 @@ class Compensation(Told):
 
 
 def shift_of(wanted: Array, corrected: Array, is_slide: bool) -> Array:
-    """Return by how much a drive (N,) is moved [m, rad], the shorter way."""
+    """Return by how much an actuator (N,) is moved [m, rad], the shorter way."""
     shift = corrected - wanted
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 
@@ -273,7 +277,7 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
     """Return the columns of the table by their titles, a row for each pose; cells are empty where there is no correction."""
     columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.wanted.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
-    for name, (position, force) in _drive_units(found).items():
+    for name, (position, force) in _actuator_units(found).items():
         columns[f"{name} [{position}]"] = _cells(found.actuators[name])
         columns[f"correction of {name} [{position}]"] = _cells(found.corrections[name])
         columns[f"force of {name} [{force}]"] = _cells(found.actuator_forces[name])
@@ -282,8 +286,8 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
     return columns
 
 
-def _drive_units(found: Compensation) -> dict[str, tuple[str, str]]:
-    """Return the units of position and force of every drive."""
+def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
+    """Return the units of position and force of every actuator."""
     connections = found.wanted.robot.mechanism.connections
     return {name: ("m", "N") if connections[name].type.is_slide else ("rad", "N·m") for name in found.actuators}
 

@@ -23,9 +23,9 @@ def twist_ways(result: Result) -> dict[str, Array]:
 
 
 def force_ways(result: Result) -> dict[str, dict[str, Array]]:
-    """Return what gravity adds to each drive's force (…) in each way, by drive."""
+    """Return what gravity adds to each actuator's force (…) in each way, by actuator."""
     limbs = result.actuator_mechanism_contributions
-    return {drive: _ways(result.actuator_contributions[drive]["platform_weight"], limbs[drive]) for drive in limbs}
+    return {actuator: _ways(result.actuator_contributions[actuator]["platform_weight"], limbs[actuator]) for actuator in limbs}
 
 
 def _ways(platform: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.results.batch import Batch
-from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions, joints_in_order
+from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -29,7 +29,7 @@ class PayloadCoefficients(ShortRepr):
     Attributes:
         parameters: names of the four numbers: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
         twist: (…, 6, 4) of the platform at o, world axes [m, rad] per unit.
-        actuator_forces: (…, 4) by drive [N or N·m] per unit.
+        actuator_forces: (…, 4) by actuator [N or N·m] per unit.
         joint_wrenches: (…, 6, 4) by joint, at its centre, world axes [N, N·m] per unit.
     """
 
@@ -53,7 +53,7 @@ def payload_coefficients(
         twists.append(found.twists[:, mine])
         at_joints = joint_contributions(robot, found)[:, :, mine]
         wrenches.append(at_joints)
-        forces.append(drive_forces(robot, found, at_joints))
+        forces.append(actuator_forces_from(robot, found, at_joints))
     return PayloadCoefficients(
         PARAMETERS,
         batch.public(twists),

@@ -190,12 +190,12 @@ class Result(Told):
 
     @cached_property
     def stiffness(self) -> Array:
-        """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12) [N/m, N·m/rad]; NaN where rigid limbs make it infinite."""
+        """(…, 6, 6) tangent stiffness K at o, actuators locked, Eq. (12) [N/m, N·m/rad]; NaN where limbs are rigid."""
         return self._gather(lambda s: s.stiffness)
 
     @cached_property
     def compliance(self) -> Array:
-        """(…, 6, 6) compliance C at o, drives locked [m/N, rad/(N·m)]."""
+        """(…, 6, 6) compliance C at o, actuators locked [m/N, rad/(N·m)]."""
         return self._gather(lambda s: s.compliance)
 
     @cached_property
@@ -254,8 +254,8 @@ class Result(Told):
         """The limbs' forces by the paper's names: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
 
         f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
-        tension positive: what holds the rod there, which is the drive's force only where the whole rod hangs on the drive. Limbs
-        that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
+        tension positive: what holds the rod there, which is the actuator's force only where the whole rod hangs on the actuator.
+        Limbs that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
         """
         found = {}
         for number, (name, limb) in enumerate(self.limbs.items(), 1):
@@ -297,24 +297,24 @@ class Result(Told):
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17).
+        """(…) force or torque of each actuator, positive along its joint's positive direction [N or N·m], Eq. (17).
 
-        A drive that other joints mimic moves them too: their forces count with their multipliers.
+        An actuator that other joints mimic moves them too: their forces count with their multipliers.
         """
         chunks = [joints.actuator_forces(self.robot.statics, solution) for solution in self.solutions]
         return Named({name: self._batch.public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
+        """(…) what each contribution to the twist adds to each actuator's force, by actuator and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
-        chunks = [joints.drive_forces(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
+        chunks = [joints.actuator_forces_from(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
         sources = self.solutions[0].sources
         return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
-        """(…) the same two ways, see :attr:`mechanism_contributions`, in each drive's force, by drive and limb [N or N·m].
+        """(…) the same two ways, see :attr:`mechanism_contributions`, in each actuator's force, by actuator and limb [N or N·m].
 
         Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
         overconstrained deformation adds nothing.
@@ -370,9 +370,9 @@ class Result(Told):
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Displacements by part: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
 
-        Each is the part of the twist that the deformation of one beam, joint or drive (or its assembly error) makes, P_sᵀ c_s w_s
-        with P_s its wrenches under unit loads of the platform; together they are the twist (the method page, section 6).
-        Making one of them rigid does not remove exactly that amount, because the forces redistribute.
+        Each is the part of the twist that the deformation of one beam, joint or actuator ("drives"), or its assembly error,
+        makes, P_sᵀ c_s w_s with P_s its wrenches under unit loads of the platform; together they are the twist (the method page,
+        section 6). Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
         return contributions.source_contributions(*self._motions)
 

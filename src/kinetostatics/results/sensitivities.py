@@ -60,22 +60,22 @@ class Sensitivity(ShortRepr):
 
     @property
     def stiffness(self) -> Array:
-        """Of the stiffness at o, drives locked (…, 6, 6)."""
+        """Of the stiffness at o, actuators locked (…, 6, 6)."""
         return self._asked("stiffness")
 
     @property
     def compliance(self) -> Array:
-        """Of the compliance at o, drives locked (…, 6, 6)."""
+        """Of the compliance at o, actuators locked (…, 6, 6)."""
         return self._asked("compliance")
 
     @property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """Of each drive's force [N or N·m], by drive (…)."""
+        """Of each actuator's force [N or N·m], by actuator (…)."""
         return self._asked("actuator_forces")
 
     @property
     def actuators(self) -> Mapping[str, Array]:
-        """Of each drive's coordinate [m, rad] where the platform's coordinates stay as they are, by drive (…)."""
+        """Of each actuator's coordinate [m, rad] where the platform's coordinates stay as they are, by actuator (…)."""
         return self._asked("actuators")
 
     @property
@@ -99,8 +99,8 @@ class Sensitivities(Told):
         result: the analysis about which it is differentiated.
         parameters: arguments of the file and numbers of parts by name, the one that moves o, or the tool's tip, most per part of
             its value first; then placements and centres of mass, the one that moves it most per length or angle first.
-        sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and drive (…, 6) [m, rad] by name: the part of the twist that
-            it makes, which is exact. One per cent more stiffness takes one per cent of it away.
+        sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and actuator (…, 6) [m, rad] by name: the part of the twist
+            that it makes, which is exact. One per cent more stiffness takes one per cent of it away.
         skipped: parameters that make no robot when they are changed a little, and why.
         tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
         of: the quantities that were asked for. Without the twist there are no ``sources``.

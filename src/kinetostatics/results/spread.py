@@ -30,8 +30,8 @@ class SpreadQuantities(ShortRepr):
         twist: (…, 6) at o [m, rad].
         displacement: (…) length of its first part [m].
         rotation: (…) length of its second part [rad].
-        stiffness: (…, 6, 6) at o, drives locked.
-        actuator_forces: (…) of each drive [N or N·m], by drive.
+        stiffness: (…, 6, 6) at o, actuators locked.
+        actuator_forces: (…) of each actuator [N or N·m], by actuator.
     """
 
     twist: Array
@@ -41,7 +41,7 @@ class SpreadQuantities(ShortRepr):
     actuator_forces: Mapping[str, Array]
 
     def named(self, name: str) -> Array:
-        """Return one of them: "displacement", "rotation", a component "x" … "rz" of the twist, or a drive's force by its name.
+        """Return one: "displacement", "rotation", a component "x" … "rz" of the twist, or an actuator's force by its name.
 
         Raises:
             ArgumentError: there is none of that name.

@@ -25,7 +25,7 @@ class Tolerance:
         force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" where there is none.
         at: see ``force``.
         moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
-        actuator_forces: what it adds to the drives [N, N·m].
+        actuator_forces: what it adds to the actuators [N, N·m].
     """
 
     name: str

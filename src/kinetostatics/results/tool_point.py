@@ -50,7 +50,7 @@ class PointResult(ShortRepr):
         arm: (…, 3) from o to the point, world axes [m].
         twist: (…, 6) displacement of the point and rotation of the platform, world axes [m, rad].
         contributions: what each adds to it (…, 6), as in :attr:`Result.contributions`.
-        stiffness: (…, 6, 6) at the point, drives locked, world axes.
+        stiffness: (…, 6, 6) at the point, actuators locked, world axes.
         compliance: (…, 6, 6) likewise.
     """
 

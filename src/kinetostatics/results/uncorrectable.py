@@ -1,4 +1,4 @@
-"""In which directions no drive moves the platform, at given poses: what a correction of the drives must leave."""
+"""In which directions no actuator moves the platform, at given poses: what a correction of the actuators must leave."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ ASKEW = 0.1
 def uncorrectable_directions(configuration: Configuration, tool: Array | None) -> Array:
     """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where there is no pose.
 
-    The twists that the loops leave the platform, its drives free, are moved to the reference point, displacements scaled by the
-    characteristic length, and what is orthogonal to them is found. Of all its orthonormal bases that one is taken that is nearest
-    to coordinate axes, the same ones along a batch.
+    The twists that the loops leave the platform, its actuators free, are moved to the reference point, displacements scaled by
+    the characteristic length, and what is orthogonal to them is found. Of all its orthonormal bases that one is taken that is
+    nearest to coordinate axes, the same ones along a batch.
     """
     robot = robot_of(configuration)
     n, length = robot.mobility.platform, robot.length

@@ -31,7 +31,7 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """What deforms, in alike places of g limbs: beams, joints, drives or assembly errors.
+    """What deforms, in alike places of g limbs: beams, joints, actuators or assembly errors.
 
     Attributes:
         kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
@@ -59,7 +59,7 @@ class Deformation:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
         elastic: what deforms in the limbs.
-        spring_energy: (N,) strain energy of all elastic joints and drives of the limbs [J].
+        spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
     motions: dict[str, Array]
@@ -140,7 +140,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         moved = move_twist(rotate(axes, local), -arm[:, None])
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
-        kind = "drives" if group.springs[0][spring].is_drive else "joints"
+        kind = "drives" if group.springs[0][spring].is_actuator else "joints"
         out.elastic.append(ElasticDeformation(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
     _add_assembly_errors(solution, number, gives, beam_of, out)
     turned = _joint_motions(solution, statics, geometry, gives, signs, S)

@@ -1,4 +1,4 @@
-"""Wrenches of joints, limbs and base, and forces of drives, from the limbs' cut-joint wrenches and the weights, chunk by chunk.
+"""Wrenches of joints, limbs and base, and forces of actuators, from the limbs' cut-joint wrenches and weights, chunk by chunk.
 
 Those of joints are what a joint's base side puts on its platform side, at the joint's centre, world axes.
 """
@@ -31,16 +31,16 @@ def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
 
 
 def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return the force or torque (N,) of each drive, positive along its coordinate, NaN where rigid parts leave it open."""
+    """Return the force or torque (N,) of each actuator, positive along its coordinate, NaN where rigid parts leave it open."""
     table = robot.joint_table
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
     names = [name for name in (*robot.description.driven, *followers) if name in table.names]
     which = [table.names.index(name) for name in names]
-    forces = drive_forces(robot, solution, _carried(robot, solution, which), names)
+    forces = actuator_forces_from(robot, solution, _carried(robot, solution, which), names)
     undetermined = _open_wrenches(robot, solution, which)
     if undetermined is None:
         return forces
-    changes = drive_forces(robot, solution, undetermined, names)
+    changes = actuator_forces_from(robot, solution, undetermined, names)
     return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
 
 
@@ -82,15 +82,15 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
     return _masked(wrenches, _open_wrenches(robot, solution))
 
 
-def drive_forces(
+def actuator_forces_from(
     robot: RobotStatics, solution: Solution, wrenches: Array, names: Sequence[str] | None = None
 ) -> dict[str, Array]:
-    """Return the force or torque f (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
+    """Return the force or torque f (…, N) of each actuator, positive along its coordinate, from joint wrenches (6, J, …, N).
 
-    The power of the joint's wrench on the drive's unit twist, Eq. (17).
+    The power of the joint's wrench on the actuator's unit twist, Eq. (17).
 
-    A drive that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the joints
-    that the wrenches belong to; None: all of the robot's joint table.
+    An actuator that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the
+    joints that the wrenches belong to; None: all of the robot's joint table.
     """
     table = robot.joint_table
     places = {name: k for k, name in enumerate(table.names if names is None else names)}

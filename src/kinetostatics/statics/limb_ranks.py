@@ -3,8 +3,8 @@
 Ranks and bases belong to the robot (the method page, section 2). Where a limb is stretched, or two of its axes fall together,
 its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
 
-So it is with what is elastic: an arm with nothing elastic but its drives is elastic in as many directions as its drives move it.
-Where it is stretched they are fewer, and it is rigid in the others.
+So it is with what is elastic: an arm with nothing elastic but its actuators is elastic in as many directions as its actuators
+move it. Where it is stretched they are fewer, and it is rigid in the others.
 """
 
 from __future__ import annotations

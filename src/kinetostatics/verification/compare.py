@@ -211,7 +211,7 @@ class _Ruler:
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
         ]
-        drives = [name for name in theirs.actuator_forces if name in joints]
+        actuators = [name for name in theirs.actuator_forces if name in joints]
         return {
             "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
             "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * units), self.compliance_size),
@@ -220,10 +220,10 @@ class _Ruler:
             ),
             "joint_wrenches": max(wrenches, default=0.0),
             "beam_wrenches": max(sections, default=0.0),
-            "actuator_forces": max((self._drive(name, ours, theirs) for name in drives), default=0.0),
+            "actuator_forces": max((self._actuator(name, ours, theirs) for name in actuators), default=0.0),
         }
 
-    def _drive(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
+    def _actuator(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
         """Return the difference of two actuator forces; a torque counts as the force at the end of an arm."""
         gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
         arm = self.unit[3] if name in theirs.torques else 1.0

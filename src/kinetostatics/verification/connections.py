@@ -71,7 +71,7 @@ def _spanned_by(frame: Array, finite: NDArray[np.bool_]) -> Callable[[Array], bo
 
 
 def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[FrameSpring, ...]:
-    """Return the springs of an elastic joint, in series: bearing, and drive."""
+    """Return the springs of an elastic joint, in series: bearing, and actuator."""
     if elastic is None:
         return ()
     springs = []

@@ -89,7 +89,7 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
-class Drive:
+class Actuator:
     """A driven joint: the coordinates that it moves, its own first, and how much of each per unit of its own."""
 
     name: str
@@ -110,7 +110,7 @@ class FrameModel:
         references: (n, 3) a point of every piece [m]; o of the platform.
         loads: (n, 6) force and moment on every piece about its reference point [N, N·m].
         beams, joints: what joins them.
-        drives: the driven joints.
+        actuators: the driven joints.
         size: diagonal of the box around all points [m].
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
         ties: springs between pieces; their forces at the pose are among the loads.
@@ -122,7 +122,7 @@ class FrameModel:
     loads: Array
     beams: tuple[FrameBeam, ...]
     joints: tuple[FrameJoint, ...]
-    drives: tuple[Drive, ...]
+    actuators: tuple[Actuator, ...]
     size: float
     length: float
     ties: tuple[FrameTie, ...] = ()

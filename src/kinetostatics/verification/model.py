@@ -15,7 +15,7 @@ from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
-from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel, FrameTie
+from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameModel, FrameTie
 from kinetostatics.verification.pieces import JointedBodies, Pieces, PlacedBeam
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class _Builder:
             loads,
             tuple(beams),
             tuple(joints),
-            tuple(self._drives(coordinates)),
+            tuple(self._actuators(coordinates)),
             *_sizes(o, platform, references, beams, joints),
             tuple(tie for tie, _ in springs),
         )
@@ -158,8 +158,8 @@ class _Builder:
         ends = [end for beam in beams for end in zip(beam.points, beam.pieces, strict=True)]
         return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
-    def _drives(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Drive]:
-        """Yield the drives; one that other joints follow moves them too."""
+    def _actuators(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Actuator]:
+        """Yield the actuators; one that other joints follow moves them too."""
         for name in self.description.driven:
             if name in coordinates:
                 followers = [
@@ -167,7 +167,7 @@ class _Builder:
                     for joint in self.description.joints.values()
                     if joint.mimic is not None and joint.mimic.joint == name and joint.name in coordinates
                 ]
-                yield Drive(name, ((1.0, coordinates[name]), *followers))
+                yield Actuator(name, ((1.0, coordinates[name]), *followers))
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 

@@ -249,7 +249,9 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
         row += len(_series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
-    forces = {drive.name: sum(factor * _along(part, wrenches) for factor, part in drive.moves) for drive in model.drives}
+    forces = {
+        actuator.name: sum(factor * _along(part, wrenches) for factor, part in actuator.moves) for actuator in model.actuators
+    }
     C = raw["compliance"] * scale.twist[:, None] / scale.wrench
     C = (C + C.T) / 2
     unit = np.repeat([1.0, model.length], 3)
@@ -257,7 +259,7 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
         stiffness = np.asarray(np.linalg.inv(C * np.outer(unit, unit)) * np.outer(unit, unit), dtype=np.float64)
     except np.linalg.LinAlgError:
         stiffness = np.full((6, 6), np.nan)
-    torques = frozenset(drive.name for drive in model.drives if drive.rotates)
+    torques = frozenset(actuator.name for actuator in model.actuators if actuator.rotates)
     return FrameSolution(
         frozen(raw["twist"] * scale.twist),
         frozen(C),

@@ -27,8 +27,8 @@ from kinetostatics.verification.compare import Verification
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
     "twist": "[displacement m; rotation rad] of the platform at o",
-    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
-    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
+    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, actuators locked",
+    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, actuators locked",
     "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
     "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its base and its platform end",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
@@ -76,9 +76,9 @@ def verification_report(found: Verification) -> str:
     lines += section("Pose", pose_lines(pose, found.result.gravity, found.result.load))
     noise = Magnitudes.of([found.finite_elements.twist], found.finite_elements.joint_wrenches.values(), found.length)
     lines += section("Twist of the platform at o, world axes", _twist(found, noise))
-    lines += section("Stiffness of the platform at o, world axes, drives locked: the diagonal", _stiffness(found))
+    lines += section("Stiffness of the platform at o, world axes, actuators locked: the diagonal", _stiffness(found))
     if found.finite_elements.actuator_forces:
-        lines += section("Drives, positive along the joint's positive direction", _drives(found, noise))
+        lines += section("Actuators, positive along the joint's positive direction", _actuators(found, noise))
     lines += section(
         "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre", _joints(found, noise)
     )
@@ -123,7 +123,7 @@ def _stiffness(found: Verification) -> list[str]:
     return _components(ours, theirs, *scales)
 
 
-def _drives(found: Verification, noise: Magnitudes) -> list[str]:
+def _actuators(found: Verification, noise: Magnitudes) -> list[str]:
     ours, theirs, torques = found.ours.actuator_forces, found.finite_elements.actuator_forces, found.finite_elements.torques
     force = noise.scale("force", [value for name, value in theirs.items() if name not in torques], DIGITS)
     torque = noise.scale("moment", [theirs[name] for name in torques], DIGITS)

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale
 from kinetostatics.reports.batch import magnitudes
-from kinetostatics.reports.json import drive_unit
-from kinetostatics.reports.pose import drive_coordinates
+from kinetostatics.reports.json import actuator_unit
+from kinetostatics.reports.pose import actuator_coordinates
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.viewer.joints import Joint
 from kinetostatics.viewer.packing import Packing, plain_scale
@@ -102,7 +102,7 @@ class Cards:
     def __init__(self, poses: ShownPoses, joints: Sequence[Joint], springs: Sequence[DrawnSpring]) -> None:
         self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
         self.noise = magnitudes(self.result)
-        self.drives = drive_coordinates(self.result.configuration)
+        self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
         """Return the cards by path of the mesh; ``meshes`` has the first station of every beam's and joint's mesh by path."""
@@ -164,8 +164,8 @@ class Cards:
         stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
         lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}
-        drives = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.drives]
-        rows = rows + [row for name in drives for row in self._drive(name)]
+        actuators = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.actuators]
+        rows = rows + [row for name in actuators for row in self._actuator(name)]
         member = "" if len(beam.member) == 1 else f" as one member with {' and '.join(n for n in beam.member if n != beam.name)}"
         note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}; ends towards base and platform {beam.ends}."
         return Card("beam", rows, note, first, lines)
@@ -187,16 +187,16 @@ class Cards:
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
                 scale = self.noise.scale(kind, part)
                 rows += [Row(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)), Row(f"{kind}{of}: x, y, z", scale, part)]
-            if name in self.drives:
-                rows += self._drive(name)
+            if name in self.actuators:
+                rows += self._actuator(name)
         kind = " + ".join(dict.fromkeys(connections[name].kind for name in joint.joints)) + " joint"
         note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."
         return Card(kind + ", driven" * joint.driven, rows, note if rows else "")
 
-    def _drive(self, name: str) -> list[Row]:
-        values, units, noise = self.drives[name]
+    def _actuator(self, name: str) -> list[Row]:
+        values, units, noise = self.actuators[name]
         along, force = self.poses.of_configuration(values, 0), self.poses.take(self.result.actuator_forces[name])
-        kind = FORCE_KINDS[drive_unit(self.result.robot, name)]
+        kind = FORCE_KINDS[actuator_unit(self.result.robot, name)]
         ((unit, factor),) = units
         words = "force" if kind == "force" else "torque"
         return [

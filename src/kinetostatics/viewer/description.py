@@ -293,7 +293,7 @@ COLOURS = {
 GROUPS = {
     "external load": "What acts from outside: the load on the platform at o, loads on links, the payload's weight.",
     "spring forces": "What a spring does to the link at its end, at the pose; towards the spring where it pulls.",
-    "actuator forces": "Force or torque of a drive, positive along its joint's positive direction.",
+    "actuator forces": "Force or torque of an actuator, positive along its joint's positive direction.",
     "constraint forces": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
     "constraint couples": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
     "attached wrenches": "Attached wrench: what the platform puts on the limb so that its passive joints hold its own weight.",

@@ -22,7 +22,7 @@ class Joint:
         centre: (F, 3) at rest [m].
         axis: (F, 3) of a joint with one axis, drawn as a pin; None for a ball.
         twist: (F, K, 6) of the centre.
-        driven: whether it is a drive.
+        driven: whether it is an actuator.
         beam: name of the telescopic beam that it lies inside, or None.
     """
 

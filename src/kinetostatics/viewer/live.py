@@ -33,12 +33,12 @@ from kinetostatics.viewer.visuals import link_visuals
 
 #: How far sliders without limits reach from where they start: part of the robot's size, and radians.
 REACH, TURN = 0.15, math.radians(30)
-#: Parts of the way to the rim of reach where a pose is tried: on the rim itself drives and platform part company.
+#: Parts of the way to the rim of reach where a pose is tried: on the rim itself actuators and platform part company.
 NEARLY = (0.999, 0.99, 0.9)
 
 
 class LiveRobot:
-    """A pose that sliders change: of the drives, of platform coordinates that determine the pose, and of the load.
+    """A pose that sliders change: of the actuators, of platform coordinates that determine the pose, and of the load.
 
     Attributes:
         configuration: the last pose that could be analysed; the next one starts there.
@@ -73,7 +73,7 @@ class LiveRobot:
         self.scene = describe_scene(self.result, visuals=self.visuals)
         self.size = self.scene.size
         self.coordinates = tuple(coordinates) or self._determining()
-        self.controls = [self._drive(name) for name in self.robot.description.driven]
+        self.controls = [self._actuator(name) for name in self.robot.description.driven]
         self.controls += [self._platform(name) for name in self.coordinates]
         if self.load is not None:
             self.controls += [self._load(k, name, self.result) for k, name in enumerate(WRENCH_COMPONENTS)]
@@ -176,11 +176,11 @@ class LiveRobot:
     # ---- sliders ----------------------------------------------------------------------------------------------------
 
     def _determining(self) -> tuple[str, ...]:
-        """Return the platform coordinates that determine the pose best: those that the drives move most independently."""
+        """Return the platform coordinates that determine the pose best: those that the actuators move most independently."""
         robot, pose, step = self.robot, self.configuration, 1e-4
-        drives = list(robot.description.driven)
-        steps = np.eye(len(drives)) * step
-        values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(drives)}
+        actuators = list(robot.description.driven)
+        steps = np.eye(len(actuators)) * step
+        values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(actuators)}
         present = pose.platform_coordinates(self.orientation)
         try:
             near = robot.assemble(actuators=values, orientation=self.orientation, near=pose, tolerance=self.tolerance)
@@ -188,7 +188,7 @@ class LiveRobot:
             return ()
         after = near.platform_coordinates(self.orientation)
         rates = {name: (after[name] - present[name]) / step / (self.size / 2 if name in "xyz" else 1.0) for name in present}
-        if not drives or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
+        if not actuators or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
             return ()
 
         def independence(names: tuple[str, ...]) -> float:
@@ -199,11 +199,11 @@ class LiveRobot:
         good = [names for names in sets if independence(names) > 0.3 * best]
         return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
 
-    def _drive(self, name: str) -> dict[str, Any]:
+    def _actuator(self, name: str) -> dict[str, Any]:
         connection = self.robot.mechanism.connections[name]
         slides = connection.type.is_slide
         value = float(self.configuration.actuators[name])
-        return self._slider("actuators", name, f"drive: {name}", slides, value, connection.lower, connection.upper)
+        return self._slider("actuators", name, f"actuator: {name}", slides, value, connection.lower, connection.upper)
 
     def _platform(self, name: str) -> dict[str, Any]:
         value = float(self.configuration.platform_coordinates(self.orientation)[name])

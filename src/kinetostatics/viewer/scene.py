@@ -28,7 +28,7 @@ SHOWN_MOTION = 0.1
 #: … unless something would turn by more than this [rad].
 SHOWN_TURN = 0.3
 
-JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#c3c9d1", "#4b5563"
+JOINT_COLOUR, ACTUATOR_COLOUR, BARE_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#c3c9d1", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
 #: Turns of a coil and points in each, by the steps of long paths, whose pages would be too large.
@@ -205,7 +205,7 @@ class _Builder:
             for n in range(count):
                 self.stations.add(rest[:, n], twists[:, :, n])
             self.at[f"middle of {name}"] = first + count // 2
-            self.at[f"label of {name}"] = first + count // 3  # off the middle, where a drive's arrow may stand
+            self.at[f"label of {name}"] = first + count // 3  # off the middle, where an actuator's arrow may stand
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
             if self.known is not None:
                 self.meshes.append(self.known[f"beams/{name}", roots])
@@ -224,7 +224,7 @@ class _Builder:
                 continue
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
-            colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
+            colour = ACTUATOR_COLOUR if joint.driven else JOINT_COLOUR
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
 
     def _springs(self) -> None:

@@ -221,7 +221,7 @@ class Wrenches:
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
     def _beside(self, joint: Joint) -> tuple[int, tuple[float, float, float]]:
-        """Return station and offset for a drive's arrow: beside a telescopic beam, which would hide it, else at the joint."""
+        """Return station and offset for an actuator's arrow: beside a telescopic beam, which would hide it, else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
         _, points = self.poses.beam_line(joint.beam)

@@ -107,7 +107,7 @@ def _extract(
     configuration, robot = result.configuration, result.robot
     if tuple(result.contributions) != labels.sources or robot.description.driven != labels.actuators:
         raise ArgumentError(
-            f"with {_say(spec.parameters(combination))} the robot has other limbs or drives than with the first values of the "
+            f"with {_say(spec.parameters(combination))} the robot has other limbs or actuators than with the first values of the "
             "parameters; sweep such robots one by one"
         )
     first = (0,) * (len(shape) - 1)

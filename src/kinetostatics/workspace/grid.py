@@ -28,7 +28,8 @@ class Axis:
 
     Attributes:
         name: of the dimension.
-        kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or drives.
+        kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of
+            platform or actuators.
         values: (n,) numbers in SI, or strings.
         units: of the values; empty: not known.
     """
@@ -179,7 +180,7 @@ def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
 
 
 def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str, str]:
-    """Return the units of coordinates of the platform or of drives."""
+    """Return the units of coordinates of the platform or of actuators."""
     if kind == "platform":
         return {name: "m" if name in LENGTHS else "rad" for name in names}
     connections = robot.mechanism.connections

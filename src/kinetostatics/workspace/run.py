@@ -81,7 +81,7 @@ def sweep(
         robot: a robot; or its file, or the name of one that comes with the package, which ``parameters`` need.
         platform: platform coordinates by name, as :meth:`Robot.assemble` takes them [m, rad]: an array is a dimension of the
             grid, a number is the same at all poses.
-        actuators: instead, coordinates of all drives.
+        actuators: instead, coordinates of all actuators.
         orientation: what the orientation coordinates mean, see :meth:`Robot.assemble`.
         load: as :func:`kinetostatics.analyze` takes it. Load, gravity and point may be an ``xarray.DataArray`` whose last
             dimension is ``component``: its other dimensions become dimensions of the grid, unless they are that already.
@@ -100,9 +100,10 @@ def sweep(
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
-        compensate: whether to add ``actuator_correction`` and ``remaining``: by how much to correct the drives so that the loaded
-            platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes several
-            times as long. Of a grid of drives those coordinates come out as wanted that tell best how the platform moves.
+        compensate: whether to add ``actuator_correction`` and ``remaining``: by how much to correct the actuators so that the
+            loaded platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes
+            several times as long. Of a grid of actuators those coordinates come out as wanted that tell best how the platform
+            moves.
         tolerance: how far loops may stay open [m, rad].
         engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the

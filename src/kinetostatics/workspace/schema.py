@@ -13,7 +13,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
-from kinetostatics.reports.json import drive_unit, wrench_units
+from kinetostatics.reports.json import actuator_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
 from kinetostatics.workspace.grid import LENGTHS
@@ -43,13 +43,13 @@ class Labels:
         robot: the robot's name.
         sources: contributions to the twist.
         ways: in which gravity acts, if they are wanted.
-        actuators: drives, and ``turning``: which of them turn.
+        actuators: their names, and ``turning``: which of them turn.
         wrenches: (limb, label, units) of every constraint wrench, and ``attached`` of every attached one.
         beams: names of the beams whose numbers are wanted.
         q: (label, units) of Pinocchio's coordinates.
         loose: which of them local freedoms change, so that they say nothing of the assembly mode.
         pose: names of the six coordinates of the platform.
-        compensated: whether corrections of the drives are wanted.
+        compensated: whether corrections of the actuators are wanted.
         springs: names of the springs.
     """
 
@@ -124,24 +124,26 @@ VARIABLES: Mapping[str, Variable] = {
     "gravity_way": Variable(
         ("way", "component"), "what gravity adds to the twist in each of its ways, all limbs together", "component_unit"
     ),
-    "actuator_force": Variable(("actuator",), "force or torque of the drive, positive along its joint", "actuator_force_unit"),
+    "actuator_force": Variable(("actuator",), "force or torque of the actuator, positive along its joint", "actuator_force_unit"),
     "actuator_gravity_way": Variable(
-        ("actuator", "way"), "what gravity adds to the drive's force in each of its ways", "actuator_force_unit"
+        ("actuator", "way"), "what gravity adds to the actuator's force in each of its ways", "actuator_force_unit"
     ),
     "actuator_contribution": Variable(
-        ("actuator", "source"), "what each contribution to the twist adds to the drive's force", "actuator_force_unit"
+        ("actuator", "source"), "what each contribution to the twist adds to the actuator's force", "actuator_force_unit"
     ),
     "intensity": Variable(("wrench",), "intensity of the constraint wrench", "wrench_unit"),
     "attached_intensity": Variable(
         ("attached_wrench",), "intensity of the gravity-attached constraint wrench", "attached_wrench_unit"
     ),
-    "stiffness": Variable(_MATRIX, "tangent stiffness at o, drives locked, world axes", "stiffness_unit", POSES),
-    "compliance": Variable(_MATRIX, "compliance at o, drives locked, world axes", "compliance_unit", POSES),
+    "stiffness": Variable(_MATRIX, "tangent stiffness at o, actuators locked, world axes", "stiffness_unit", POSES),
+    "compliance": Variable(_MATRIX, "compliance at o, actuators locked, world axes", "compliance_unit", POSES),
     "actuator_position": Variable(("actuator",), "coordinate of the driven joint", "actuator_position_unit", POSES),
     "actuator_correction": Variable(
-        ("actuator",), "correction of the drive, which brings the loaded platform in place", "actuator_position_unit"
+        ("actuator",), "correction of the actuator, which brings the loaded platform in place", "actuator_position_unit"
     ),
-    "remaining": Variable(("component",), "how the loaded platform misses its place at the corrected drives", "component_unit"),
+    "remaining": Variable(
+        ("component",), "how the loaded platform misses its place at the corrected actuators", "component_unit"
+    ),
     "spring_force": Variable(("spring",), "tension of the spring, negative where it pushes", "N", POSES),
     "platform_pose": Variable(
         ("platform_coordinate",), "coordinates of the platform before it deforms", "platform_coordinate_unit", POSES
@@ -179,13 +181,13 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         ):
             units = [unit.replace("·", " ") for unit in wrench_units(names, columns)]
             found += [(limb.name, name, unit) for name, unit in zip(numbered(names), units, strict=True)]
-    drives = robot.description.driven
+    actuators = robot.description.driven
     return Labels(
         robot.name,
         tuple(result.contributions),
         WAYS if spec.ways else (),
-        drives,
-        tuple(drive_unit(robot, name) != "N" for name in drives),
+        actuators,
+        tuple(actuator_unit(robot, name) != "N" for name in actuators),
         tuple(wrenches),
         tuple(attached),
         tuple(result.beams) if spec.beams else (),

@@ -16,7 +16,7 @@ from kinetostatics.workspace.schema import OTHER_MODE
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A value, where it is, and of which drive.
+#: A value, where it is, and of which actuator.
 Found = tuple[float, str, str]
 #: Values that are read at once.
 AT_ONCE = 2**22
@@ -32,7 +32,7 @@ WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULA
 
 
 def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
-    """Return what a map says: how many poses are reached, the worst sag and the largest drive force and where, in words.
+    """Return what a map says: how many poses are reached, the worst sag and the largest actuator force and where, in words.
 
     Poses beyond the joints' limits count only where no other has numbers.
 
@@ -94,16 +94,16 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
     twist = part["twist"].values
     numbers = [("sag", "", np.linalg.norm(twist[..., :3], axis=-1)), ("turn", "", np.linalg.norm(twist[..., 3:], axis=-1))]
     if "actuator_force" in part:
-        drives = zip(part["actuator"].values, part["actuator_force_unit"].values, strict=True)
+        actuators = zip(part["actuator"].values, part["actuator_force_unit"].values, strict=True)
         forces = np.moveaxis(np.abs(part["actuator_force"].values), -1, 0)
-        numbers += [(str(unit), str(name), force) for (name, unit), force in zip(drives, forces, strict=True)]
-    for kind, drive, values in numbers:
+        numbers += [(str(unit), str(name), force) for (name, unit), force in zip(actuators, forces, strict=True)]
+    for kind, actuator, values in numbers:
         known = np.where(where & np.isfinite(values), values, -np.inf)
         place = np.unravel_index(first_largest(known.ravel()), known.shape)
         value = float(known[place])
         if np.isfinite(value) and (kind not in found or found[kind][0] * (1 + EQUAL) < value):
             words = [said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
-            found[kind] = value, ", ".join(words) or "the only pose", drive
+            found[kind] = value, ", ".join(words) or "the only pose", actuator
 
 
 def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
@@ -118,8 +118,8 @@ def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
             lines.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
     return lines + [
-        f"largest drive {_drive_word(unit)} {_written(unit, value)}, {drive}, at {where}"
-        for unit, (value, where, drive) in found.items()
+        f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}"
+        for unit, (value, where, actuator) in found.items()
         if unit not in ("sag", "turn") and value > NOTHING
     ]
 
@@ -130,7 +130,10 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[s
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
     if not kinds:
         return []
-    header = [name, *(f"worst {kind}" if kind in ("sag", "turn") else f"largest drive {_drive_word(kind)}" for kind in kinds)]
+    header = [
+        name,
+        *(f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds),
+    ]
     cells = [
         [
             said(ds[name], value).partition(" = ")[2],
@@ -141,7 +144,7 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[s
     return [f"by {name}, each over all other axes:", *(f"  {line}" for line in table(header, cells))]
 
 
-def _drive_word(unit: str) -> str:
+def _actuator_word(unit: str) -> str:
     return "force" if unit == "N" else "torque"
 
 

@@ -89,7 +89,7 @@ class SweepSpec:
         beams: whether stresses and deflections of beams are wanted too.
         ways: whether the ways in which gravity acts are wanted too.
         versions: of the packages that compute, by name.
-        compensated: coordinates of the platform that drives are to be corrected for; none: no corrections are wanted.
+        compensated: coordinates of the platform that actuators are to be corrected for; none: no corrections are wanted.
         engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
         loads, payload: as it takes them, the same at all poses.
     """

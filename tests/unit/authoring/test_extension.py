@@ -85,7 +85,7 @@ def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_o
     text = extension_text(arm, platform="tool")
     assert "upper: 0.6 m between its joints, 2 kg" in text and "lower" not in text  # which weighs nothing
     assert '<joint_stiffness joint="one" drive="10000"/> effort 50 N m' in text
-    assert '<joint_stiffness joint="two" drive="4000"/> effort 20 N m' in text and 'joint="three" drive' not in text
+    assert '<joint_stiffness joint="two" drive="4000"/> effort 20 N m' in text and 'joint="three" actuator' not in text
     ET.fromstring(text)
     without = re.sub(r"<!-- [^<]*(<(beam|joint_stiffness).*?(</beam>|/>))[^<]*-->", r"\1", text, flags=re.DOTALL)
     path = tmp_path / "taken.urdf.xacro"
@@ -155,7 +155,7 @@ def test_texts_that_xacro_would_change_are_written_whole(arm) -> None:
         ({"elastic": {"hand": "circle 20mm"}}, "'hand' does not lie between two joints .* these do: 'upper', 'lower'"),
         ({"elastic": {"upper": "tube 20mm"}}, "elastic, upper: .* a tube has 2"),
         ({"elastic": "all"}, "elastic is 'all'; it is 'suggested', or sections by link"),
-        ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no drive 'too': did you mean 'two'"),
+        ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no actuator 'too': did you mean 'two'"),
         ({"joint_stiffness": {"two": -1.0}}, "joint_stiffness of 'two' is -1.0; it must be a number greater than zero"),
         ({"joint_stiffness": "all"}, "joint_stiffness is 'all'; it is 'suggested', or numbers by joint"),
         ({"driven": "two"}, "driven is 'two'; it must be a list of joints"),
@@ -172,7 +172,7 @@ def test_nothing_to_suggest_is_said(arm) -> None:
     arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
     with pytest.raises(ks.ArgumentError, match="no link of the file could be a beam"):
         ks.extend_robot(arm, platform="tool", elastic="suggested")
-    with pytest.raises(ks.ArgumentError, match="no drive of the file has an effort"):
+    with pytest.raises(ks.ArgumentError, match="no actuator of the file has an effort"):
         ks.extend_robot(arm, platform="tool", joint_stiffness="suggested")
 
 
@@ -201,7 +201,7 @@ def test_new_from(arm, tmp_path, capsys) -> None:
         (["3-RPS"], "give an architecture or --from, not both"),
         (["--platform", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
         (["--platform", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),
-        (["--platform", "tool", "--joint-stiffness", "nine=3"], "no drive 'nine'"),
+        (["--platform", "tool", "--joint-stiffness", "nine=3"], "no actuator 'nine'"),
     ],
 )
 def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
@@ -234,7 +234,7 @@ def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_name
     head, tail = text.split("joints beside the way from base to platform")
     assert "left_slide" not in head and '<joint name="left_slide"/>' in tail and "right_slide" not in text
     robot = ks.load_robot(out)
-    assert robot.description.driven == ("one", "two", "three", "left_slide") and robot.drives_outside_limbs == ("left_slide",)
+    assert robot.description.driven == ("one", "two", "three", "left_slide") and robot.actuators_outside_limbs == ("left_slide",)
     drives = {"one": 0.1, "two": [0.2, 0.3], "three": 0.0}
     result = ks.analyze(robot.assemble(actuators=drives))
     whole = ks.analyze(robot.assemble(actuators={**drives, "left_slide": 0.0}))

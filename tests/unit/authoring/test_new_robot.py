@@ -72,8 +72,8 @@ def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
     path = tmp_path / "my_robot.urdf.xacro"
     robot = ks.new_robot("3-RPS", path, base_radius=0.25)
     text = path.read_text(encoding="utf-8")
-    assert robot.name == "my_robot" and "The notation marked no drive" in text
-    assert "The notation marked no drive" not in ks.robot_text("3-R[P]S")
+    assert robot.name == "my_robot" and "The notation marked no actuator" in text
+    assert "The notation marked no actuator" not in ks.robot_text("3-R[P]S")
     assert text.index('<xacro:arg name="base_radius" default="0.25"/>') < text.index("<link ")
     assert "O to the limbs' base points B_i" in text and "$(find kinetostatics)/library/limbs.xacro" in text
     assert max(map(len, text.splitlines())) <= 130
@@ -99,7 +99,7 @@ def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch
 
 
 def test_names_are_listed_and_build_robots(capsys):
-    """A robot is built from each of them; drives that are too few are told."""
+    """A robot is built from each of them; actuators that are too few are told."""
     assert main(["new", "--list"]) == 0
     assert capsys.readouterr().out.splitlines() == [known.line for known in KNOWN_NAMES]
     for known in KNOWN_NAMES:
@@ -176,14 +176,14 @@ def test_a_tubes_wall_is_a_value_of_the_file(tmp_path):
 
 def test_too_few_drives_are_told(tmp_path, capsys):
     assert main(["new", "3-[P]SS", "-o", str(tmp_path / "loose.urdf.xacro")]) == 0
-    assert "warning: 3 drives do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
+    assert "warning: 3 actuators do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
 
 
 def test_too_many_drives_are_told(tmp_path, capsys):
     assert main(["new", "3-[R]RR", "-o", str(tmp_path / "upright.urdf.xacro")]) == 0
-    assert "warning: 3 drives for mobility 1 brace one another: another --arrangement" in capsys.readouterr().err
+    assert "warning: 3 actuators for mobility 1 brace one another: another --arrangement" in capsys.readouterr().err
     assert main(["new", "3-[R]RR", "--arrangement", "planar", "-o", str(tmp_path / "flat.urdf.xacro")]) == 0
-    assert "drives for" not in capsys.readouterr().err
+    assert "actuators for" not in capsys.readouterr().err
 
 
 def test_the_command_passes_places_on(tmp_path, monkeypatch, capsys):

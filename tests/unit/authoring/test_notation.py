@@ -20,7 +20,7 @@ from kinetostatics.authoring.skeleton import skeleton_of
         ("2PRU-UPR", "2-[P]RU+U[P]R"),
         ("2-[P]RU + U[P]R", "2-[P]RU+U[P]R"),
         ("6-SPS", "6-S[P]S"),
-        ("3-UPS+UP", "3-U[P]S+UP"),  # the tube of a Tricept has no drive
+        ("3-UPS+UP", "3-U[P]S+UP"),  # the tube of a Tricept has no actuator
         ("2-UPR+SPR", "2-U[P]R+S[P]R"),  # each limb of an Exechon has one
         ("3-[R](SS)2", "3-[R](4S)"),
         ("4-[R]2(SS)", "4-[R](4S)"),
@@ -34,7 +34,7 @@ from kinetostatics.authoring.skeleton import skeleton_of
 def test_ways_to_write_the_same(written, means):
     found = parse_architecture(written)
     assert found.text == means and parse_architecture(means).text == means
-    assert found.drives_chosen == (not any(mark in written for mark in "[\u0332"))
+    assert found.actuators_chosen == (not any(mark in written for mark in "[\u0332"))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def test_ways_to_write_the_same(written, means):
 def test_formula_of_gruebler(architecture, freedoms, drives):
     """Overconstrained mechanisms have more freedoms than the formula says; 6-SPS has six spins besides."""
     found = parse_architecture(architecture)
-    assert (found.formula_freedoms, found.drives) == (freedoms, drives)
+    assert (found.formula_freedoms, found.actuators) == (freedoms, drives)
 
 
 @pytest.mark.parametrize(

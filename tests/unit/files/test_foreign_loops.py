@@ -234,7 +234,7 @@ def test_command_prints_without_out(capsys, monkeypatch):
 
 
 def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
-    """The included file could not be changed, so there is no include; comments on loops and drives are the same."""
+    """The included file could not be changed, so there is no include; comments on loops and actuators are the same."""
     out = tmp_path / "robot.urdf"
     assert cli.main(["import", str(RRS[0]), "--yaml", str(RRS[1]), "--platform", "platform", "--out", str(out)]) == 0
     assert capsys.readouterr().err == ""
@@ -272,7 +272,7 @@ def test_folder_of_out_must_exist(tmp_path, capsys):
 
 
 def test_spellings_on_the_command_line(capsys):
-    """One type for all, axes with commas or spaces, an empty list of drives."""
+    """One type for all, axes with commas or spaces, an empty list of actuators."""
     assert cli.main(["import", str(FIVE_BAR), "--types", "spherical", "--platform", "tool", "--driven"]) == 0
     assert 'type="spherical"' in (text := capsys.readouterr().out) and "transmission" not in text and "axis" not in text
     for axis in ("0,-2,0", "0 -2 0"):

@@ -57,7 +57,7 @@ def read(line: str, at: str = END) -> RobotDescription:
     [
         ('joint="motor" drive="1e5"', JointStiffness("motor", drive=1e5)),
         ('joint="motor" drive=" inf "', JointStiffness("motor", drive=INF)),
-        # a driven joint's own direction counts as blocked, and drive and group act in series
+        # a driven joint's own direction counts as blocked, and actuator and group act in series
         ('joint="motor" drive="1e5" angular="inf 2 3e4"', JointStiffness("motor", None, (INF, 2.0, 3e4), 1e5)),
         ('joint="motor" angular="inf inf inf"', JointStiffness("motor")),
         ('joint="bolt" linear="1 2 3" angular="4 5 inf"', JointStiffness("bolt", (1.0, 2.0, 3.0), (4.0, 5.0, INF))),

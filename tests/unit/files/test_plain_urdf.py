@@ -1,4 +1,4 @@
-"""URDFs that were not written for this package: platform and base by argument, drives, and oddities that do not matter."""
+"""URDFs that were not written for this package: platform and base by argument, actuators, and oddities that do not matter."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""The zero pose of files that are open where all joints are at zero: drives stay if they can, and dead centres are left."""
+"""The zero pose of files that are open where all joints are at zero: actuators stay if they can, and dead centres are left."""
 
 import numpy as np
 import pytest

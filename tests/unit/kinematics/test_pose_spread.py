@@ -10,7 +10,7 @@ pytestmark = pytest.mark.smoke
 
 
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
-    """One drive at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
+    """One actuator at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
     machine = package_robots.robot("3rps")
     pose = machine.configuration(typical_poses(machine).T)
     connections = machine.mechanism.connections

@@ -76,13 +76,13 @@ def test_link_frames_and_masses_are_pinocchios():
 
 
 def test_gravity_torques_are_pinocchios():
-    """Without beams that weigh anything the drives' forces follow from Pinocchio's generalized gravity."""
+    """Without beams that weigh anything the actuators' forces follow from Pinocchio's generalized gravity."""
     robot = ks.load_robot(ROOT / "robots" / "3rps.urdf.xacro", {"density": 1e-9, "platform_mass": 20})
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
     result = ks.analyze(pose)
     model, data = robot.model, robot.model.createData()
     gravity = pin.computeGeneralizedGravity(model, data, np.array(pose.q))
-    # velocities of all joints per unit of each drive, from neighbouring poses
+    # velocities of all joints per unit of each actuator, from neighbouring poses
     step = 1e-5
     for name in robot.description.driven:
         base = {key: float(value) for key, value in pose.actuators.items()}

@@ -40,7 +40,7 @@ def each_pose(function):
 
 def pose_of(name, number):
     if number >= len(poses(name)):
-        pytest.skip("its redundant drives cannot be moved one by one")
+        pytest.skip("its redundant actuators cannot be moved one by one")
     return poses(name)[number]
 
 
@@ -140,7 +140,7 @@ def test_a_batch_has_no_single_model():
 @pytest.mark.parametrize("anchors", [False, True])
 @each_pose
 def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
-    """Gravity of Pinocchio's tree is balanced by its loop constraints and by the drives, with the forces that we find."""
+    """Gravity of Pinocchio's tree is balanced by its loop constraints and by the actuators, with the forces that we find."""
     if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
         pytest.skip("Pinocchio 3 has no anchors")
     pose = pose_of(name, number)
@@ -165,7 +165,7 @@ def _balanced(pose, closed, anchors):
     found = np.linalg.lstsq(unknowns, gravity, rcond=1e-10)[0]
     scale = max(np.abs(gravity).max(), 1e-3)
     np.testing.assert_allclose(unknowns @ found, gravity, rtol=0, atol=1e-11 * scale)
-    if len(drives) == machine.mobility.platform == len(machine.description.driven):  # as many drives as freedoms
+    if len(drives) == machine.mobility.platform == len(machine.description.driven):  # as many actuators as freedoms
         ours = [float(ks.analyze(pose).actuator_forces[drive]) for drive in drives]
         np.testing.assert_allclose(found[: len(drives)], ours, rtol=0, atol=1e-9 * scale)
 

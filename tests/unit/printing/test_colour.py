@@ -79,7 +79,7 @@ def test_headings_are_bold_and_warnings_yellow():
     ("line", "part", "code"),
     [
         ("Analysis of 'OK': OK, the loops close", "OK", 32),
-        ("Analysis of 'a': SINGULAR, with the drives", "SINGULAR", 31),
+        ("Analysis of 'a': SINGULAR, with the actuators", "SINGULAR", 31),
         ("  also BUCKLES, a beam", "BUCKLES", 31),
         ("  LIMIT_EXCEEDED      3  a joint", "LIMIT_EXCEEDED", 33),
         ("  stiffness  1e-2  1e-16  DIFFERS", "DIFFERS", 31),

@@ -28,10 +28,10 @@ def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_driv
         chapters.compensation_html(result, {}, ("z", "rx"))
 
     def undriven(*_more, **_options):
-        raise ks.ArgumentError("'five_bar' has no drives, so that nothing can be corrected")
+        raise ks.ArgumentError("'five_bar' has no actuators, so that nothing can be corrected")
 
     monkeypatch.setattr(chapters, "compensate", undriven)
-    assert chapters.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no drives")
+    assert chapters.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
 
 
 @pytest.mark.smoke

@@ -106,7 +106,7 @@ def test_everything_prints_as_something_short(robot):
 
 def test_lines_say_status_shape_and_main_numbers():
     robot = package_robots.robot("3rps")
-    assert re.fullmatch(r"<Robot '3rps' from '3rps.urdf.xacro': 3 limbs, 3 drives, 3 beams>", repr(robot))
+    assert re.fullmatch(r"<Robot '3rps' from '3rps.urdf.xacro': 3 limbs, 3 actuators, 3 beams>", repr(robot))
     one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
     z = 1e3 * float(one.configuration.platform["z"])
     assert repr(one.configuration) == f"<Configuration of '3rps': OK; x 0 mm, y 0 mm, z {z:.1f} mm, rx 0°, ry 0°, rz 0°>"
@@ -129,12 +129,12 @@ def test_lines_say_status_shape_and_main_numbers():
     assert f"length {1e3 * float(beam.length):.1f} mm, axial force {lowest:.1f} to {highest:.1f} N, stress" in repr(beam)
     assert "–" in repr(lost.limbs["limb_1"]) and "–" in repr(lost.beams["rod_1"])
     description = robot.description
-    counts = f"{len(description.links)} links, {len(description.joints)} joints, 2 loops, 3 beams, 3 drives"
+    counts = f"{len(description.links)} links, {len(description.joints)} joints, 2 loops, 3 beams, 3 actuators"
     assert repr(description) == f"<RobotDescription '3rps' from '3rps.urdf.xacro': {counts}>"
 
 
 def test_all_facts_are_named():
-    """A drive beyond its limit in a robot whose limbs are rigid: both are said, of a pose and of a batch."""
+    """An actuator beyond its limit in a robot whose limbs are rigid: both are said, of a pose and of a batch."""
     robot = package_robots.robot("2pru_upr")
     for name in robot.description.beams:
         robot = ks.Robot(robot.description.without_beam(name))

@@ -15,7 +15,7 @@ from kinetostatics.results.near_singular import HOLD, near_singularity
 from kinetostatics.results.warnings import _large_motions, _open_loops
 from kinetostatics.sections import Tube
 
-RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+RIGID = "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
 STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850)
 Y = (0.0, 1.0, 0.0)
 SHAPE = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'

@@ -50,7 +50,7 @@ def test_forces_of_drives_are_split_alike(name):
         for limb, ways in limbs.items():
             whole = found.actuator_contributions[drive][limb]
             assert ways["attached"] + ways["deformation"] == pytest.approx(whole, abs=1e-11 * scale)
-            if len(found.actuator_forces) == found.robot.mobility.platform:  # drives that virtual work determines
+            if len(found.actuator_forces) == found.robot.mobility.platform:  # actuators that virtual work determines
                 assert abs(ways["deformation"]) < 1e-9 * scale
 
 

@@ -26,7 +26,7 @@ INNER = (
     "data",
     "by_mechanism",
 )
-#: What drives were asked for, and by how much joints miss their limits, is told of failed poses too.
+#: What actuators were asked for, and by how much joints miss their limits, is told of failed poses too.
 ASKED = ("configuration.actuators", "configuration.limits_exceeded")
 
 

@@ -69,7 +69,7 @@ def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeyp
 # ---- limbs whose joints are dependent at a pose: they resist one wrench more there -------------------------------------------
 
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
-#: An elastic arm with six drives, which holds the platform wherever it is and lets the other limb take any pose.
+#: An elastic arm with six actuators, which holds the platform wherever it is and lets the other limb take any pose.
 POINTS = [(0, -1.0, 0), (0.1, -1.05, 0.3), (-0.1, -0.9, 0.5), (0.2, -0.7, 0.6), (0.1, -0.5, 0.9), (0, -0.3, 0.8), (0, -0.1, 0.85)]
 AXES = [Z, X, Y, X, Z, (0.3, 0.5, 0.8)]
 

@@ -1,4 +1,4 @@
-"""Elastic joints, bearings and drives against closed forms; their parts add up to the twist."""
+"""Elastic joints, bearings and actuators against closed forms; their parts add up to the twist."""
 
 from dataclasses import replace
 
@@ -65,7 +65,7 @@ def test_a_flexure_turns_about_its_axis(spring):
 
 
 def jacobian(q1, q2):
-    """Twists of the tip of the arm per unit of its drives; turning about +y moves +x towards −z."""
+    """Twists of the tip of the arm per unit of its actuators; turning about +y moves +x towards −z."""
     tip = np.array([0.4 * np.cos(q1) + 0.3 * np.cos(q1 + q2), 0, -0.4 * np.sin(q1) - 0.3 * np.sin(q1 + q2)])
     elbow = np.array([0.4 * np.cos(q1), 0, -0.4 * np.sin(q1)])
     y = np.array([0.0, 1.0, 0.0])
@@ -82,7 +82,7 @@ def test_rigid_links_on_elastic_drives(q):
     C = J @ np.diag([1 / 5000, 1 / 2000]) @ J.T
     np.testing.assert_allclose(found.compliance, C, rtol=1e-10, atol=1e-15)
     torques = np.array([found.actuator_forces["shoulder"], found.actuator_forces["elbow"]])
-    # the drives' springs yield by what the drives hold, weights included
+    # the actuators' springs yield by what the actuators hold, weights included
     np.testing.assert_allclose(found.twist, -J @ (torques / [5000, 2000]), rtol=1e-9, atol=1e-15)
     drives = found.source_contributions["drives"]
     np.testing.assert_allclose(drives["shoulder"], -J[:, 0] * torques[0] / 5000, rtol=1e-9, atol=1e-15)

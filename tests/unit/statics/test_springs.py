@@ -64,14 +64,14 @@ def test_a_balanced_pendulum_needs_no_torque_at_any_angle(more):
 
 
 def test_the_spring_of_the_pendulum_makes_its_drive_stiffer():
-    """A spring of no free length is as stiff in all directions: k b² beside the drive's own."""
+    """A spring of no free length is as stiff in all directions: k b² beside the actuator's own."""
     pose = loaded(pendulum()).assemble(actuators={"hinge": 0.4})
     assert float(ks.analyze(pose).compliance[4, 4]) == pytest.approx(1 / (1e4 + BALANCE * ARM**2), rel=1e-12)
 
 
 @pytest.mark.parametrize("angle", [np.pi - 1e-4, 1e-4 - np.pi])
 def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
-    """M / k: the arm hangs to the other side, on a drive that turns without end."""
+    """M / k: the arm hangs to the other side, on an actuator that turns without end."""
     text = (
         pendulum("")
         .replace('type="revolute"', 'type="continuous"')
@@ -82,7 +82,7 @@ def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
 
 
 def test_what_an_error_does_is_told_without_the_springs_own_pull():
-    """The spring, k b², and the drive share an error of the hinge's angle; the spring's tension is no error."""
+    """The spring, k b², and the actuator share an error of the hinge's angle; the spring's tension is no error."""
     row = next(row for row in ks.tolerances(loaded(pendulum()).assemble()) if (row.name, row.error) == ("hinge", "ry"))
     turn = row.amount * 1e4 / (1e4 + BALANCE * ARM**2)
     assert row.rotation == pytest.approx(turn, rel=1e-10) and row.displacement == pytest.approx(turn * LENGTH, rel=1e-10)
@@ -240,7 +240,7 @@ def test_reports_tell_of_springs():
 
 
 def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it():
-    """t (1/k + c + 1/d) = m g / d − δ, with δ = q L⁴/8EI and c = L³/3EI of the jib, d of the drive; the spring is relaxed."""
+    """t (1/k + c + 1/d) = m g / d − δ, with δ = q L⁴/8EI and c = L³/3EI of the jib, d of the actuator; the spring is relaxed."""
     L, d, k, mass = 0.9, 3e4, 2e4, 6.0
     text = f"""<robot name="crane"><link name="mast"/><link name="jib"/><link name="cage">
 <inertial><mass value="{mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="tip"/>

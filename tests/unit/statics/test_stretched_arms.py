@@ -1,4 +1,4 @@
-"""Arms that nothing but their drives makes elastic, at poses at which these move them in fewer directions than elsewhere."""
+"""Arms that nothing but their actuators makes elastic, at poses at which these move them in fewer directions than elsewhere."""
 
 import numpy as np
 import pinocchio as pin

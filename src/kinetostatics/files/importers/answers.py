@@ -1,4 +1,4 @@
-"""Puts together what a source says of its loops and drives and what the caller adds, and asks for what is still missing.
+"""Puts together what a source says of its loops and actuators and what the caller adds, and asks for what is still missing.
 
 All that is missing is asked for in one message, which names the exact arguments to give.
 """
@@ -101,13 +101,13 @@ class Answers:
 
 
 @dataclass(frozen=True)
-class Drives:
-    """What a source says of its drives.
+class Actuators:
+    """What a source says of its actuators.
 
     Attributes:
         named: joints that its other file says to be driven, or None if there is none that says so.
         transmissions: joints that its ``<transmission>`` elements name; these stay in the file whatever else is said.
-        note: what a question about drives should mention.
+        note: what a question about actuators should mention.
     """
 
     named: tuple[str, ...] | None
@@ -116,7 +116,7 @@ class Drives:
 
 
 def complete(
-    source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, answers: Answers
+    source: SourceRobot, found: Sequence[ForeignLoop], actuators: Actuators, answers: Answers
 ) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
     """Return what source and caller say together: loops, the driven joints without a ``<transmission>``, and warnings.
 
@@ -133,7 +133,7 @@ def complete(
     axes = _axes(found, types, answers.axes, questions, warnings)
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     movable += [loop.name for loop in found if types[loop.name] in (*names_of("is_single"), None)]
-    driven = _driven(source, movable, drives, answers.driven, questions, warnings)
+    driven = _driven(source, movable, actuators, answers.driven, questions, warnings)
     if questions:
         raise MissingFactsError(source.path, questions)
     loops = tuple(_loop(item, types[item.name] or "", axes[item.name]) for item in found)
@@ -268,32 +268,32 @@ def _unit_vectors(name: str, value: object, count: int, kind: str | None) -> tup
 def _driven(
     source: SourceRobot,
     movable: Sequence[str],
-    drives: Drives,
+    actuators: Actuators,
     given: Iterable[str] | None,
     questions: list[Question],
     warnings: list[str],
 ) -> tuple[str, ...]:
     if given is not None:
-        chosen = _given_drives(given, movable)
-        if drives.named is not None and set(chosen) != set(drives.named):
-            said = listed(drives.named) or "none"
+        chosen = _given_actuators(given, movable)
+        if actuators.named is not None and set(chosen) != set(actuators.named):
+            said = listed(actuators.named) or "none"
             warnings.append(f"{source.path}: the driven joints are those that were asked for; the source says {said}.")
-    elif drives.named is not None:
-        chosen = drives.named
-    elif drives.transmissions:
-        chosen = drives.transmissions
+    elif actuators.named is not None:
+        chosen = actuators.named
+    elif actuators.transmissions:
+        chosen = actuators.transmissions
     else:
-        note = f"; {drives.note}" if drives.note else ""
+        note = f"; {actuators.note}" if actuators.note else ""
         what = f"the driven joints, none or some of {listed(movable)}{note}"
         questions.append(Question("driven", "", '["JOINT", …]', "JOINT …", what))
         return ()
-    for name in drives.transmissions:
+    for name in actuators.transmissions:
         if name not in chosen:
             raise ArgumentError(f"driven: {name!r} is not among them, but the source has a <transmission> for it")
-    return tuple(name for name in chosen if name not in drives.transmissions)
+    return tuple(name for name in chosen if name not in actuators.transmissions)
 
 
-def _given_drives(given: Iterable[str], movable: Sequence[str]) -> tuple[str, ...]:
+def _given_actuators(given: Iterable[str], movable: Sequence[str]) -> tuple[str, ...]:
     if isinstance(given, str):
         raise ArgumentError(f"driven must be a list of joints: [{given!r}]")
     chosen = tuple(given)

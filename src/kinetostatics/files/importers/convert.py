@@ -12,7 +12,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers import gepetto, isaac, onshape
-from kinetostatics.files.importers.answers import Answers, Drives, complete
+from kinetostatics.files.importers.answers import Actuators, Answers, complete
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.links_joints import read_joints, read_links, tree_root
@@ -114,11 +114,11 @@ def convert(
         As :func:`import_robot`.
     """
     source, uses_xacro = _read_source(path, {} if parameters is None else parameters)
-    loops, drives, retyped, warnings = _find(source, yaml)
+    loops, actuators, retyped, warnings = _find(source, yaml)
     if retyped:
         before, source = source, _tables(source.path, gepetto.retype(source, retyped))
         source = replace(source, made=frozenset(source.links) - frozenset(before.links))
-    closed, driven, more = complete(source, loops, drives, answers)
+    closed, driven, more = complete(source, loops, actuators, answers)
     additions = _additions(answers, closed, driven)
     include = None if retyped else include_path(source.path, source.root, uses_xacro, additions, os.fsdecode(out))
     if include is not None:
@@ -144,22 +144,22 @@ def _tables(path: str, root: Element) -> SourceRobot:
 
 def _find(
     source: SourceRobot, yaml: str | os.PathLike[str] | None
-) -> tuple[list[ForeignLoop], Drives, tuple[gepetto.Retyped, ...], tuple[str, ...]]:
+) -> tuple[list[ForeignLoop], Actuators, tuple[gepetto.Retyped, ...], tuple[str, ...]]:
     """Return all loops that the three readers find, and what else the YAML says."""
     entries = [entry for element in source.root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
     if yaml is None:
         loops = [*onshape.read(source), *isaac.read(source)]
-        if not loops:  # nothing else than a drive could hold a joint
+        if not loops:  # nothing else than an actuator could hold a joint
             driven = tuple(dict.fromkeys((*transmissions, *drivable(source.joints))))
-            return [], Drives(driven, transmissions), (), (_without_loops(source),)
-        return loops, Drives(None, transmissions), (), ()
+            return [], Actuators(driven, transmissions), (), (_without_loops(source),)
+        return loops, Actuators(None, transmissions), (), ()
     said = gepetto.read(source, yaml)
     loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
     if not loops:
         raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
     named = None if said.driven is None else gepetto.driven_after(said.driven, said.retyped)
-    return loops, Drives(named, transmissions, said.driven_note), said.retyped, said.warnings
+    return loops, Actuators(named, transmissions, said.driven_note), said.retyped, said.warnings
 
 
 def _without_loops(source: SourceRobot) -> str:

@@ -7,7 +7,7 @@ the mated parts by a joint ``…_frame`` whose origin is the mate's coordinate s
 along, their z axis (its "Design-time considerations", "Joint frames"), and both frames' z axes point the same way.
 
 The type of the mate is written only to MuJoCo files. Some versions add frames ``closing_NAME_1_z`` and ``closing_NAME_2_z``,
-0.1 m along z, to revolute mates and no others: where both are found there, the type is known. Drives are not written at all.
+0.1 m along z, to revolute mates and no others: where both are found there, the type is known. Actuators are not written at all.
 """
 
 from __future__ import annotations

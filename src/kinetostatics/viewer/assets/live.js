@@ -9,7 +9,7 @@ const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const HANDLE_COLOURS = { x: "#d62728", y: "#2ca02c", z: "#1f77b4" };
 
 function buildLive() {
-  const { live } = page.robots[0].scene, folds = { platform: "Move the platform", actuators: "Drives", load: "Load at o" };
+  const { live } = page.robots[0].scene, folds = { platform: "Move the platform", actuators: "Actuators", load: "Load at o" };
   for (const [kind, title] of Object.entries(folds)) {
     const mine = live.controls.filter((control) => control.kind === kind);
     if (!mine.length) continue;

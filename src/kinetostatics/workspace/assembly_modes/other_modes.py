@@ -35,9 +35,9 @@ def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -
 
 
 def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
-    """Return model coordinates (n, nq) of poses at random drive coordinates, those that exist: n may be 0.
+    """Return model coordinates (n, nq) of poses at random actuator coordinates, those that exist: n may be 0.
 
-    Moving the drives leads through poses at which a limb is stretched or folded, and so to poses that straight lines of the
+    Moving the actuators leads through poses at which a limb is stretched or folded, and so to poses that straight lines of the
     platform do not reach.
 
     Args:
@@ -57,6 +57,6 @@ def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
         return none
     try:
         found = robot.assemble(actuators=values, tolerance=tolerance, on_failure="nan")
-    except KinetostaticsError:  # the drives do not determine the pose
+    except KinetostaticsError:  # the actuators do not determine the pose
         return none
     return found.q[found.status != Status.UNREACHABLE]
