@@ -87,9 +87,9 @@ def calls(robot, pose, folder):
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("every", [9, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
 def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
-    """Each wrong value for every ninth argument; for all of them where there is time."""
+    """Each wrong value for every twentieth argument; for all of them where there is time."""
     robot = package_robots.robot("3rps")
     ks.save_robot(robot, tmp_path / "plain.urdf")
     answered = 0
@@ -141,6 +141,7 @@ def test_arguments_of_assemble(what, value, message):
 # ---- coordinates that do not determine the pose ------------------------------------------------------------------------
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(
     ("name", "given", "words"),
     [
@@ -159,6 +160,7 @@ def test_coordinates_that_would_do_are_named(name, given, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.few(9)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "exechon", "five_bar", "tricept", "planar_3rrr"])
 @pytest.mark.parametrize("orientation", [None, "XYZ", "tilt_torsion"])
 def test_those_that_are_named_do(name, orientation):

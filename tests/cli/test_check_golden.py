@@ -42,6 +42,7 @@ def test_the_comparison_notices_what_it_should():
     assert same("33.78", "33.77") and not same("33.9", "33.78") and not same("3", "2") and not same("1e-05", "1e-06")
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("name", NAMES)
 def test_lines_are_short_and_say_no_machine_words(name):
     text = report(name)

@@ -313,6 +313,7 @@ def test_another_pose_may_begin_the_way(capsys):
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(20)
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -454,6 +455,7 @@ def test_live_view_answers_until_it_is_interrupted():
     assert "3rps" in page and server.returncode == 0 and "Traceback" not in complaints
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["analyze", "--help"], ["new", "--list"]])
 def test_what_computes_nothing_imports_nothing_that_computes(arguments):
     """Help, version and the answers to a shell that completes come at once: no robot is needed for them."""

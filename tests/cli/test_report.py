@@ -493,6 +493,7 @@ def test_reports_of_random_robots_can_be_written(seed):
     json.dumps(result.to_dict(), allow_nan=False)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("seed", [0, 1, 9, 13, 22])
 def test_hybrid_limbs_of_any_shape_are_explained(seed):
     """Frames, rings, braces and what hangs: every joint stands in a chain once, and all that is redundant has a place."""

@@ -121,6 +121,7 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == html
 
 
+@pytest.mark.further
 def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
     """Its motion, where that comes from, the map and what actuators correct; the verdict is about o."""
     for name in ("scene_html", "verification_html"):

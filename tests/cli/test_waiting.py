@@ -119,7 +119,7 @@ def test_every_command_that_computes_is_tried():
     assert set(SLOW) == set(COMMANDS) - {"robots"}
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(4)
 @pytest.mark.parametrize(("command", "second"), [("check", 1), *((command, 0) for command in SLOW)])
 def test_commands_say_within_two_seconds_what_they_do(command, second, place, monkeypatch):
     """One of them by the true clock, and all with one that runs ten times as fast."""

@@ -28,7 +28,7 @@ def stands_at(configuration, twist):
     return frame[:3, 3] + twist[:3], Rotation.from_rotvec(np.array(twist[3:])) * Rotation.from_matrix(frame[:3, :3])
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_was_asked_to(name):
     """All robots, at a pose without symmetry; the actuators alone lead there, and rotations are SciPy's."""

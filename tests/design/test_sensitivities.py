@@ -85,6 +85,7 @@ def test_a_length_moves_the_drives_and_the_pose_stays():
     assert found.actuator_forces["prismatic_2"] == pytest.approx(exact[7], rel=1e-6)
 
 
+@pytest.mark.further
 def test_exact_derivatives_are_differences_of_analyses(cantilever):
     assert all(cantilever[name].exact for name in cantilever)
     pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.1, "ry": -0.05})

@@ -155,6 +155,7 @@ def test_the_tip_of_a_tool(cantilever):
     assert found.to_dict()["tool"] == [0.2, 0, 0] and "displacement of the tool's tip" in str(found)
 
 
+@pytest.mark.further
 def test_the_tip_of_a_tool_turns_with_each_platform():
     """With the actuators held every robot leans in another way: those of the batch are those made one by one."""
     pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})

@@ -114,6 +114,7 @@ def test_grids_have_at_least_as_many_poses_as_are_asked_for():
         assert all((v[0], v[-1]) == workspace.box[name] for name, v in workspace.axes(300).items())
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", grids.WORKSPACES)
 def test_grids_are_within_the_workspaces(name):
     workspace = grids.WORKSPACES[name]

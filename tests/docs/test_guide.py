@@ -112,6 +112,7 @@ def words(text: str) -> list[str | float]:
     return found
 
 
+@pytest.mark.few(2)
 def test_every_answer_of_the_page_is_what_is_printed(story):
     pages, found, _ = story
     everything = [item for page in found for item in page]
@@ -132,6 +133,7 @@ def test_blocks_of_every_kind_are_run():
     assert all(block.mark.startswith("lift") for block in found if block.kind == "xml")
 
 
+@pytest.mark.few(2)
 def test_the_robot_in_the_examples_is_the_one_of_the_guide(story):
     pages, _, file = story
     assert pages is not GUIDE or ROBOT.read_text(encoding="utf-8") == file

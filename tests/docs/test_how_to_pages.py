@@ -66,11 +66,13 @@ def folder(tmp_path, monkeypatch):
     plt.close("all")
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", cases("python"))
 def test_python(name):
     assert "ks" in run_python(f"how_to/{name}")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", cases("sh"))
 def test_commands(name, capsys):
     """All but those that need a file of the reader's own; files that are told to be written are there."""

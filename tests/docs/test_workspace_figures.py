@@ -156,6 +156,7 @@ def test_figures_show_the_maps(figures):
     assert heights.max() == pytest.approx(27.465, abs=1e-3)
 
 
+@pytest.mark.further
 def test_the_readmes_picture_of_a_map_is_what_its_command_draws(figures):
     """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8").split("<!-- maps: begin -->")[1]

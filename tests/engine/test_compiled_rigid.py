@@ -44,6 +44,7 @@ ROBOTS = {
 }
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", ROBOTS)
 def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
     robot = ROBOTS[kind]()

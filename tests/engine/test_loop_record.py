@@ -31,7 +31,7 @@ CASES = [
 ]
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(5)
 @pytest.mark.parametrize(("name", "convention"), CASES)
 def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     robot = package_robots.robot(name)

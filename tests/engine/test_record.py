@@ -12,7 +12,7 @@ from kinetostatics.engine.structure import Structure
 from kinetostatics.statics.solution import solve
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_all_robots_are_recorded_as_numpy_computes_them(name):
     robot = package_robots.robot(name)

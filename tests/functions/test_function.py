@@ -93,7 +93,7 @@ def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
         assert ("prismatic_1.linear_stiffness" in names) is (drive is None)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", POSES)
 def test_derivatives_by_coordinates_load_and_gravity(name):
     f, at = function_of(name)
@@ -119,7 +119,7 @@ def by_other_robots(f, at, name, k):
     return {output: (found[1][output] - found[0][output]) / (2 * h) for output in OUTPUTS}, h
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "parameter", "k"),
     [

@@ -11,6 +11,7 @@ from kinetostatics.design.requirements import parse_measure, parse_requirement
 pytest.importorskip("xarray")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("orientation", ["tilt_torsion", "XYZ"])
 def test_no_direction_does_more_and_one_does_as_much(orientation):
     robot, tip = package_robots.robot("3rps"), np.array([0.05, -0.02, 0.2])

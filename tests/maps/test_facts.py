@@ -158,6 +158,7 @@ def test_figures_say_that_poses_are_beyond_the_limits(far):
     np.testing.assert_array_equal(masks["not determined"], ~BEYOND)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["2pru_upr", "exechon", "orthoglide", "tripteron"])
 def test_a_robot_without_beams_has_the_same_limits(name):
     """Rigid, these robots are overconstrained: their statics is indeterminate at all poses."""

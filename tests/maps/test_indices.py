@@ -136,6 +136,7 @@ def test_extremes_are_extremes_over_directions():
         assert np.all(sample.min(axis=1) < 1.3 * low[:, 0]) and np.all(sample.max(axis=1) > high[:, 0] / 1.3)
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", sorted(indices.INDICES))
 def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
     """In mm and N every index is the same quantity: no eigenvalue mixes metres and radians."""
@@ -242,6 +243,7 @@ def test_largest_actuator_forces():
 STATUSES = list(ks.Status)
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", sorted(indices.INDICES))
 def test_only_valid_poses_have_numbers(name):
     n = len(STATUSES)

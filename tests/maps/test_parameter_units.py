@@ -114,6 +114,7 @@ def test_units_that_are_typed_count_where_the_file_does_not_tell_them(file, tmp_
         assert "units" not in ds.p.attrs
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("values", ["80mm", "1mm:2mm:2", "2mm,3mm"])
 def test_a_length_for_an_angle_is_refused(values, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

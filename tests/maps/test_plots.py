@@ -274,6 +274,7 @@ def cell_at(ax, azimuth, tilt):
     )
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
 def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
     ax = ks.plot.slice(tilts, "twist:x", *names, z=0.5)
@@ -729,6 +730,7 @@ def test_numbers_of_lines_stay_on_the_axes():
         assert ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 and ax.bbox.y0 <= box.y0 and box.y1 <= ax.bbox.y1
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
 def test_positions_in_space_are_drawn_as_they_are(names, height, same):
     grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
@@ -824,7 +826,7 @@ def test_edges_of_cells():
     np.testing.assert_allclose(edges(np.array([3.0])), [2.5, 3.5])
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
 def test_figures_are_written(ds, kind, tmp_path):
     options = {"slice": {"x": "rx", "y": "ry", "z": 0.5}, "line": {"x": "rx", "z": 0.5, "ry": 0.1}}.get(kind, {})
@@ -897,7 +899,7 @@ def run(capsys, *arguments):
     return code, captured.out, captured.err
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     "options",
     [
@@ -931,6 +933,7 @@ def test_command_lists_what_there_is(capsys, stored):
         assert line + "\n" in out
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize(
     "options, message",
     [

@@ -185,6 +185,7 @@ def test_files_that_an_xacro_includes_are_told(tmp_path):
             assert hashlib.sha256(file.read()).hexdigest() == digest
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("store", ["netcdf", "zarr"])
 def test_a_map_in_memory_survives_files(small, tmp_path, store):
     path = str(tmp_path / "map")

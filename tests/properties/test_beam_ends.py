@@ -20,6 +20,7 @@ def unnamed(robot, ends=("start", "end")):
     return ks.Robot(replace(robot.description, beams={**robot.description.beams, **changed})), list(changed)
 
 
+@pytest.mark.few(9)
 @pytest.mark.parametrize("ends", [("start", "end"), ("start",), ("end",)])
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "five_bar", "linear_delta", "spherical_3rrr", "ur10"])
 def test_two_joints_of_a_link_are_the_ends_of_its_beam(name, ends):

@@ -50,6 +50,7 @@ def follow_predictors(robot, given, values, orientation=None):
         np.testing.assert_allclose(predicted, expected, rtol=0, atol=2e-3 * max(1.0, np.abs(expected).max()), err_msg=name)
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("given", ["platform", "actuators"])
 @pytest.mark.parametrize("name", POSES)
 def test_predictors_are_how_poses_change(name, given):

@@ -282,6 +282,7 @@ def text_of(axis):
     return " ".join(repr(float(x)) for x in axis)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", ["universal", "spherical"])
 @pytest.mark.parametrize("cut", ["joint", "both"])
 @given(data=st.data())

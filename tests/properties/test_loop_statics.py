@@ -40,6 +40,7 @@ def test_a_cantilever_whose_tip_is_held_by_the_joint(kind, data):
         assert found.actuator_forces["closing"] == pytest.approx(expected.loop_force, rel=1e-9, abs=1e-7)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("kind", FREEDOMS)
 def test_only_reciprocal_wrenches_are_transmitted(kind):
     """What the joint transmits has no power on its freedoms, and its limb has 6 − f constraint wrenches."""

@@ -147,7 +147,7 @@ KNOWN = [
 ]
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("seed", KNOWN)
 def test_known_hybrids_agree_with_finite_elements(seed):
     assert agrees_with_finite_elements(seed)

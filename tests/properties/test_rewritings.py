@@ -124,6 +124,7 @@ def test_a_shipped_robot_written_anew(name, what):
     assert_same(robot, drives, expected, REWRITINGS[what](robot, 5), ties=what != "reordered")
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", NAMES[::3])
 def test_a_shipped_robot_with_other_zeros(name):
     robot, drives, expected = original(name)

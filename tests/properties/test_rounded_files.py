@@ -47,7 +47,7 @@ def words(text):
     return " ".join(words_and_numbers(line)[0] for line in text.splitlines()).split()
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES[::6])
 def test_rounding_changes_no_word(name):
     description = robot(name).description

@@ -60,7 +60,7 @@ def test_check_says_every_gap_and_the_frame_and_fails(capsys):
     assert "tolerance" not in out and "rounded" not in out
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("tolerance", [None, "1e-4", "1e-3", "0.01", "0.2"])
 def test_analyze_says_the_same_and_no_tolerance_helps(tolerance, capsys):
     main(["check", str(FRAME_OFF)])

@@ -18,6 +18,7 @@ def test_whole_numbers_of_any_kind(value):
     assert found == 3 and type(found) is int
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("value", [0, 2.0, "2", True, np.bool_(True), None, np.array([1]), np.float64(2)])
 @pytest.mark.parametrize(
     ("name", "call"),

@@ -643,6 +643,7 @@ def test_foreign_axes_are_not_taken_but_mentioned(tmp_path):
 PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
 
 
+@pytest.mark.few(22)
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [

@@ -104,6 +104,7 @@ def test_the_order_of_the_drives_and_what_is_said_of_them(write) -> None:
     assert read(write(ARM.replace(END, every + END))).warnings == ()
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

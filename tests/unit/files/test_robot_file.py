@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pinocchio as pin
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from places import ROOT
 
@@ -769,7 +769,6 @@ SOURCES = [
 ]  # fmt: skip
 
 
-@settings(max_examples=10, deadline=None)
 @given(st.data())
 def test_mutated_files_are_read_or_refused(data: st.DataObject) -> None:
     text = data.draw(st.sampled_from(SOURCES))

@@ -86,6 +86,7 @@ def test_the_command_lists_them(capsys):
     assert json.loads(capsys.readouterr().out) == dict(ks.robots())
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES[::4])
 def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     monkeypatch.chdir(tmp_path)

@@ -30,6 +30,7 @@ def test_poses_a_long_way_off_take_few_steps(corrected):
     assert len(corrected) < 150
 
 
+@pytest.mark.few(1)
 @pytest.mark.filterwarnings("ignore:. = .* m is .* times the robot's size")
 @pytest.mark.parametrize(
     ("name", "platform"),

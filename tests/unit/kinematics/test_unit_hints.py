@@ -66,6 +66,7 @@ def test_poses_that_exist_all_the_same_are_warned_of(robot):
         ks.sweep(robot, platform={"z": [0.5, 20], "rx": 0, "ry": 0})
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_ordinary_coordinates_are_not(name):
     robot = package_robots.robot(name)
@@ -161,6 +162,7 @@ def test_moduli_and_densities_in_other_units(parameters, words):
         )
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_shipped_robots_are_in_si(name):
     robot = package_robots.robot(name)

@@ -62,7 +62,7 @@ def numbers_of(robot):
     }
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("density", [7850.0, None])
 @pytest.mark.parametrize("cut", [0, 1, 2])
 @pytest.mark.parametrize("carrier", ["cylinder", "rod"])

@@ -116,6 +116,7 @@ SEQUENCES = ["".join(letters) for letters in permutations("xyz")]
 CONVENTIONS = [None, "tilt_torsion", *SEQUENCES, *(letters.upper() for letters in SEQUENCES)]
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("name", CONVENTIONS)
 @given(c=st.tuples(st.floats(-1.4, 1.4), st.floats(0.01, 1.4), st.floats(-1.4, 1.4)))
 def test_orientation_coordinates_round_trip_and_rates(name, c):
@@ -142,6 +143,7 @@ SPECIAL = st.builds(
 ANGLES = st.tuples(*[st.one_of(SPECIAL, st.floats(-np.pi, np.pi))] * 3)
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("name", CONVENTIONS)
 @given(c=ANGLES, noise=st.tuples(*[st.floats(-3e-16, 3e-16)] * 3), near=st.tuples(*[st.floats(-10, 10)] * 3))
 @example(c=(0.3, np.pi / 2, 0.2), noise=(0.0, 0.0, 0.0), near=(0.0, 0.0, 0.0))
@@ -219,6 +221,7 @@ def test_poses_are_assembled_from_their_own_reports(rpy):
                 np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-5, 1e-2])
 def test_a_tool_that_points_straight_down(distance):
     arm = package_robots.robot("ur10")

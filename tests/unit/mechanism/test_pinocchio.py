@@ -44,6 +44,7 @@ def pose_of(name, number):
     return poses(name)[number]
 
 
+@pytest.mark.few(16)
 @each_pose
 def test_frames_of_one_pose_are_those_of_a_batch(name, number):
     pose = pose_of(name, number)
@@ -74,6 +75,7 @@ def test_every_weight_is_that_of_pinocchio(name, number):
                 np.testing.assert_allclose(one[:, position], np.r_[force, moment], rtol=0, atol=1e-13 * scale)
 
 
+@pytest.mark.few(16)
 @each_pose
 def test_the_model_weighs_the_robot(name, number):
     pose = pose_of(name, number)
@@ -136,7 +138,7 @@ def test_a_batch_has_no_single_model():
 # ---- loops ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(16)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("anchors", [False, True])
 @each_pose
 def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
@@ -170,6 +172,7 @@ def _balanced(pose, closed, anchors):
         np.testing.assert_allclose(found[: len(drives)], ours, rtol=0, atol=1e-9 * scale)
 
 
+@pytest.mark.few(7)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("kind", [kind for kind, count in FREEDOMS.items() if count])
 def test_a_loop_of_any_type_becomes_constraints_of_pinocchio(kind, swap):

@@ -81,6 +81,7 @@ def sums(contributions, limbs):
     }
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_contribution_is_split_alike(name):
     whole, split = result(name), result(name).by_mechanism
@@ -135,6 +136,7 @@ def joints_at_ends(found):
                         yield name, joint, sign
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", NAMES)
 def test_axial_forces_are_split_as_those_of_joints(name):
     split = result(name).by_mechanism

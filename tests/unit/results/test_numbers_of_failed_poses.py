@@ -55,6 +55,7 @@ def far(name):
     return robot.assemble(platform={key: np.array([zero[key], zero[key] + 99.0]) for key in "xyz"})
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["orthoglide", "delta", "tripteron", "linear_delta"])
 def test_every_array_is_nan_where_a_pose_is_not_reached(name):
     poses = far(name)

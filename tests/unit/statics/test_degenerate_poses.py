@@ -60,7 +60,7 @@ def close(found, wanted):
 
 
 @pytest.mark.usefixtures("by_numpy")
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept", "orthoglide"])
 def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeypatch):
     same_but_intensities(ks.analyze(ks.load_robot(robot_path(name)).assemble()), monkeypatch)
@@ -147,7 +147,7 @@ def cuts_of(mechanism):
     return {edge.joint.name for edge in mechanism.edges[7:] if edge.outer == "platform" or edge.joint.name == "r3"}
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", DEPENDENT)
 def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
     found = compared(DEPENDENT[name])
