@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import functools
+import inspect
 import operator
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,6 +18,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_nam
 
 P = ParamSpec("P")
 R = TypeVar("R")
+C = TypeVar("C")
 
 #: Keywords that other functions have, and what does the same where they are missing.
 _INSTEAD = {
@@ -27,22 +30,46 @@ _INSTEAD = {
 
 
 def told_keywords(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a public function so that keywords it does not have are told in words, with those that it has.
+    """Decorate a public function so that keywords it does not have, and arguments that it misses, are told in words.
 
-    The function's warnings have one frame more to its caller.
+    Other keywords of a function that hands them on are left to it. The function's warnings have one frame more to its caller.
     """
-    code = function.__code__  # type: ignore[attr-defined]
-    known = code.co_varnames[code.co_posonlyargcount : code.co_argcount + code.co_kwonlyargcount]
+    own = inspect.signature(function).parameters.values()
+    known = [item.name for item in own if item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
+    placed = [item.name for item in own if item.kind is item.POSITIONAL_OR_KEYWORD]
+    required = [item.name for item in own if item.default is item.empty and item.name in placed]
+    hands_on = any(item.kind is item.VAR_KEYWORD for item in own)
+    name_of, shown = function.__name__, [name for name in placed if name != "self"]
+    if name_of.startswith("__"):  # of a class
+        name_of = function.__qualname__.split(".")[0]
 
     @functools.wraps(function)
     def called(*args: P.args, **kwargs: P.kwargs) -> R:
-        for name in kwargs:
-            if name not in known:
-                instead = _INSTEAD.get(function.__name__, {}).get(name)
-                raise ArgumentError(f"{function.__name__} takes no {name!r}: {instead or near_names(name, {*known} - {'self'})}")
+        missing = [name for name in required[len(args) :] if name not in kwargs]
+        if missing or not hands_on:
+            for name in kwargs:
+                if name in known or (hands_on and not difflib.get_close_matches(name, missing)):
+                    continue
+                instead = _INSTEAD.get(name_of, {}).get(name)
+                raise ArgumentError(f"{name_of} takes no {name!r}: {instead or near_names(name, {*known} - {'self'})}")
+        if missing:
+            call = ", ".join([*shown, *["…"] * (hands_on or len(known) > len(placed))])
+            raise ArgumentError(f"{name_of} lacks {' and '.join(map(repr, missing))}: {name_of}({call})")
+        if len(args) > len(placed):
+            names = [*(name for name in known if name not in placed), *["NAME"] * hands_on]
+            without = f" besides {', '.join(shown)}" if shown else ""
+            raise ArgumentError(
+                f"{name_of} wants the names of its arguments{without}: {', '.join(f'{name}=…' for name in names)}"
+            )
         return function(*args, **kwargs)
 
     return called
+
+
+def told_fields(cls: type[C]) -> type[C]:
+    """Decorate a public dataclass so that fields that it does not have are told in words, as :func:`told_keywords` does."""
+    cls.__init__ = told_keywords(cls.__init__)  # type: ignore[method-assign]
+    return cls
 
 
 def need_scipy(what: str) -> None:

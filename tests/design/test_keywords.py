@@ -50,6 +50,17 @@ def test_every_public_function_tells_keywords_in_words():
     found |= {"Robot.assemble": ks.Robot.assemble, "Robot.configuration": ks.Robot.configuration}
     functions = {name: item for name, item in found.items() if inspect.isfunction(item)}
     assert len(functions) > 50
+    lacking = 0
+    for name, function in functions.items():
+        own = [item for item in inspect.signature(function).parameters.values() if item.kind is item.POSITIONAL_OR_KEYWORD]
+        required = [item.name for item in own if item.default is item.empty]
+        if required and "." not in name:
+            lacking += 1
+            with pytest.raises(ks.ArgumentError, match=rf"^{name} lacks {required[0]!r}.*: {name}\({required[0]}"):
+                function()
+            with pytest.raises(ks.ArgumentError, match=rf"^{name} takes no '{required[0]}e': did you mean '{required[0]}'"):
+                function(**{f"{required[0]}e": None})
+    assert lacking > 20
     for name, function in functions.items():
         if any(item.kind is item.VAR_KEYWORD for item in inspect.signature(function).parameters.values()):
             handing_on.remove(name)
@@ -59,8 +70,16 @@ def test_every_public_function_tells_keywords_in_words():
         assert function.__module__ != "kinetostatics.argument_checks" and function.__doc__
     assert not handing_on
     for name in ("point", "loads", "on_failure"):  # which it has
-        with pytest.raises(TypeError, match="configuration"):
+        with pytest.raises(ks.ArgumentError, match="analyze lacks 'configuration'"):
             ks.analyze(**{name: None})
+    with pytest.raises(
+        ks.ArgumentError, match=r"^analyze wants the names of its arguments besides configuration, load, .*: point"
+    ):
+        ks.analyze(None, (0,) * 6, (0, 0, -9.81), (0, 0, 0))
+    with pytest.raises(ks.ArgumentError, match=r"^Payload takes no 'masss': did you mean 'mass'\?$"):
+        ks.Payload(masss=3)
+    with pytest.raises(ks.ArgumentError, match=r"^Gauge lacks 'direction': Gauge\(direction, point, frame, measures, sigma\)$"):
+        ks.Gauge()
 
 
 def test_what_does_the_same_is_told():

@@ -77,7 +77,7 @@ def design_robot(
     given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
     for words in odd_lengths(given):
-        warnings.warn(words, stacklevel=3)
+        warnings.warn(words, stacklevel=4)
     planar, spherical = arrangement == PLANAR, arrangement == SPHERICAL and placements is None
     if spherical:
         check_spherical(parsed, skeletons)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kinetostatics.argument_checks import path_name
+from kinetostatics.argument_checks import path_name, told_keywords
 from kinetostatics.authoring.designing import design_robot
 from kinetostatics.authoring.file_text import file_text
 from kinetostatics.exceptions import ArgumentError
@@ -14,6 +15,7 @@ from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.robot import Robot
 
 
+@told_keywords
 def new_robot(
     architecture: str,
     path: str | os.PathLike[str] | None = None,
@@ -84,9 +86,10 @@ def new_robot(
     return robot
 
 
+@told_keywords
 def robot_text(architecture: str, **options: Any) -> str:
     """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
-    known = set(new_robot.__kwdefaults__ or ())
+    known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
     values = {key: options.pop(key) for key in list(options) if key not in known}
     defaults = {"arrangement": "symmetric"}
     return file_text(design_robot(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, whole_number
+from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, told_keywords, whole_number
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
@@ -37,6 +37,7 @@ ROUNDING = 1e-12
 GAIN = 1e-9
 
 
+@told_keywords
 def plan_measurements(
     robot: Robot,
     unknowns: Sequence[str],
@@ -112,13 +113,19 @@ def plan_measurements(
         raise ArgumentError(
             f"no candidate of {every}, poses times loads, can be measured: out of reach, singular or beyond a joint's limit"
         )
-    n = whole_number("n", n, 1, count, ", which is poses times loads")
+    n = whole_number("n", n, 1)
+    if n > count:
+        raise ArgumentError(
+            f"{n} measurements cannot be chosen from {count}, the poses times the loads that can be measured: give more poses or "
+            "loads, or ask for fewer"
+        )
     J = blocks[usable].reshape(count * each, -1)
     columns, seen, null = determined(J)
     basis = columns[:, None] * seen
     if n * each < seen.shape[1]:
         raise ArgumentError(
-            f"n is {n}; {seen.shape[1]} unknowns need at least {-(-seen.shape[1] // each)} measurements of {each}"
+            f"{seen.shape[1]} unknowns need at least {-(-seen.shape[1] // each)} measurements of {each} "
+            f"reading{'s' * (each > 1)} each, not {n}"
         )
     blocks = (J @ basis).reshape(count, each, -1)
     rng = np.random.default_rng(seed)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, names_in
+from kinetostatics.argument_checks import check_choice, names_in, told_keywords
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
@@ -31,6 +31,7 @@ STEP, SINGULAR = 1e-5, 1e-6
 UPRIGHT = 0.1
 
 
+@told_keywords
 def compensate(
     configuration: Configuration,
     load: ArrayLike = (0, 0, 0, 0, 0, 0),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +19,7 @@ from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.design.variants import Variants, variants_of
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.parameters import Parameter, parameters_of
+from kinetostatics.kinematics.unit_hints import odd_tolerance
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
 
@@ -84,7 +86,11 @@ def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[C
     for pattern, change in named_changes(robot, list(tolerances)):
         if change.name in found:
             raise ArgumentError(f"tolerances: {change.name!r} is named twice, the second time by {pattern!r}")
-        found[change.name] = change, _amount(change.name, tolerances[pattern], change)
+        given = tolerances[pattern]
+        found[change.name] = change, (amount := _amount(change.name, given, change))
+        if change.unit == "m" and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
+            for hint in odd_tolerance(change.name, amount, change.value, robot.zero_size):
+                warnings.warn(hint, stacklevel=4)
     every = sorted(found.values(), key=lambda item: item[0].variants is None)
     return [item[0] for item in every], np.array([item[1] for item in every])
 

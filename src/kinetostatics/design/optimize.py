@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, need_scipy, whole_number
+from kinetostatics.argument_checks import check_mapping, need_scipy, told_keywords, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
@@ -33,8 +33,11 @@ from kinetostatics.results.tool_point import tool_on_robot
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
+#: Numbers of two robots that differ by less than this part are the same.
+SAME = 1e-9
 
 
+@told_keywords
 def optimize(
     robot: str | os.PathLike[str],
     vary: Mapping[Any, object],
@@ -163,8 +166,8 @@ def prepare(
     first = sizes.first
     grid, is_platform = _grid(over, first.description.driven)
     for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices)):
-        warnings.warn(hint, stacklevel=3)
-    place = tool_on_robot(tool, first, 4)
+        warnings.warn(hint, stacklevel=4)
+    place = tool_on_robot(tool, first, 5)
     problem = Problem(sizes, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
@@ -224,7 +227,8 @@ def _optimum(
     point = problem.at(best)
     if point.result is None:
         raise StaticsError("no parameters within the bounds make a robot that can be analysed: look at the bounds of vary")
-    savings, at_bounds = _multipliers(problem, ranges, best, point)
+    idle = _idle(problem, ranges, best, point)
+    savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in idle], best, point)
     checked = []
     for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
         extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
@@ -261,7 +265,26 @@ def _optimum(
         point.result,
         int(point.result.status.size),
         int(np.sum(point.result.limit_exceeded)),
+        idle,
     )
+
+
+def _idle(problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Point) -> tuple[str, ...]:
+    """Return the names of ranges whose two ends give the same objective and margins as the optimum."""
+
+    def same(item: Range, u: float) -> bool:
+        other = problem.at({**best, item.name: item.value(u)})
+        return other.margins.size == point.margins.size and np.allclose(
+            [other.objective, *other.margins], [point.objective, *point.margins], rtol=SAME, atol=SAME
+        )
+
+    found = []
+    for item in ranges:
+        u = item.place(best[item.name])
+        # nearby values first: they are known, or of use later
+        if all(same(item, place) for place in (max(u - STEP, 0.0), min(u + STEP, 1.0), 0.0, 1.0)):
+            found.append(item.name)
+    return tuple(found)
 
 
 def _multipliers(

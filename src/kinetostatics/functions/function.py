@@ -97,6 +97,7 @@ class Function:
         lines = [f"Function of {self.robot.name}", "  inputs", *(f"    {item}" for item in self.inputs.values())]
         return "\n".join([*lines, "  outputs", *(f"    {item}" for item in self.outputs.values())])
 
+    @told_keywords
     def __call__(
         self,
         *,
@@ -254,6 +255,7 @@ class Jacobian:
     def __repr__(self) -> str:
         return f"<Jacobian of {', '.join(self.of)} by {', '.join(self.by)}>"
 
+    @told_keywords
     def __call__(
         self,
         *,

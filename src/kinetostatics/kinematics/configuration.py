@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.joint_coordinates import widened
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -132,6 +133,7 @@ class Configuration(Shown):
             worst = np.maximum(worst, np.maximum(metres, radians))
         return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
 
+    @told_keywords
     def frame(self, link: str) -> Array:
         """Return the frame of a link as (…, 4, 4) homogeneous matrices in world axes.
 

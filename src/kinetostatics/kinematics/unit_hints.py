@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 FAR = 10.0
 #: So many times a length of the robot's file are its values too long that may be tried instead.
 LONG = 30.0
+#: Such a part of a length, or of the robot's size, is a tolerance that looks like millimetres.
+COARSE = 0.2
 
 
 def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> list[str]:
@@ -61,6 +63,17 @@ def odd_range(name: str, low: float, high: float, own: float) -> list[str]:
     return [
         f"{name} from {low:.6g} m is {low / abs(own):.3g} times the file's own {own:.6g} m: lengths are in m; write "
         f"{low / 1000:.6g} to {high / 1000:.6g} for {low:.6g} to {high:.6g} mm, or {low:.6g}mm:{high:.6g}mm on the command line"
+    ]
+
+
+def odd_tolerance(name: str, amount: float, own: float, size: float) -> list[str]:
+    """Say that a length [m] may be off by much of what it is, or where it is zero by much of the robot's size."""
+    whole, of = (abs(own), "the length itself") if own else (size, "the robot's size")
+    if not amount > COARSE * whole > 0:
+        return []
+    return [
+        f"{name} may be off by {amount:.6g} m, {amount / whole:.3g} times {of} of {whole:.3g} m: lengths are in m; write "
+        f"{amount / 1000:.6g} for {amount:.6g} mm, or {amount:.6g}mm on the command line"
     ]
 
 

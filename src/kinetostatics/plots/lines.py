@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
 from kinetostatics.plots.masks import check_numbers, common_masks, draw_masks, edges, patches_of
@@ -27,6 +28,7 @@ from kinetostatics.plots.style import (
 )
 
 
+@told_keywords
 def line(
     ds: xr.Dataset,
     what: str | Sequence[str] = "linear_sag",

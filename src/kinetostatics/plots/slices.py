@@ -14,6 +14,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.plots.display_units import label
 from kinetostatics.plots.masks import check_numbers, draw_masks, legend_of, masks_of
 from kinetostatics.plots.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
@@ -27,6 +28,7 @@ VECTOR_CELLS = 10_000
 NUMBERS = 6
 
 
+@told_keywords
 def slice(
     ds: xr.Dataset,
     what: str = "linear_sag",

@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import label, typeset, wrapped
@@ -30,6 +31,7 @@ SURFACES = 5
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
 
+@told_keywords
 def surface(
     ds: xr.Dataset,
     what: str = "linear_sag",

@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots import solids
@@ -32,6 +33,7 @@ POSITIONS = ("x", "y", "z")
 _PLATFORM = (*POSITIONS, "rx", "ry", "rz", "azimuth", "tilt", "torsion")
 
 
+@told_keywords
 def workspace(
     ds: xr.Dataset,
     colour: str = "linear_sag",

@@ -52,6 +52,7 @@ def _sentences(found: Optimum) -> list[str]:
             saves = f": one per cent looser would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
             said.append(f"{item.text} decides{where}{saves}.")
     said += [f"{text}." for text in found.at_bounds]
+    said += [f"{name} changes nothing of what is asked: any value from its range does as well." for name in found.idle]
     if found.feasible and not found.active and not found.at_bounds:
         said.append("No requirement decides: this is the least of all, or the best of the listed values.")
     if found.beyond_limits:
@@ -91,6 +92,7 @@ def optimum_to_dict(found: Optimum) -> dict[str, object]:
         **named(found, (*names, "parameters", "units", "allowed")),
         "requirements": [named(item, of_each) for item in found.requirements],
         "at_bounds": list(found.at_bounds),
+        "idle": list(found.idle),
         "starts": [named(item, ("parameters", "objective", "feasible")) for item in found.starts],
     }
 

@@ -161,6 +161,8 @@ def _zero(facts: RobotFacts) -> str:
     zero = facts.zero
     if zero.closing_error is None:
         return f"the loops do not close; where all joints are at zero they are {zero_openings(facts)}"
+    if not zero.openings:
+        return "it has no loops that would have to close"
     text = "the loops close" if zero.closing_error <= CLOSED else f"the loops stay open by {zero.closing_error:.2g} (m or rad)"
     if max(zero.widest("m")[0], zero.widest("rad")[0]) > 1e-9:
         text += f"; where all joints are at zero they are {zero_openings(facts)}"

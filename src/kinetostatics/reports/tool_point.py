@@ -22,7 +22,7 @@ def point_report(found: PointResult) -> str:
     rows.append(("displacement", quantity(float(np.linalg.norm(found.twist[:3])), LENGTHS)))
     softest = float(np.linalg.eigvalsh(found.compliance[:3, :3])[-1])
     rows.append(("least stiffness", quantity(1 / softest, STIFFNESSES) if softest > 0 else "rigid"))
-    place = " ".join(f"{value:g}" for value in found.point)
+    place = ", ".join(f"{value:g}" for value in found.point)
     return "\n".join(section(f"At the tool's tip, ({place}) m from o in the platform's axes", table(("", ""), rows)))
 
 

@@ -75,6 +75,7 @@ class Optimum(Told, ShortRepr):
         before: the objective with the file's own parameters; NaN where these make no robot.
         requirements: all of them, checked.
         at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
+        idle: names of ranges on which neither what is minimized nor any requirement depends there: any value does as well.
         starts: what each search found; those that end alike speak for the optimum.
         searched: how it was searched, in a sentence.
         evaluations: robots that were analysed.
@@ -101,6 +102,7 @@ class Optimum(Told, ShortRepr):
     result: Result
     poses: int
     beyond_limits: int
+    idle: tuple[str, ...] = ()
 
     @property
     def active(self) -> tuple[CheckedRequirement, ...]:

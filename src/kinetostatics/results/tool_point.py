@@ -98,7 +98,7 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot, stacklevel: int = 
     return place
 
 
-def tool_on_robot(tool: ArrayLike | None, robot: Robot, stacklevel: int = 3) -> Array | None:
+def tool_on_robot(tool: ArrayLike | None, robot: Robot, stacklevel: int = 4) -> Array | None:
     """Return the point that a function is given as ``tool``, as :func:`point_on_robot` does; None where there is none."""
     return None if tool is None else point_on_robot("tool", tool, robot, stacklevel + 1)
 

@@ -176,3 +176,18 @@ def test_a_motor_of_a_screw_may_turn_often():
     for joints, expected in ((motor, True), (motor + nut, False)):
         text = RPS.replace("</robot>", f'{joints}<transmission name="m"><joint name="motor"/></transmission></robot>')
         assert ("'motor' look like degrees" in said_of(ks.Robot(parse_robot_text(text)))[0]) == expected
+
+
+def test_tolerances_in_millimetres():
+    """0.1 without a unit is a whole length of the robot; a part of it, or a unit, says what is meant."""
+    pose = package_robots.robot("3rps").assemble()
+    with pytest.warns(
+        UserWarning, match=r"rod_1.outer_diameter may be off by 0.03 m, 0.3 times the length itself of 0.1 m"
+    ) as told:
+        ks.spread(pose, {"rod_1.outer_diameter": 0.03}, robots=2)
+    assert len(told) == 1 and told[0].filename == __file__ and "write 3e-05 for 0.03 mm, or 0.03mm on" in str(told[0].message)
+    with pytest.warns(UserWarning, match=r"platform.center_of_mass.x may be off by 0.5 m, .* the robot's size of"):
+        ks.spread(pose, {"platform.center_of_mass.x": "0.5"}, robots=2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ks.spread(pose, {"rod_1.outer_diameter": "30mm", "rod_2.outer_diameter": "30%", "rod_3.outer_diameter": 0.001}, robots=2)
