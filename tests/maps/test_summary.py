@@ -32,8 +32,8 @@ def test_the_worst_is_told_for_each_value_of_a_parameter():
         "largest actuator torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
         "by diameter, each over all other axes:",
         "  diameter  worst sag  worst turn  largest actuator torque",
-        "  0.04 m         2 mm      2 mrad                 7 N·m",
-        "  0.05 m        40 µm     80 µrad                 5 N·m",
+        "  0.04 m         2 mm      2 mrad                    7 N·m",
+        "  0.05 m        40 µm     80 µrad                    5 N·m",
     ]
 
 
@@ -42,7 +42,10 @@ def test_a_value_without_any_pose_within_the_limits_has_no_numbers():
     twist = np.zeros((2, 3, 6))
     twist[..., 0] = 1e-6
     said = summary(sized_map(twist, {"slide": np.ones((2, 3))}, [[0, 0, 0], [beyond] * 3]))
-    assert said.splitlines()[-2:] == ["  0.04 m         1 µm                  1 N", "  0.05 m            –                    –"]
+    assert said.splitlines()[-2:] == [
+        "  0.04 m         1 µm                     1 N",
+        "  0.05 m            –                       –",
+    ]
 
 
 def test_zeros_are_no_findings():
