@@ -262,8 +262,8 @@ def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it(
 
 
 def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
-    at = pose("3rps", replace(BESIDE, successor=_inner("3rps")[0]))
-    found = ks.analyze(at, misfits={"prismatic_1": [1e-4, 0, 2e-4, 0, 0, 0]})
+    at = pose("delta", replace(BESIDE, successor="elbow_1"))
+    found = ks.analyze(at, misfits={at.robot.description.driven[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
     parts = found.by_mechanism.contributions
     np.testing.assert_allclose(parts["misfit"], found.contributions["misfit"], rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(parts.values()), found.twist, rtol=1e-9, atol=1e-15)
