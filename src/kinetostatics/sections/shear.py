@@ -18,6 +18,9 @@ from kinetostatics.math.arrays import Array
 _DEGREE = 6
 #: The elements at the inner corner, as a part of the shortest length there, and how much longer each is than the one before.
 _SMALLEST, _GROWTH = 0.25, 8.0
+#: How much longer than an element a length is that is cut. Where the number of elements changes, J and κ jump by some 1e-7; they
+#: are differenced, so that this must not be at usual ratios of side and wall, such as 8 and 50 (with 1.5).
+_CUT = 1.53
 
 
 class _Axis:
@@ -33,9 +36,9 @@ class _Axis:
     def __init__(self, half: float, wall: float, smallest: float) -> None:
         inner = half - wall
         steps = smallest * _GROWTH ** np.arange(60)
-        edges = [inner + s for s in steps if s < wall / 1.5] + [half]
+        edges = [inner + s for s in steps if s < wall / _CUT] + [half]
         if inner > 0:
-            edges = [0.0, *[inner - s for s in steps if s < inner / 1.5][::-1], inner, *edges]
+            edges = [0.0, *[inner - s for s in steps if s < inner / _CUT][::-1], inner, *edges]
         else:
             edges = [0.0, *edges]
         self.edges = np.array(edges)

@@ -97,3 +97,15 @@ def test_stresses_are_told_as_near_to_a_sharp_corner_as_said(thickness, near):
     y, z = shear_functions(0.03, 0.05, thickness).points()
     gap = np.hypot(y - (0.015 - thickness), z - (0.025 - thickness))
     assert gap.min() == pytest.approx(near, rel=1e-9)
+
+
+@pytest.mark.parametrize("sides", [(0.032, 0.032, 0.004), (0.1, 0.05, 0.002)])
+def test_tubes_of_usual_ratios_have_no_jump_in_what_elements_find(sides):
+    """Derivatives by sizes are differences: by 1e-6 of a size they are those by 1e-3 of it."""
+
+    def slopes(h):
+        ends = [RectangularTube.of((1 + k) * sides[0], *sides[1:]) for k in (h, -h)]
+        numbers = [np.array([tube.J / sides[0] ** 4, *tube.shear_coefficients(0.3)]) for tube in ends]
+        return (numbers[0] - numbers[1]) / (2 * h)
+
+    np.testing.assert_allclose(slopes(1e-6), slopes(1e-3), rtol=1e-4)
