@@ -11,7 +11,7 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -27,6 +27,8 @@ BLOCK = 256
 MANY = 10_000
 #: Whether code is made in a hurry at first: it takes up to a megabyte of the stack, which not all systems have.
 HURRIES = sys.platform == "linux"
+#: One of :func:`packed` and :func:`packed_for_one`.
+Packing: TypeAlias = Callable[[Mapping[str, Any], Callable[[int], str]], bytes]
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
 
@@ -35,12 +37,14 @@ class Code:
 
     Attributes:
         table: what was packed with it.
+        lanes: how many poses at least are computed at a time.
         is_optimized: whether the code takes as little time as it can.
     """
 
     def __init__(self, kept: bytes, key: str) -> None:
         """Make what :func:`packed` returned callable; ``key`` is the name under which it is kept."""
         self.table, self._key, self._poses = table_of(kept), key, 0
+        self.lanes = int(self.table["lanes"])
         start = 8 + int.from_bytes(kept[:8], "little")
         end = start + int(self.table["object"])
         self._text, self._lock = kept[end:], threading.Lock()
@@ -167,13 +171,23 @@ class Bound:
         self._code.function(*self._arguments)
 
 
-def packed(table: Mapping[str, Any], text: str) -> bytes:
-    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code of a module.
+def packed(table: Mapping[str, Any], text_of: Callable[[int], str]) -> bytes:
+    """Return what is kept on disk of code for many poses: a table as JSON, its size before it, and behind it the object code.
 
     The code is made in a hurry, and behind it stands the text from which :meth:`Code.optimize` makes it anew.
+
+    Args:
+        table: what goes into the table.
+        text_of: returns the text of a module, of so many poses in an instruction.
     """
+    text = text_of(llvm.LANES)
     content = llvm.compiled(text, optimized=not HURRIES)
-    return _joined(table, content, zlib.compress(text.encode(), 1) if HURRIES else b"")
+    return _joined({"lanes": llvm.LANES, **table}, content, zlib.compress(text.encode(), 1) if HURRIES else b"")
+
+
+def packed_for_one(table: Mapping[str, Any], text_of: Callable[[int], str]) -> bytes:
+    """Return the same of code for single poses, which is optimized at once."""
+    return _joined({"lanes": 1, **table}, llvm.compiled(text_of(1)))
 
 
 def _joined(table: Mapping[str, Any], content: bytes, text: bytes = b"") -> bytes:

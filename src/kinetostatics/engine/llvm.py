@@ -1,4 +1,4 @@
-"""From a record to machine code: LLVM's intermediate representation, eight poses in every instruction.
+"""From a record to machine code: LLVM's intermediate representation, eight poses in every instruction, or one.
 
 What depends on parameters alone is computed once in each call, the rest in a loop over eight poses at a time; the last eight
 overlap those before, so that no number of poses (of eight or more) needs anything else.
@@ -14,7 +14,7 @@ from typing import Any
 from kinetostatics.engine.angles import Lines, angle_of_point, sine_or_cosine
 from kinetostatics.engine.scalars import Tape
 
-#: Poses in an instruction.
+#: Poses in an instruction, but of code for single ones, which is shorter and quicker with one.
 LANES = 8
 #: Name of the compiled function.
 NAME = "poses"
@@ -43,26 +43,31 @@ def operands(operation: tuple[Any, ...]) -> tuple[int, ...]:
     return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
-def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0, soon: int = 0) -> str:
+def module_of(
+    tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0, soon: int = 0, lanes: int = LANES
+) -> str:
     """Return LLVM's text of a function of many poses.
 
     ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n, int64 whole)``:
-    component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ 8.
+    component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ lanes.
 
     Args:
         tape: the record.
         numbers, truths: the operations whose results are wanted, in order.
         inputs: number of input arrays.
-        repeats: 0, or how often at most everything is done anew with eight poses, as long as the first truth value holds for one
-            of them. Results may then stand where inputs are.
+        repeats: 0, or how often at most everything is done anew with the poses of an instruction, as long as the first truth
+            value holds for one of them. Results may then stand where inputs are.
         soon: 0, or how many of the numbers, the first ones, are all that is computed besides truth values where ``whole`` is 0.
+        lanes: poses in an instruction.
     """
-    return _Writer(tape, numbers, truths, inputs, repeats, soon).text()
+    return _Writer(tape, numbers, truths, inputs, repeats, soon, lanes).text()
 
 
 class _Writer:
-    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int, soon: int) -> None:
-        self._tape, self._inputs, self._repeats = tape, inputs, repeats
+    def __init__(
+        self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int, soon: int, lanes: int
+    ) -> None:
+        self._tape, self._inputs, self._repeats, self._lanes = tape, inputs, repeats, lanes
         self._going = truths[0] if truths else 0
         self._needed = needed_by(tape, (*numbers, *truths))
         self._soon, self._needed_soon = soon, needed_by(tape, (*numbers[:soon], *truths)) if soon else self._needed
@@ -84,7 +89,7 @@ class _Writer:
                 continue
             part = loop if self._needed_soon[number] else rest
             if self._varies[number]:
-                part += self._instruction(number, operation, f"<{LANES} x double>", f"<{LANES} x i1>", "v")
+                part += self._instruction(number, operation, f"<{self._lanes} x double>", f"<{self._lanes} x i1>", "v")
             else:
                 once += self._instruction(number, operation, "double", "i1", "s")
                 part += self._spread(number)
@@ -103,14 +108,14 @@ class _Writer:
         ]
         end = "done" if self._repeats or self._soon else "loop"
         head = [f"%first = phi i64 [ 0, %entry ], [ %next, %{end} ]", "%over = icmp sgt i64 %first, %last"]
-        head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {LANES}"]
+        head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {self._lanes}"]
         if self._repeats:
             head += ["br label %again", "again:", "%times = phi i64 [ 0, %loop ], [ %counted, %again ]"]
             loop += [
                 "%counted = add i64 %times, 1",
                 f"%few = icmp slt i64 %counted, {self._repeats}",
-                f"%lanes = bitcast <{LANES} x i1> {self._operand(self._going, 'v')} to i{LANES}",
-                f"%any = icmp ne i{LANES} %lanes, 0",
+                f"%lanes = bitcast <{self._lanes} x i1> {self._operand(self._going, 'v')} to i{self._lanes}",
+                f"%any = icmp ne i{self._lanes} %lanes, 0",
                 "%goes = and i1 %few, %any",
                 "br i1 %goes, label %again, label %done",
                 "done:",
@@ -119,11 +124,11 @@ class _Writer:
             once.append("%all = icmp ne i64 %whole, 0")
             loop += ["br i1 %all, label %rest, label %done", "rest:", *rest, "br label %done", "done:"]
         tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
-        body = ["entry:", *pointers, f"%last = sub i64 %n, {LANES}", *once, "br label %loop", "loop:", *head, *loop, *tail]
+        body = ["entry:", *pointers, f"%last = sub i64 %n, {self._lanes}", *once, "br label %loop", "loop:", *head, *loop, *tail]
         declared = [
             f"declare {kind} @llvm.{name}.{short}({', '.join([kind] * count)})"
             for name, count in _DECLARED.items()
-            for kind, short in (("double", "f64"), (f"<{LANES} x double>", f"v{LANES}f64"))
+            for kind, short in (("double", "f64"), (f"<{self._lanes} x double>", f"v{self._lanes}f64"))
         ]
         arguments = ["inputs", "strides", "parameters", "numbers", "truths"]
         alone = "" if self._repeats else " noalias"
@@ -165,15 +170,15 @@ class _Writer:
         if name in ("and", "or"):
             return [f"{result} = {name} {truth} {a[0]}, {a[1]}"]
         if name == "not":
-            return [f"{result} = xor {truth} {a[0]}, {_constant(True, letter)}"]
+            return [f"{result} = xor {truth} {a[0]}, {self._constant(True, letter)}"]
         if name == "negative":
             return [f"{result} = fneg {real} {a[0]}"]
         if name == "choose":
             return [f"{result} = select {truth} {a[0]}, {real} {a[1]}, {real} {a[2]}"]
-        short = "f64" if letter == "s" else f"v{LANES}f64"
+        short = "f64" if letter == "s" else f"v{self._lanes}f64"
         if name in ("sine", "cosine", "angle"):
-            integer = "i64" if letter == "s" else f"<{LANES} x i64>"
-            lines = Lines(result, real, integer, truth, short, lambda value: _constant(value, letter))
+            integer = "i64" if letter == "s" else f"<{self._lanes} x i64>"
+            lines = Lines(result, real, integer, truth, short, lambda value: self._constant(value, letter))
             if name == "angle":
                 angle_of_point(lines, a[0], a[1])
             else:
@@ -184,9 +189,9 @@ class _Writer:
     def _operand(self, number: int, letter: str) -> str:
         operation = self._tape.operations[number]
         if operation[0] == "constant":
-            return _constant(float.fromhex(operation[1]), letter)
+            return self._constant(float.fromhex(operation[1]), letter)
         if operation[0] == "truth":
-            return _constant(operation[1], letter)
+            return self._constant(operation[1], letter)
         return f"%{letter}{number}"
 
     def _spread(self, number: int) -> list[str]:
@@ -194,10 +199,10 @@ class _Writer:
         if self._tape.operations[number][0] in ("constant", "truth"):
             return []
         kind = "i1" if self._is_truth[number] else "double"
-        lanes = f"<{LANES} x {kind}>"
+        lanes = f"<{self._lanes} x {kind}>"
         return [
             f"%w{number} = insertelement {lanes} poison, {kind} %s{number}, i64 0",
-            f"%v{number} = shufflevector {lanes} %w{number}, {lanes} poison, <{LANES} x i32> zeroinitializer",
+            f"%v{number} = shufflevector {lanes} %w{number}, {lanes} poison, <{self._lanes} x i32> zeroinitializer",
         ]
 
     def _stored(self, number: int, kind: str, row: int) -> list[str]:
@@ -205,23 +210,22 @@ class _Writer:
         unit = "double" if kind == "number" else "i8"
         value, lines = self._operand(number, "v"), []
         if kind == "truth":
-            lines.append(f"%z{name} = zext <{LANES} x i1> {value} to <{LANES} x i8>")
+            lines.append(f"%z{name} = zext <{self._lanes} x i1> {value} to <{self._lanes} x i8>")
             value = f"%z{name}"
         return [
             *lines,
             f"%m{name} = mul i64 %n, {row}",
             f"%q{name} = add i64 %m{name}, %i",
             f"%e{name} = getelementptr {unit}, ptr %{kind}s, i64 %q{name}",
-            f"store <{LANES} x {unit}> {value}, ptr %e{name}, align {8 if kind == 'number' else 1}",
+            f"store <{self._lanes} x {unit}> {value}, ptr %e{name}, align {8 if kind == 'number' else 1}",
         ]
 
-
-def _constant(value: float | bool, letter: str) -> str:
-    if isinstance(value, bool):
-        kind, digits = "i1", "true" if value else "false"
-    else:
-        kind, digits = "double", "0x" + struct.pack(">d", value).hex().upper()
-    return digits if letter == "s" else "<" + ", ".join([f"{kind} {digits}"] * LANES) + ">"
+    def _constant(self, value: float | bool, letter: str) -> str:
+        if isinstance(value, bool):
+            kind, digits = "i1", "true" if value else "false"
+        else:
+            kind, digits = "double", "0x" + struct.pack(">d", value).hex().upper()
+        return digits if letter == "s" else "<" + ", ".join([f"{kind} {digits}"] * self._lanes) + ">"
 
 
 class MachineCode:

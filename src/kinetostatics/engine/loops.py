@@ -7,16 +7,17 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.code import BLOCK, Bound, Code, Packing, code_key, packed, packed_for_one, side_by_side
 from kinetostatics.engine.later import LaterFrames
 from kinetostatics.engine.loop_record import (
     GOOD,
@@ -35,6 +36,11 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver,
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 
+#: What goes from one closed pose to coordinates (n, 1) in one go, as :meth:`CompiledSolver.newton` and ``on_one_side`` do. It
+#: takes x and c of the pose, one below the other (nq' + 3, 1), and returns whether it arrived beyond doubt. Where it did, those
+#: of the pose found are in every column of the array that comes with it, which is used again by every call.
+Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
+
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
 
@@ -48,7 +54,15 @@ def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: S
 
 
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
-_FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", _placed_record, 1, 0), ("side", side_record, 4, 0))
+_Function: TypeAlias = tuple[str, Callable[[Solver, PrescribedCoordinates, SolverState, int], Program], int, int]
+_FUNCTIONS: tuple[_Function, ...] = (
+    ("newton", newton_record, 2, MOST_CORRECTIONS),
+    ("place", _placed_record, 1, 0),
+    ("side", side_record, 4, 0),
+)
+
+
+_START: _Function = ("start", start_record, 4, 0)
 
 
 class CompiledSolver(Solver):
@@ -73,24 +87,18 @@ class CompiledSolver(Solver):
         Raises:
             NotRecordedError: the equations do something that cannot be recorded.
         """
-        if not self._found(solver, prescribed, local, example):
-            kept = [
-                _compiled(record(solver, prescribed, self._example, local), self._sizes, inputs, repeats)
-                for _, record, inputs, repeats in self._functions
-            ]
-            if not (self._load(kept) and self._is_right()):
-                raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
-            for key, content in zip(self._keys, kept, strict=True):
-                disk.write(key, content)
+        self._begin(solver, prescribed, local, example)
+        if not (self._codes(self._functions, self._is_right) or self._codes(self._functions, self._is_right, anew=packed)):
+            raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
 
     @classmethod
     def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> CompiledSolver | None:
         """Return the solver if its code is on disk."""
         item = cls.__new__(cls)
-        return item if item._found(solver, prescribed, local, example) else None
+        item._begin(solver, prescribed, local, example)
+        return item if item._codes(item._functions, item._is_right) else None
 
-    def _found(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> bool:
-        """Take the code from the disk, if it is there and right."""
+    def _begin(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
         vars(self).update(vars(solver))
         self._solver, self._own, self._local, self._lock = solver, prescribed, local, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
@@ -99,21 +107,34 @@ class CompiledSolver(Solver):
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
         # where freedoms are local, nobody asks on which side of a singular pose one is
         self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
-        self._keys = [code_key(f"{what} {self._structure}") for what, *_ in self._functions]
-        kept = [disk.read(key) for key in self._keys]
-        return self._load([content for content in kept if content is not None]) and self._is_right()
 
-    def _load(self, kept: list[bytes]) -> bool:
-        if len(kept) < len(self._keys):
-            return False
-        codes = [Code(content, key) for content, key in zip(kept, self._keys, strict=True)]
+    def _codes(
+        self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], anew: Packing | None = None
+    ) -> list[Code]:
+        """Return code of functions if it is right, from the disk or made ``anew``; else nothing.
+
+        Raises:
+            NotRecordedError: it is to be made, and the equations do something that cannot be recorded.
+        """
+        keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
+        if anew is None:
+            found = [disk.read(key) for key in keys]
+        else:
+            given = self._solver, self._own, self._example, self._local
+            found = [_compiled(record(*given), self._sizes, inputs, repeats, anew) for _, record, inputs, repeats in functions]
+        codes = [Code(kept, key) for kept, key in zip(found, keys, strict=True) if kept is not None]
+        if len(codes) < len(keys) or any(code.table["sizes"] != self._sizes for code in codes) or not is_right(codes):
+            return []
+        if anew is not None:
+            for key, kept in zip(keys, found, strict=True):
+                disk.write(key, kept or b"")
+        return codes
+
+    def _is_right(self, codes: list[Code]) -> bool:
+        """Take code, and return whether it finds beside the example what NumPy finds: whatever may be wrong with it."""
         self._newton, self._place = codes[:2]
         self._side = None if self._local else codes[2]
         self.operations = int(self._newton.table["operations"])
-        return all(code.table["sizes"] == self._sizes for code in codes)
-
-    def _is_right(self) -> bool:
-        """Whether the code finds beside the example what NumPy finds: whatever may be wrong with code from a disk."""
         target = self.values(self._own, self._example) + _TRIED
         found, good, holds = self._corrected(self._example, target, None, None)
         wanted, reached = Solver.newton(self, self._own, self._example, target, self._local)
@@ -132,25 +153,19 @@ class CompiledSolver(Solver):
     @cached_property
     def _start(self) -> Code | None:
         """Where lines start, made when the first does that is not known to start at the zero pose; None: that is NumPy's."""
-        key = code_key(f"start {self._structure}")
         target = self.values(self._own, self._example) + _TRIED
         wanted = Solver.line(self, self._own, self._example, target)
 
-        def right(kept: bytes | None) -> Code | None:
-            if kept is None or (code := Code(kept, key)).table["sizes"] != self._sizes:
-                return None
-            *found, holds = self._started(code, self._example, target, True)
-            alike = all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, wanted, strict=True))
-            return code if holds[0] and alike else None
+        def is_right(codes: list[Code]) -> bool:
+            *found, holds = self._started(codes[0], self._example, target, True)
+            return bool(holds[0]) and all(
+                np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, wanted, strict=True)
+            )
 
-        code = right(disk.read(key))
-        if code is None:
-            with contextlib.suppress(NotRecordedError):
-                kept = _compiled(start_record(self._solver, self._own, self._example, self._local), self._sizes, 4, 0)
-                code = right(kept)
-                if code is not None:
-                    disk.write(key, kept)
-        return code
+        with contextlib.suppress(NotRecordedError):
+            codes = self._codes([_START], is_right) or self._codes([_START], is_right, anew=packed)
+            return codes[0] if codes else None
+        return None
 
     def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return the prescribed and the orientation coordinates where lines start, and where the record holds."""
@@ -227,29 +242,35 @@ class CompiledSolver(Solver):
             return SolverState(found[:-3], found[-3:])
 
     @cached_property
-    def _single(self) -> tuple[Array, Callable[[Array, Array], bool]]:
-        return self.single_step()
+    def _single(self) -> Step:
+        return self._step_of([self._newton] if self._side is None else [self._newton, self._side])
 
-    def optimize(self) -> None:
-        """Make code anew that was made in a hurry."""
-        for code in (self._newton, self._side):
-            if code is not None:
-                code.optimize()
+    def single_step(self) -> Step:
+        """Return what goes from one closed pose to another in one go, see :data:`Step`, by code that is made for single poses."""
+        functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
+        target = self.values(self._own, self._example) + _TRIED
+        start = np.concatenate([self._example.x, self._example.c])
+        wanted = self.in_one_go(self._own, self._example, target, self._local)
 
-    def single_step(self) -> tuple[Array, Callable[[Array, Array], bool]]:
-        """Return what goes from one closed pose to coordinates (n, 1) in one go, as :meth:`newton` and :meth:`on_one_side` do.
+        def is_right(codes: list[Code]) -> bool:
+            moved, step = self._step_of(codes)
+            if step(start, target) != (wanted is not None):
+                return False
+            return wanted is None or np.max(np.abs(moved - np.concatenate([wanted.x, wanted.c]))) <= _ALIKE
 
-        It takes x and c of the pose, one below the other (nq' + 3, 1), and returns whether it arrived beyond doubt. Where it did,
-        those of the pose found are in every column of the array that is returned here, which is used again by every call.
-        """
-        size, n = self.tree.nq, llvm.LANES
+        codes = self._codes(functions, is_right) or self._codes(functions, is_right, anew=packed_for_one)
+        return self._step_of(codes) if codes else self._single
+
+    def _step_of(self, codes: list[Code]) -> Step:
+        """Return a step by code of corrections, and unless freedoms are local of on which side of a singular pose one is."""
+        size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, wanted = state[: size + 3], state[size + 3 :], given[:-1]
         poses, rule = SolverState(moved[:size], moved[size:]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
-        newton = Bound(self._newton, (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
+        newton = Bound(codes[0], (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         sure = np.ones((1, n), dtype=bool)
         pair = first[:size], first[size:], poses.x, poses.c
-        side = None if self._side is None else Bound(self._side, pair, self._parameters, np.empty((0, n)), sure)
+        side = None if self._local else Bound(codes[1], pair, self._parameters, np.empty((0, n)), sure)
 
         def step(start: Array, target: Array) -> bool:
             first[:] = moved[:] = start
@@ -335,8 +356,8 @@ class CompiledSolver(Solver):
         return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]
 
 
-def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int) -> bytes:
+def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int, pack: Packing) -> bytes:
     """Return what is kept on disk."""
-    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.soon)
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
-    return packed({"sizes": sizes, "operations": operations}, text)
+    wanted = program.numbers, program.truths, inputs, repeats, program.soon
+    return pack({"sizes": sizes, "operations": operations}, lambda lanes: llvm.module_of(program.tape, *wanted, lanes=lanes))

@@ -6,6 +6,7 @@ What is recorded are the functions that assemble and analyse poses: there is no 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Bound, Code, code_key, packed
+from kinetostatics.engine.code import Bound, Code, Packing, code_key, packed, packed_for_one
 from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
@@ -73,16 +74,32 @@ class CompiledOutputs:
         self._rows = [slice(first, last) for first, last in pairwise(ends)]
         self._size = ends[-1]
         structure = Structure(self._own, None, _KEPT)
-        self._parameters = structure.values
-        key = code_key(f"outputs {structure.key}")
-        kept = disk.read(key)
-        if kept is None or not self._load(kept, key) or not self._is_right(wanted, truths):
-            kept = self._compiled()
-            if not (self._load(kept, key) and self._is_right(wanted, truths)):
-                raise NotRecordedError("compiled code gives other outputs than NumPy")
-            disk.write(key, kept)
+        self._parameters, self._structure, self._right = structure.values, structure.key, (wanted, truths)
+        self._alone = self._made("outputs_of_one", packed_for_one)
+        self.operations = int(self._alone.table["operations"])
 
-    def _compiled(self) -> bytes:
+    @cached_property
+    def _together(self) -> Code:
+        """Code for many poses, made when many are asked for."""
+        return self._made("outputs", packed)
+
+    def _made(self, what: str, pack: Packing) -> Code:
+        """Return code from the disk, if it is there and right, or made now."""
+        key = code_key(f"{what} {self._structure}")
+        kept = disk.read(key)
+        if kept is not None and self._is_right(code := Code(kept, key)):
+            return code
+        kept = self._compiled(pack)
+        if not self._is_right(code := Code(kept, key)):
+            raise NotRecordedError("compiled code gives other outputs than NumPy")
+        disk.write(key, kept)
+        return code
+
+    @property
+    def _sizes(self) -> list[int]:
+        return [len(self._parameters), self._size, self._example[0].shape[0]]
+
+    def _compiled(self, pack: Packing) -> bytes:
         tape = Tape()
         copy = Structure(self._own, tape, _KEPT).copy
         copy[0].solver.forget()
@@ -93,18 +110,16 @@ class CompiledOutputs:
             return [*(row for array in found for row in array.reshape(-1, 1)), fine & held(tape), within]
 
         *numbers, fine, within = recorded_rows(tape, computed)
-        sizes = [len(self._parameters), self._size, self._example[0].shape[0]]
         operations = sum(llvm.needed_by(tape, (*numbers, fine, within)))
-        return packed({"sizes": sizes, "operations": operations}, llvm.module_of(tape, numbers, (fine, within), 3))
+        table = {"sizes": self._sizes, "operations": operations}
+        return pack(table, lambda lanes: llvm.module_of(tape, numbers, (fine, within), 3, lanes=lanes))
 
-    def _load(self, kept: bytes, key: str) -> bool:
-        self._code = Code(kept, key)
-        self.operations = int(self._code.table["operations"])
-        return bool(self._code.table["sizes"] == [len(self._parameters), self._size, self._example[0].shape[0]])
-
-    def _is_right(self, wanted: list[Array], said: list[Mask]) -> bool:
-        """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
-        numbers, truths = self._code.results(self._example, self._parameters, self._size, 2)
+    def _is_right(self, code: Code) -> bool:
+        """Whether code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
+        if code.table["sizes"] != self._sizes:
+            return False
+        wanted, said = self._right
+        numbers, truths = code.results(self._example, self._parameters, self._size, 2)
         pairs = zip(wanted[:-1], self._rows, strict=False)  # the last is the residual: rounding
         return bool(np.array_equal(truths, said)) and all(agree(a.ravel(), numbers[rows, 0]) for a, rows in pairs)
 
@@ -120,24 +135,22 @@ class CompiledOutputs:
             Outputs and "residual" (…, N) by name; of which poses (N,) they are to be believed, as the pose is closed, nothing is
             singular or undetermined, and every limb is what it is elsewhere; and which are within all joints' limits.
         """
-        numbers, (fine, within) = self._code.results((x, load, gravity), self._parameters, self._size, 2)
+        numbers, (fine, within) = self._together.results((x, load, gravity), self._parameters, self._size, 2)
         N, names = numbers.shape[1], (*self._names, "residual")
         arrays = (numbers[rows].reshape(*shape, N) for rows, shape in zip(self._rows, self._shapes, strict=True))
         return dict(zip(names, arrays, strict=True)), fine, within
 
     def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[dict[str, Array], bool] | None]]:
-        """Return arrays (k, LANES) for load and gravity of one pose, the same in every column, and what computes its outputs
-        and whether it is within limits.
+        """Return arrays (k, 1) for load and gravity of one pose, and what computes its outputs and whether it is within limits.
 
         That returns None where they are not to be believed. The arrays are used again by every call.
 
         Args:
-            x: (nq', LANES) the coordinates, which stay in this array.
+            x: (nq', n) the coordinates, in the first column, which stay in this array.
         """
-        self._code.optimize()
-        load, gravity = (np.repeat(array, llvm.LANES, axis=1) for array in self._example[1:])
-        numbers, truths = np.empty((self._size, llvm.LANES)), np.empty((2, llvm.LANES), dtype=bool)
-        call = Bound(self._code, (x, load, gravity), self._parameters, numbers, truths)
+        load, gravity = (np.array(array) for array in self._example[1:])
+        numbers, truths = np.empty((self._size, 1)), np.empty((2, 1), dtype=bool)
+        call = Bound(self._alone, (x, load, gravity), self._parameters, numbers, truths)
         places = list(zip((*self._names, "residual"), self._rows, self._shapes, strict=True))
 
         def computed() -> tuple[dict[str, Array], bool] | None:

@@ -176,7 +176,7 @@ class CompiledStatics:
 
 def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
     """Return what is kept on disk, with a table of the places."""
-    text = llvm.module_of(record.tape, record.numbers, record.truths, record.inputs, soon=record.soon)
+    wanted = record.tape, record.numbers, record.truths, record.inputs
     table = {
         "places": [[path, place.shape, place.truth, place.first, place.values] for path, place in record.places.items()],
         "numbers": len(record.numbers),
@@ -186,7 +186,7 @@ def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
         "bodies": bodies,
         "operations": sum(llvm.needed_by(record.tape, (*record.numbers, *record.truths))),
     }
-    return packed(table, text)
+    return packed(table, lambda lanes: llvm.module_of(*wanted, soon=record.soon, lanes=lanes))
 
 
 def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, applied: tuple[AppliedLoad, ...]) -> Solution:

@@ -48,11 +48,10 @@ class _Closed:
         """Solver state: what is in ``state`` (nq' + 3, 1)."""
         return SolverState(self.state[:-3], self.state[-3:])
 
-    @cached_property
+    @property
     def is_unique(self) -> bool:
         """Whether its orientation has no other coordinates from which a line may start."""
-        given = self.owner.prescribed
-        return given.orientation is None or not given.angles or given.orientation.is_unique(self.poses.c)
+        return max(map(abs, self.state[-3:, 0].tolist())) < self.owner.unique_below
 
 
 class Direct:
@@ -91,9 +90,12 @@ class Direct:
             raise NotRecordedError("the loops are not compiled")
         self._solver, self._outputs = solver, CompiledOutputs(robot, robot.statics, outputs, tolerance)
         self._strides = longest_strides(solver, prescribed).tolist()
+        #: Size of orientation coordinates [rad] below which they are the only ones, see :meth:`Orientation.is_unique`.
+        self.unique_below = math.inf
+        if prescribed.angles and prescribed.orientation is not None:
+            self.unique_below = prescribed.orientation.unique_below
         target, c = robot.zero_origin(prescribed)
         self._zero = _Closed(self, np.concatenate([robot.zero_poses.x, c]), tuple(target[:, 0].tolist()))
-        solver.optimize()
         self._moved, self._step = solver.single_step()
         self._load, self._gravity, self._computed = self._outputs.bound(self._moved[:-3])
         self._lock = threading.Lock()  # calls share their arrays
@@ -207,4 +209,4 @@ def _column(value: ArrayLike, size: int) -> Array | None:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return None
-    return array[:, None] if array.shape == (size,) and all(map(math.isfinite, array.tolist())) else None
+    return array[:, None] if array.shape == (size,) and math.isfinite(sum(array.tolist())) else None
