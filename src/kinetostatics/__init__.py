@@ -7,7 +7,7 @@ parallel manipulators using screw theory, Chinese Journal of Mechanical Engineer
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.printing.dispatch import LATE_MODULES
 
@@ -240,7 +240,7 @@ def __dir__() -> list[str]:
     return [*__all__, "__version__"]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     """Import what a public name stands for, when it is used."""
     if name == "__version__":
         return _version()

@@ -8,7 +8,6 @@ from __future__ import annotations
 import inspect
 import itertools
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +18,7 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.arrays import Array, Index, chunks
 from kinetostatics.math.linalg import canonical_basis, cross
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.mechanism.beam_model import without_length
@@ -126,7 +125,7 @@ def analyze(
         every = array if array.shape[:-1] == shape else np.broadcast_to(array, shape + array.shape[-1:])
         return every.reshape(N, array.shape[-1]).T
 
-    which: Any = slice(None)
+    which: slice | Index = slice(None)
     if shape != configuration.shape:
         numbers = np.arange(int(np.prod(configuration.shape))).reshape(configuration.shape)
         which = np.broadcast_to(numbers, shape).ravel()

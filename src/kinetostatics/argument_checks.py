@@ -9,7 +9,7 @@ import inspect
 import operator
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, SupportsFloat, SupportsIndex, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_nam
 P = ParamSpec("P")
 R = TypeVar("R")
 C = TypeVar("C")
+#: What ``float`` takes.
+FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
 
 #: Keywords that other functions have, and what does the same where they are missing.
 _INSTEAD = {
@@ -72,6 +74,11 @@ def told_fields(cls: type[C]) -> type[C]:
     return cls
 
 
+def with_keywords(function: Callable[..., R]) -> Callable[..., R]:
+    """Return a function itself, for a call with keywords whose names and values it looks at when it runs."""
+    return function
+
+
 def need_scipy(what: str) -> None:
     """Complain if SciPy is missing, which ``what`` needs.
 
@@ -103,12 +110,12 @@ def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...
     Raises:
         ArgumentError: they are something else, or one bare name; the message shows ``example``.
     """
-    given: Any = value
     try:
-        names = None if isinstance(given, str) else tuple(given)
+        given = None if isinstance(value, str) else tuple(value)
     except TypeError:
-        names = None
-    if names is None or not all(isinstance(name, str) for name in names):
+        given = None
+    names = tuple(name for name in given or () if isinstance(name, str))
+    if given is None or len(names) < len(given):
         raise ArgumentError(f"{what} is {value!r}; it must be a sequence of names, such as {example}")
     return names
 
@@ -123,7 +130,7 @@ def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
         raise ArgumentError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
 
 
-def positive(what: str, value: Any, wanted: str = "a positive number", infinite: bool = False) -> float:
+def positive(what: str, value: FloatLike, wanted: str = "a positive number", infinite: bool = False) -> float:
     """Return a number greater than zero, which may be ``infinite`` or not.
 
     Raises:
@@ -138,14 +145,16 @@ def positive(what: str, value: Any, wanted: str = "a positive number", infinite:
     return number
 
 
-def whole_number(what: str, value: Any, least: int, most: int | None = None, why: str = "", shown: str = "") -> int:
+def whole_number(
+    what: str, value: SupportsIndex | None, least: int, most: int | None = None, why: str = "", shown: str = ""
+) -> int:
     """Return a whole number, NumPy's too, from ``least`` on or up to ``most``.
 
     Raises:
         ArgumentError: it is none; the message has the value as it was ``shown``, and ``why`` it may not be more.
     """
     number = None
-    if not isinstance(value, (bool, np.bool_)):
+    if value is not None and not isinstance(value, (bool, np.bool_)):
         with contextlib.suppress(TypeError):
             number = operator.index(value)
     if number is None or number < least or (most is not None and number > most):
@@ -154,7 +163,7 @@ def whole_number(what: str, value: Any, least: int, most: int | None = None, why
     return number
 
 
-def numbers(what: str, value: Any) -> NDArray[np.float64]:
+def numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of numbers.
 
     Raises:
@@ -162,7 +171,7 @@ def numbers(what: str, value: Any) -> NDArray[np.float64]:
     """
     array = None
     with contextlib.suppress(TypeError, ValueError):
-        if not np.iscomplexobj(value):  # whose imaginary part NumPy would drop
+        if not np.iscomplexobj(np.asarray(value)):  # whose imaginary part NumPy would drop
             array = np.array(value, dtype=float)
     if array is None:
         raise ArgumentError(f"{what} is not an array of numbers: {value!r}")

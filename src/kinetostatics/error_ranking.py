@@ -6,8 +6,6 @@ errors add up.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,6 +13,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, positive, told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import first_largest, ranked
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import seen, tool_on_robot
@@ -77,14 +76,15 @@ def tolerances(
     if not errors:
         return Tolerances(configuration, (), by or "displacement", place)
     analyze(configuration, gravity=(0, 0, 0))  # which raises at a singular pose
-    found: dict[str, Any] = {}
+    found: dict[str, dict[str, Array]] = {}
     for row, (name, _, error, amount) in enumerate(errors):
         if error in ("length", "temperature"):
             found.setdefault(name, {}).setdefault(error, np.zeros(len(errors)))[row] = amount
         else:
-            entry = found.setdefault(name, {"twist": np.zeros((len(errors), 6)), "frame": "joint"})
-            entry["twist"][row, _COMPONENTS.index(error)] = amount
-    result = analyze(configuration, gravity=(0, 0, 0), misfits=found, on_failure="nan")
+            twist = found.setdefault(name, {}).setdefault("twist", np.zeros((len(errors), 6)))
+            twist[row, _COMPONENTS.index(error)] = amount
+    misfits = {name: {**own, "frame": "joint"} if "twist" in own else own for name, own in found.items()}
+    result = analyze(configuration, gravity=(0, 0, 0), misfits=misfits, on_failure="nan")
     loose = np.any(result.indeterminate)
     # of these alone: springs pull without any load
     twists = seen(result, place).contributions["misfit"]

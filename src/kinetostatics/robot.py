@@ -6,7 +6,7 @@ import os
 import warnings
 from collections.abc import Mapping
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -28,6 +28,9 @@ from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
 from kinetostatics.printing.dispatch import Shown, text_of
 from kinetostatics.statics.model import RobotStatics, make_statics
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 
 @told_keywords
@@ -86,7 +89,7 @@ class Robot(Shown, RobotKinematics):
         super().__init__(mechanism, topology)
 
     @cached_property
-    def model(self) -> Any:
+    def model(self) -> pin.Model:
         """Pinocchio's model of the file's tree, which weighs what the robot weighs: links, and beams as rods on their links.
 
         A telescope has the length of the zero pose; :attr:`Configuration.model` is the model of another pose.
@@ -97,7 +100,7 @@ class Robot(Shown, RobotKinematics):
             zero = self.mechanism.forward(self.mechanism.tree.neutral[:, None])
         return self.weights.on_model(self.mechanism.model, zero)
 
-    def constraint_models(self, *, anchors: bool = False) -> list[Any]:
+    def constraint_models(self, *, anchors: bool = False) -> list[pin.RigidConstraintModel]:
         """Return the loops as Pinocchio's constraints on :attr:`model`, for ``pin.constraintDynamics``, ``pin.lcaba`` and others.
 
         A fixed loop is one constraint of six rows, a spherical one a point of three. A hinge is two points of its axis: six rows

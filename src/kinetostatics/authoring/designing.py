@@ -7,7 +7,6 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,7 @@ def design_robot(
     height: float | None,
     arrangement: str,
     azimuths: Sequence[float] | None,
-    placements: Any,
+    placements: object,
     guide: str | None,
     axis: str | None,
     sections: Mapping[str, str] | None,

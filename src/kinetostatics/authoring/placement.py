@@ -7,7 +7,6 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -252,7 +251,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     return found
 
 
-def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: Any, guide: str) -> list[Place]:
+def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: object, guide: str) -> list[Place]:
     """Return where limbs stand by a table: a list with a mapping, or (base, platform) or (base, platform, direction), for each.
 
     Raises:
@@ -287,7 +286,7 @@ def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: Any
     return places
 
 
-def _vector(what: str, value: Any) -> Point:
+def _vector(what: str, value: object) -> Point:
     found = finite_numbers(what, value)
     if found.shape != (3,):
         raise ArgumentError(f"{what} is {value!r}; it must be three numbers x, y, z")

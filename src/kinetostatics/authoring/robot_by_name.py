@@ -5,9 +5,8 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any
 
-from kinetostatics.argument_checks import path_name, told_keywords
+from kinetostatics.argument_checks import path_name, told_keywords, with_keywords
 from kinetostatics.authoring.designing import design_robot
 from kinetostatics.authoring.file_text import file_text
 from kinetostatics.exceptions import ArgumentError
@@ -25,7 +24,7 @@ def new_robot(
     height: float | None = None,
     arrangement: str = "symmetric",
     azimuths: Sequence[float] | None = None,
-    placements: Any = None,
+    placements: object = None,
     guide: str | None = None,
     axis: str | None = None,
     sections: Mapping[str, str] | None = None,
@@ -87,12 +86,12 @@ def new_robot(
 
 
 @told_keywords
-def robot_text(architecture: str, **options: Any) -> str:
+def robot_text(architecture: str, **options: object) -> str:
     """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
     known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
     values = {key: options.pop(key) for key in list(options) if key not in known}
     defaults = {"arrangement": "symmetric"}
-    return file_text(design_robot(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
+    return file_text(with_keywords(design_robot)(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
 
 
 def write_new(text: str, path: str | os.PathLike[str]) -> None:

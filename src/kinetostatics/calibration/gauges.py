@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice, check_mapping, finite_numbers, positive
+from kinetostatics.argument_checks import check_choice, check_mapping, finite_numbers, positive, with_keywords
 from kinetostatics.description.gauges import COMPONENTS, Gauge
 from kinetostatics.design.requirements import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -26,7 +25,7 @@ COLUMNS = {
 }
 
 
-def read_gauges(given: object) -> dict[str, Gauge]:
+def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> dict[str, Gauge]:
     """Return gauges by name, those of components of the twist among them.
 
     Args:
@@ -41,7 +40,7 @@ def read_gauges(given: object) -> dict[str, Gauge]:
         found = _read_file(os.fspath(given))
     else:
         check_mapping("gauges", given, '{"tip": ks.Gauge(direction=(0, 0, 1), point=(0.1, 0, 0), frame="platform")}')
-        found = {f"gauges: {name}": (name, gauge) for name, gauge in dict(given).items()}  # type: ignore[call-overload]
+        found = {f"gauges: {name}": (name, gauge) for name, gauge in given.items()}
     return {**COMPONENTS, **{name: _checked(where, gauge) for where, (name, gauge) in found.items()}}
 
 
@@ -74,7 +73,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     found: dict[str, tuple[str, Gauge]] = {}
     for number, row in rows[1:]:
         where = f"{path}:{number}"
-        cells: dict[str, Any] = {}
+        cells: dict[str, str | float] = {}
         for (name, unit), cell in zip(titles, row, strict=True):
             kind = COLUMNS[name]
             if not cell.strip():
@@ -84,16 +83,14 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
                     "angle" if dict(zip(dict(titles), row, strict=True)).get("measures", "").strip() == "rotation" else "length"
                 )
             cells[name] = cell.strip() if kind is None else number_in(cell, unit, kind, f"{where}: {name}")
-        name = cells.pop("name", "")
+        name = str(cells.pop("name", ""))
         if not name or any(name == known for known, _ in found.values()):
             raise ArgumentError(f"{where}: a gauge has a name of its own, not {name!r}")
         direction = tuple(cells.pop(axis, 0.0) for axis in ("ux", "uy", "uz"))
-        point = tuple(cells.pop(axis, None) for axis in "xyz")
-        if any(value is not None for value in point):
-            if None in point:
-                raise ArgumentError(f"{where}: of the point x, y, z a number is missing; leave all three out for o")
-            cells["point"] = point
-        found[where] = (name, Gauge(direction, **cells))
+        point = tuple(cells.pop(axis) for axis in "xyz" if axis in cells)
+        if len(point) in (1, 2):
+            raise ArgumentError(f"{where}: of the point x, y, z a number is missing; leave all three out for o")
+        found[where] = (name, with_keywords(Gauge)(direction, point=point or None, **cells))
     return found
 
 

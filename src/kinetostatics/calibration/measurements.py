@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from kinetostatics.files.tables import check_brackets, table_rows, title_of
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: A column of words that nothing reads.
 NOTE = "note"
@@ -42,7 +45,7 @@ class Measurements:
     places: Sequence[str]
 
 
-def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> Measurements:
+def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) -> Measurements:
     """Return measurements.
 
     Args:
@@ -102,7 +105,7 @@ def _actuators(robot: Robot) -> dict[str, str]:
     return {name: connections[name].type.kind for name in robot.description.driven}
 
 
-def _table(given: Any) -> tuple[Any, list[str], list[tuple[int, Sequence[object]]]]:
+def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
     """Return what places are called, titles, and rows with their numbers."""
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
@@ -110,8 +113,8 @@ def _table(given: Any) -> tuple[Any, list[str], list[tuple[int, Sequence[object]
         lines = table_rows(path, what)
         first = lines[0][0]
         return (lambda n: f"{path}:{first if n is None else n}: "), lines[0][1], list(lines[1:])
-    if hasattr(given, "data_vars"):
-        given = _columns_of(given)
+    if hasattr(given, "data_vars") and hasattr(given, "variables"):
+        given = _columns_of(given.variables)
     elif hasattr(given, "columns") and hasattr(given, "to_dict"):  # a pandas DataFrame
         given = given.to_dict("list")
     if isinstance(given, Mapping) and given:
@@ -133,12 +136,12 @@ def _place(number: int | None) -> str:
     return "measurements: " if number is None else f"measurements, row {number}: "
 
 
-def _columns_of(dataset: Any) -> dict[str, Any]:
+def _columns_of(variables: Mapping[object, xr.Variable]) -> dict[str, object]:
     """Return the columns of an xarray Dataset, broadcast against one another; units of attributes go to the titles."""
     import xarray as xr
 
-    arrays = [array for array in dataset.variables.values() if array.dtype.kind in "iuf"]
-    names = [str(name) for name, array in dataset.variables.items() if array.dtype.kind in "iuf"]
+    arrays = [array for array in variables.values() if array.dtype.kind in "iuf"]
+    names = [str(name) for name, array in variables.items() if array.dtype.kind in "iuf"]
     spread = xr.broadcast(*(xr.DataArray(array) for array in arrays))
     units = [array.attrs.get("units", "") for array in arrays]
     titles = [

@@ -9,15 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.analysis import analyze, load_at_o
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.argument_checks import check_choice, finite_numbers, with_keywords
 from kinetostatics.calibration.gauges import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.sensitivities import STEP
@@ -74,7 +74,7 @@ class Model:
         orientation: str | None,
         point: Array | None = None,
         frame: str = "world",
-        analysis: Mapping[str, Any] | None = None,
+        analysis: Mapping[str, object] | None = None,
         rows: Sequence[str] | None = None,
         tolerance: float = 1e-10,
     ) -> None:
@@ -145,7 +145,7 @@ class Model:
                 else replace(self.pose, robot=robot)
             )
             load = self._load + self._weight(pose, values)
-            self._known = key, analyze(pose, load, self.gravity, on_failure="nan", **self.analysis)
+            self._known = key, with_keywords(analyze)(pose, load, self.gravity, on_failure="nan", **self.analysis)
         return self._known[1]
 
     def _weight(self, pose: Configuration, values: Array) -> Array:
@@ -221,7 +221,7 @@ class Model:
         """Return the derivative by an argument of the file: exact where it moves nothing, else by central differences."""
         item = self.unknowns.items[k]
 
-        def changed(_: Any, component: int, by: float) -> Any:
+        def changed(_: object, component: int, by: float) -> RobotDescription:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
         step = STEP_OF_CONSTANTS * item.scale

@@ -6,8 +6,8 @@ The determinant of the information matrix Σ JᵀJ is made largest by exchanging
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
+from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array, Index, frozen
@@ -46,7 +47,7 @@ def plan_measurements(
     loads: ArrayLike = (0, 0, 0, 0, 0, 0),
     *,
     read: Sequence[str] = ("dx", "dy", "dz"),
-    gauges: Any = None,
+    gauges: str | os.PathLike[str] | Mapping[str, Gauge] | None = None,
     reference: str | Mapping[str, float] = "undeformed",
     orientation: str | None = None,
     payload: Payload | None = None,
@@ -54,7 +55,7 @@ def plan_measurements(
     frame: str = "world",
     seed: int = 0,
     tolerance: float = 1e-10,
-    **analysis: Any,
+    **analysis: object,
 ) -> MeasurementPlan:
     """Choose the poses and loads at which measurements tell most of the unknowns.
 

@@ -57,7 +57,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
     reader = GraphReader(robot.mechanism)
     facts.limbs = [parts.limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
     labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
-    facts.beams = parts.beam_facts(robot, labels, attempt)
+    facts.beams = parts.beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
     facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
     alike: dict[tuple[object, ...], str] = {}
     for group in groups or ():

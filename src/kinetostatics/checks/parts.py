@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFac
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.description.elements import Beam
 from kinetostatics.math.ordering import EQUAL
+from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
@@ -101,16 +101,17 @@ def followers(robot: Robot) -> list[FollowerFacts]:
     ]
 
 
-def beam_facts(robot: Robot, labels: dict[str, str], attempt: Callable[[Callable[[], Any]], Any]) -> list[BeamFacts]:
+def beam_facts(
+    robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
+) -> list[BeamFacts]:
     """Return all beams.
 
     Args:
         robot: the robot.
         labels: what joints are called in the limbs.
-        attempt: calls what may fail and returns None if it does.
+        models: of the beams, None if there are none.
+        frames: of the zero pose, None if there is none.
     """
-    models = attempt(lambda: robot.beams)
-    frames: Frames | None = attempt(lambda: robot.zero_frames)
     found = []
     for name, beam in robot.description.beams.items():
         length = mass = None

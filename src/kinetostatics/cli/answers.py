@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from kinetostatics.printing.colour import for_stream
 
@@ -44,7 +43,7 @@ def print_report(text: str) -> None:
     print(for_stream(text, sys.stdout))
 
 
-def print_answer(found: str | dict[str, Any], warnings: Sequence[str], *written: str | None) -> None:
+def print_answer(found: str | dict[str, object], warnings: Sequence[str], *written: str | None) -> None:
     """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
 
     Args:
@@ -58,9 +57,10 @@ def print_answer(found: str | dict[str, Any], warnings: Sequence[str], *written:
             if file is not None:
                 print(f"wrote {file}")
         return
-    found["warnings"] = [*warnings, *found.get("warnings", ())]
-    print_json(found)
-    print_warnings(found["warnings"])
+    own = found.get("warnings")
+    told = [*warnings, *(own if isinstance(own, list) else ())]
+    print_json({**found, "warnings": told})
+    print_warnings(told)
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

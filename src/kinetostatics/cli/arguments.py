@@ -7,13 +7,14 @@ import contextlib
 import math
 import os
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, TypedDict
 
 from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit
 from kinetostatics.exceptions import ArgumentError
 
 if TYPE_CHECKING:
+    from kinetostatics.description.loads import LinkLoad
     from kinetostatics.robot import Robot
 
 NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*)?")
@@ -23,8 +24,15 @@ values:
   Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
 """
 
+
+class _Several(TypedDict):
+    nargs: str
+    action: str
+    default: list[str]
+
+
 #: How options are declared that take several values, and may be given several times.
-SEVERAL: Mapping[str, Any] = {"nargs": "+", "action": "extend", "default": []}
+SEVERAL: _Several = {"nargs": "+", "action": "extend", "default": []}
 
 
 # ---- reading values ------------------------------------------------------------------------------------------------
@@ -286,7 +294,7 @@ def tool(args: argparse.Namespace) -> list[float] | None:
     return None if args.tool is None else [number_of("--tool", text, "length") for text in args.tool]
 
 
-def load_options(args: argparse.Namespace) -> dict[str, Any]:
+def load_options(args: argparse.Namespace) -> dict[str, object]:
     """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
     load = [number_of("--load", text, "force" if k < 3 else "moment") for k, text in enumerate(args.load)]
     point = None if args.point is None else [number_of("--point", text, "length") for text in args.point]
@@ -294,11 +302,12 @@ def load_options(args: argparse.Namespace) -> dict[str, Any]:
     return {"load": load, "point": point, "frame": args.frame, "gravity": gravity, **_options_of_links(args)}
 
 
-def _options_of_links(args: argparse.Namespace) -> dict[str, Any]:
+def _options_of_links(args: argparse.Namespace) -> dict[str, object]:
     """Return loads on links and the payload, as far as they are given."""
-    found: dict[str, Any] = {}
+    loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:
-        found.setdefault("loads", {}).setdefault(link, []).append(_link_load(link, texts))
+        loads.setdefault(link, []).append(_link_load(link, texts))
+    found: dict[str, object] = {"loads": loads} if loads else {}
     center, link = args.payload_center, args.payload_link
     if args.payload is not None:
         from kinetostatics.description.loads import Payload
@@ -312,7 +321,7 @@ def _options_of_links(args: argparse.Namespace) -> dict[str, Any]:
     return found
 
 
-def _link_load(link: str, texts: list[str]) -> Any:
+def _link_load(link: str, texts: list[str]) -> LinkLoad:
     """Return one load of ``--load-on``."""
     from kinetostatics.description.loads import LinkLoad
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -82,8 +83,7 @@ def run(args: argparse.Namespace) -> int:
         if (args.measurements is None) == (args.plan is None):
             raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for where to measure")
         options = arguments.load_options(args)
-        load = options.pop("load")
-        if any(load):
+        if options.pop("load") != [0.0] * 6:
             raise ArgumentError(
                 "--load: measurements have their loads in the table, Fx … Mz, and plans by --loads 'FX FY FZ MX MY MZ'"
             )
@@ -98,16 +98,18 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> Calibration:
+def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, object]) -> Calibration:
     from kinetostatics.calibration import calibrate
 
     level = arguments.number_of("--level", args.level)
-    found = calibrate(robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options)
+    found = with_keywords(calibrate)(
+        robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options
+    )
     answers.save_figure(args.plot, "calibration", found)
     return found
 
 
-def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> MeasurementPlan:
+def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, object]) -> MeasurementPlan:
     from kinetostatics.calibration import plan_measurements
 
     if args.plot is not None:
@@ -121,7 +123,7 @@ def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) ->
             raise ArgumentError(f"--loads: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'")
         loads.append([arguments.number_of("--loads", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
     _, over = poses.grid(robot, args)
-    return plan_measurements(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
+    return with_keywords(plan_measurements)(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:

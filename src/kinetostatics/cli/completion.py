@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
 
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import KinetostaticsError
@@ -68,7 +67,7 @@ def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
     if names is None:
         return None
 
-    def matching(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+    def matching(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
         try:
             return [name for name in names(parsed_args) if name.startswith(prefix)]
         except (KinetostaticsError, OSError):  # a file that is wrong is told of when the command runs

@@ -16,8 +16,9 @@ import sys
 import warnings
 from collections.abc import Sequence
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import NoReturn
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.exceptions import KinetostaticsError, near_names
 from kinetostatics.printing.colour import for_stream
 
@@ -58,10 +59,10 @@ class UsageError(Exception):
 class Parser(argparse.ArgumentParser):
     """A parser that raises instead of printing the usage, and that keeps the help's line breaks."""
 
-    def __init__(self, **options: Any) -> None:
+    def __init__(self, **options: object) -> None:
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         options.setdefault("allow_abbrev", False)
-        super().__init__(**options)
+        with_keywords(super().__init__)(**options)
 
     def error(self, message: str) -> NoReturn:
         """Raise what is wrong."""
@@ -73,10 +74,10 @@ class Parser(argparse.ArgumentParser):
 class Version(argparse.Action):
     """Print the version, which is looked up only then."""
 
-    def __init__(self, option_strings: Sequence[str], dest: str, **_more: Any) -> None:
+    def __init__(self, option_strings: Sequence[str], dest: str, **_more: object) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
 
-    def __call__(self, parser: argparse.ArgumentParser, *_more: Any) -> NoReturn:
+    def __call__(self, parser: argparse.ArgumentParser, *_more: object) -> NoReturn:
         """Print it, and end."""
         import kinetostatics
 
@@ -151,7 +152,7 @@ def _unrecognized(parser: argparse.ArgumentParser, command: str, rest: Sequence[
     """Say which arguments a command does not have, and which are like them."""
     text = f"unrecognized arguments: {' '.join(item.strip() for item in rest)}"
     name, _, value = next((item for item in rest if item.startswith("--")), "").partition("=")
-    known: dict[str, Any] = {}
+    known: dict[str, argparse.Action] = {}
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction) and command in action.choices:
             known = action.choices[command]._option_string_actions

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
+from typing import TYPE_CHECKING
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
+
+if TYPE_CHECKING:
+    from kinetostatics.results.optimum import Optimum
+    from kinetostatics.results.pareto import ParetoFront
 
 USAGE = "ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]"
 HELP = "size a robot: the lightest rods that are stiff enough"
@@ -80,14 +85,14 @@ def run(args: argparse.Namespace) -> int:
             "tolerance": poses.tolerance_of(args),
             "tool": arguments.tool(args),
         }
-        found: Any
+        found: Optimum | ParetoFront
         feasible = True
         if args.pareto is None:
-            found = optimize(args.robot, vary, args.minimize, args.subject_to, over or None, **options)
+            found = with_keywords(optimize)(args.robot, vary, args.minimize, args.subject_to, over or None, **options)
             feasible = found.feasible
         else:
             both = args.minimize, args.pareto
-            found = pareto(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
+            found = with_keywords(pareto)(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
         if draws:
             answers.save_figure(args.out, "pareto", found)
         elif args.out is not None:

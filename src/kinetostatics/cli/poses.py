@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items, parse_values
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
@@ -94,19 +95,19 @@ def grid(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
-    options: dict[str, Any] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
+    options: dict[str, object] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
     options["engine"] = getattr(args, "engine", "auto")
     start = None
     if args.near:
         items = parse_items("--near", args.near)
         of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
-        begin: Any = single_values(robot, f"--{of}", args.near, "--near")
+        begin = single_values(robot, f"--{of}", args.near, "--near")
         try:
-            start = robot.assemble(**{of: begin}, **options)
+            start = with_keywords(robot.assemble)(**{of: begin}, **options)
         except KinetostaticsError as error:
             raise ArgumentError(f"--near: {error}") from error
-    poses: dict[str, Any] = {option[2:]: coordinates or None}
-    return robot.assemble(**poses, near=start, **options)
+    poses = {option[2:]: coordinates or None}
+    return with_keywords(robot.assemble)(**poses, near=start, **options)
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], said: str | None = None) -> dict[str, float]:

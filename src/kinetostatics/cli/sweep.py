@@ -10,6 +10,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -103,7 +104,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
     need("xarray")
     options = {**arguments.load_options(args), **_grid(args)}
-    return sweep(
+    return with_keywords(sweep)(
         args.robot,
         **options,
         tolerance=poses.tolerance_of(args),

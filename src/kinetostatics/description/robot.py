@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any, NoReturn, TypeVar
+from typing import NoReturn, TypeVar
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.description.elements import (
     IN_PYTHON,
     Beam,
@@ -30,6 +31,7 @@ from kinetostatics.printing.dispatch import Shown, urdf_of
 from kinetostatics.printing.mappings import mapping_words
 
 Item = TypeVar("Item")
+Part = TypeVar("Part", Link, Joint, Loop, Beam, Spring)
 
 
 class Items(dict[str, Item]):
@@ -43,14 +45,14 @@ class Items(dict[str, Item]):
     def __missing__(self, key: str) -> NoReturn:
         raise UnknownNameError(key, self)
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[object, ...]:
         return Items, (dict(self),)
 
     def __repr__(self) -> str:
         return mapping_words(self)
 
 
-def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[str, Any]:
+def by_name(kind: str, items: Iterable[Part], *taken: Mapping[str, Link | Joint]) -> dict[str, Part]:
     """Return named items by their names.
 
     Args:
@@ -61,7 +63,7 @@ def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[
     Raises:
         RobotFileError: two have the same name.
     """
-    result: dict[str, object] = {}
+    result: dict[str, Part] = {}
     for item in items:
         for others in (*taken, result):
             if item.name in others:
@@ -129,7 +131,7 @@ class RobotDescription(Shown):
         beams: Iterable[Beam] = (),
         joint_stiffness: Iterable[JointStiffness] = (),
         springs: Iterable[Spring] = (),
-        **more: Any,
+        **more: object,
     ) -> RobotDescription:
         """Make a description from lists instead of dicts; ``more`` are further attributes, as ``driven`` and ``platform_origin``.
 
@@ -142,7 +144,7 @@ class RobotDescription(Shown):
             if item.joint in stiff:
                 raise item.place.error(f"the joint {item.joint!r} has two stiffnesses")
             stiff[item.joint] = item
-        return cls(
+        return with_keywords(cls)(
             name,
             by_name("link", links),
             joints_by_name,
@@ -228,7 +230,7 @@ class RobotDescription(Shown):
         weight = Link(name, mass, inertia=inertia or Inertia())
         return self.with_link(weight).with_joint(Joint(mount, "fixed", link, name, Origin(at)))
 
-    def changed(self, name: str, /, **values: Any) -> RobotDescription:
+    def changed(self, name: str, /, **values: object) -> RobotDescription:
         """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
 
         ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. A link and a beam may have the same
@@ -257,16 +259,16 @@ class RobotDescription(Shown):
         mine = {key: value for key, value in values.items() if key not in _MATERIAL}
         if len(mine) < len(values):
             material = {key: value for key, value in values.items() if key in _MATERIAL}
-            mine["material"] = replace(mine.get("material", item.material), **material)
-        tables: dict[str, Any] = {table: {**getattr(self, table), name: replace(item, **mine)}}
-        return replace(self, **tables)
+            mine["material"] = with_keywords(replace)(mine.get("material", item.material), **material)
+        tables = {table: {**getattr(self, table), name: replace(item, **mine)}}
+        return with_keywords(replace)(self, **tables)
 
 
 _TABLES = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
 _MATERIAL = tuple(item.name for item in fields(Material))
 
 
-def _attributes(item: Any) -> Iterator[str]:
+def _attributes(item: Link | Joint | Loop | Beam | JointStiffness | Spring) -> Iterator[str]:
     """Yield the names of what :meth:`RobotDescription.changed` can change of something."""
     for attribute in fields(item):
         if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):

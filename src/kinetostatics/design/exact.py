@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ PLAIN = {"load", "gravity", "engine", "on_failure"}
 def derivatives_at(
     configuration: Configuration,
     result: Result,
-    analysis: Mapping[str, Any],
+    analysis: Mapping[str, object],
     tool: Array | None = None,
     wanted: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.variation import varied_robot
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.arrays import Array, Mask, Values
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot
@@ -84,9 +83,9 @@ class Constants:
             found[int(self.changing[row])] = own * np.exp(change) if self._is_product[row] else own + change
         return found
 
-    def of(self, parts: Array, which: Sequence[int]) -> list[Any]:
+    def of(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
         """Return all numbers as a record takes them: one, or (N,) for those of ``which`` that change."""
-        found: list[Any] = self.nominal.tolist()
+        found: list[float | Array] = self.nominal.tolist()
         for number, row in self.at(parts, which).items():
             found[number] = row
         return found
@@ -282,7 +281,7 @@ def _batches(N: int) -> list[slice]:
     return [slice(first, min(first + BATCH, N)) for first in range(0, N, BATCH)]
 
 
-def _rows(tape: Tape, array: Any) -> list[int]:
+def _rows(tape: Tape, array: Values) -> list[int]:
     """Return the operations that give the entries of an array (…, 1)."""
     return [tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist()]
 
@@ -292,5 +291,5 @@ def _parameters(tape: Tape, needed: Sequence[bool]) -> list[int]:
     return [item[1] for item, is_needed in zip(tape.operations, needed, strict=False) if is_needed and item[0] == "parameter"]
 
 
-def _stacked(results: Sequence[Any], rows: Sequence[int], N: int) -> Array:
+def _stacked(results: Sequence[float | Array], rows: Sequence[int], N: int) -> Array:
     return np.array([np.broadcast_to(results[row], N) for row in rows], dtype=float).reshape(len(rows), N)

@@ -9,7 +9,6 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +20,7 @@ from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.sizes import Sizes, sizes_of
-from kinetostatics.design.variables import Choice, Range, read_variables, typed_units
+from kinetostatics.design.variables import Choice, Range, Vary, read_variables, typed_units
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
@@ -40,7 +39,7 @@ SAME = 1e-9
 @told_keywords
 def optimize(
     robot: str | os.PathLike[str],
-    vary: Mapping[Any, object],
+    vary: Vary,
     minimize: str = "mass",
     subject_to: Sequence[str] = (),
     over: Mapping[str, ArrayLike] | None = None,
@@ -52,7 +51,7 @@ def optimize(
     starts: int = 3,
     tool: ArrayLike | None = None,
     tolerance: float = 1e-10,
-    **analysis: Any,
+    **analysis: object,
 ) -> Optimum:
     """Find the parameters of a robot that are best, under requirements that hold at every pose of a workspace.
 
@@ -134,7 +133,7 @@ class Search:
 
 def prepare(
     robot: str | os.PathLike[str],
-    vary: Mapping[Any, object],
+    vary: Vary,
     minimize: str,
     subject_to: Sequence[str],
     over: Mapping[str, ArrayLike] | None,
@@ -144,7 +143,7 @@ def prepare(
     starts: int,
     tool: ArrayLike | None,
     tolerance: float,
-    analysis: Mapping[str, Any],
+    analysis: Mapping[str, object],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
     need_scipy("optimize")

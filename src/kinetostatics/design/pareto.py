@@ -9,7 +9,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +19,7 @@ from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import Problem
 from kinetostatics.design.requirements import MEASURES, Requirement
-from kinetostatics.design.variables import combinations
+from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.optimum import Optimum
@@ -35,7 +34,7 @@ MOST = 200
 @told_keywords
 def pareto(
     robot: str | os.PathLike[str],
-    vary: Mapping[Any, object],
+    vary: Vary,
     minimize: Sequence[str] = ("mass", "sag"),
     subject_to: Sequence[str] = (),
     over: Mapping[str, ArrayLike] | None = None,
@@ -48,7 +47,7 @@ def pareto(
     starts: int = 2,
     tool: ArrayLike | None = None,
     tolerance: float = 1e-10,
-    **analysis: Any,
+    **analysis: object,
 ) -> ParetoFront:
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 

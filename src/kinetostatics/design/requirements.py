@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ class Measure:
     """
 
     kind: str
-    function: Callable[[Any, float], Array]
+    function: Callable[..., Array]
     argument: str | None
     words: str
     is_motion: bool = False

@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, names_in, told_keywords
+from kinetostatics.argument_checks import check_choice, names_in, told_keywords, with_keywords
 from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
@@ -51,7 +50,7 @@ def sensitivities(
     of: Sequence[str] = QUANTITIES,
     *,
     tool: ArrayLike | None = None,
-    **analysis: Any,
+    **analysis: object,
 ) -> Sensitivities:
     """Find what each parameter of the robot does to twist, stiffness, actuator forces and mass: what to stiffen first.
 
@@ -105,7 +104,7 @@ def sensitivities(
     changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
     asked = _quantities(of)
     place = tool_on_robot(tool, robot)
-    result = analyze(configuration, **analysis)
+    result = with_keywords(analyze)(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis, place, asked)
     if derivatives is not None and derivatives.N and not _has_record(derivatives):
         derivatives = None
@@ -188,14 +187,14 @@ def _is_lost(item: Sensitivity, result: Result) -> bool:
     return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
 
 
-def _arrays(quantity: Any) -> list[Array]:
+def _arrays(quantity: Array | Mapping[str, Array]) -> list[Array]:
     return list(quantity.values()) if isinstance(quantity, Mapping) else [quantity]
 
 
 def _sensitivity(
     change: Change,
     nominal: Result,
-    analysis: Mapping[str, Any],
+    analysis: Mapping[str, object],
     exact: Mapping[str, Array] | None,
     tool: Array | None,
     asked: Sequence[str],
@@ -209,7 +208,7 @@ def _sensitivity(
         found = _of_pose(pose, asked)
         if set(asked) <= OF_POSES:
             return found
-        return {**found, **_of_result(analyze(pose, on_failure="nan", **given), tool, asked)}
+        return {**found, **_of_result(with_keywords(analyze)(pose, on_failure="nan", **given), tool, asked)}
 
     def differenced() -> dict[Key, Array]:
         above = numbers(step)
@@ -230,7 +229,7 @@ def _sensitivity(
         slope = differenced()
     if ("mass", "") in slope:
         slope["mass", ""] = np.array(np.broadcast_to(slope["mass", ""], nominal.shape))
-    found: dict[str, Any] = {}
+    found: dict[str, Array | Mapping[str, Array]] = {}
     for name in asked:
         actuators = name.startswith("actuator")
         found[name] = (

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from kinetostatics.files.tables import check_brackets, check_separators, numbere
 
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
+
+#: What may vary, by name, or by the names that a row of a catalogue sets.
+Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Mapping[str | tuple[str, ...], object]"
 
 
 @dataclass(frozen=True)
@@ -94,9 +97,8 @@ def typed_units(ranges: Sequence[Range], choices: Sequence[Choice]) -> list[tupl
     return [(name, unit) for name, units in named for unit in dict.fromkeys(units) if unit]
 
 
-def _range(what: str, value: object) -> Range:
-    given: Any = value
-    parts = given.split(":") if isinstance(given, str) else list(given)
+def _range(what: str, value: str | Iterable[object]) -> Range:
+    parts = value.split(":") if isinstance(value, str) else list(value)
     numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
     if len(numbers) != 2 or not numbers[0] < numbers[1] or not all(map(math.isfinite, numbers)):
         raise ArgumentError(f"vary: {what} is {value!r}; a range goes from a smaller to a larger value: '20mm:120mm'")
@@ -104,8 +106,7 @@ def _range(what: str, value: object) -> Range:
 
 
 def _values(what: str, value: object) -> Choice:
-    given: Any = value
-    parts: Sequence[object] = given.split(",") if isinstance(given, str) else list(np.atleast_1d(given))
+    parts: Sequence[object] = value.split(",") if isinstance(value, str) else list(np.atleast_1d(np.asarray(value)))
     try:
         numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
     except ArgumentError as error:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.robot import Robot
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 #: Fields of a description, its links, joints and loops on which neither statics nor mass depend: what is drawn, moments of
 #: inertia, limits, how it was read.
@@ -109,7 +112,7 @@ def alike(one: RobotDescription, other: RobotDescription) -> bool:
     return True
 
 
-def _bare(item: Any) -> dict[str, object]:
+def _bare(item: DataclassInstance) -> dict[str, object]:
     return {one.name: getattr(item, one.name) for one in fields(item) if one.compare and one.name not in IDLE}
 
 

@@ -9,8 +9,9 @@ import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
-from typing import Any
+from typing import TypeVar
 
+from kinetostatics.argument_checks import FloatLike
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place, Spring
 from kinetostatics.description.joint_types import names_of
 from kinetostatics.description.robot import RobotDescription
@@ -19,6 +20,8 @@ from kinetostatics.files.beams import NUMBERS, SECTIONS
 from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
 from kinetostatics.printing.dispatch import urdf_of
 from kinetostatics.sections.kinds import Section, Tube
+
+Item = TypeVar("Item")
 
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -91,7 +94,7 @@ def _tight(element: Element) -> Element:
     return Element(element.tag, element.attributes, content, element.place)
 
 
-def _values(table: Mapping[str, Any], key: str = "name") -> list[Any]:
+def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
     for name, item in table.items():
         own = getattr(item, key, None)
         if own != name:
@@ -116,7 +119,7 @@ class _Writer:
                 raise self.error(f"{name} of {self.label or tag} is {value!r}; it must be a text")
         return Element(tag, given, tuple(child for child in content if child is not None), self.place, self.label)
 
-    def number(self, name: str, value: Any) -> str:
+    def number(self, name: str, value: FloatLike) -> str:
         """Return a number with all digits that it takes to read the same again."""
         try:
             text = repr(float(value))
@@ -124,11 +127,11 @@ class _Writer:
             raise self.error(f"{name} of {self.label} is {value!r}; it must be a number") from None
         return text.removesuffix(".0")
 
-    def optional(self, name: str, value: object) -> str | None:
+    def optional(self, name: str, value: FloatLike | None) -> str | None:
         """Return a number, or None for None."""
         return None if value is None else self.number(name, value)
 
-    def numbers(self, name: str, values: Any) -> str:
+    def numbers(self, name: str, values: Iterable[FloatLike]) -> str:
         """Return several numbers."""
         try:
             items = list(values)
@@ -136,7 +139,7 @@ class _Writer:
             raise self.error(f"{name} of {self.label} is {values!r}; it must be three numbers") from None
         return " ".join(self.number(name, item) for item in items)
 
-    def unless(self, name: str, values: Any, default: tuple[float, float, float]) -> str | None:
+    def unless(self, name: str, values: Iterable[FloatLike], default: tuple[float, float, float]) -> str | None:
         """Return several numbers, or None where they are the default."""
         text = self.numbers(name, values)
         return None if text == self.numbers(name, default) else text
@@ -147,7 +150,7 @@ class _Writer:
         found = {name: self.unless(name, getattr(origin, name), zero) for name in ("xyz", "rpy")}
         return [self.element("origin", found)] if any(found.values()) else []
 
-    def direction(self, tag: str, axis: object, default: tuple[float, float, float]) -> Element | None:
+    def direction(self, tag: str, axis: Iterable[FloatLike], default: tuple[float, float, float]) -> Element | None:
         """Return ``<axis>`` or ``<axis2>``, or None where it is the default."""
         text = self.unless(tag, axis, default)
         return None if text is None else self.element(tag, {"xyz": text})

@@ -16,8 +16,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from types import TracebackType
-from typing import Any
+from types import ModuleType, TracebackType
 from xml.dom import minidom
 
 from kinetostatics.description.elements import Place
@@ -112,7 +111,7 @@ def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
 
 
 @contextlib.contextmanager
-def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
+def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
     """Let xacro parse with our parser, and leave its module afterwards as it was found, after errors too."""
     saved = {name: getattr(xacro, name) for name in _BORROWED}
     saved_context, includes = dict(xacro.substitution_args_context), len(xacro.all_includes)
@@ -132,7 +131,7 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
         _note_arguments(document, arguments)
         return document
 
-    xacro.parse = parse_included
+    vars(xacro)["parse"] = parse_included
     _count(xacro, steps)
     _replace_evaluation(xacro, steps)
     try:
@@ -146,7 +145,7 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
         del xacro.all_includes[includes:]
 
 
-def _count(xacro: Any, steps: Steps) -> None:
+def _count(xacro: ModuleType, steps: Steps) -> None:
     """Let xacro count the elements and texts that it works on."""
     eval_all, eval_text, replace_node = xacro.eval_all, xacro.eval_text, xacro.replace_node
 
@@ -167,22 +166,26 @@ def _count(xacro: Any, steps: Steps) -> None:
         except Exception as error:
             raise xacro.XacroException(exc=error, suffix=f"\nwhen evaluating expression '{found[1]}'") from error
 
-    def counted_replace_node(node: Any, by: Any, content_only: bool = False) -> None:
-        inserted = by if isinstance(by, list) else [] if by is None else [by]
+    def counted_replace_node(
+        node: minidom.Element, by: minidom.Node | list[minidom.Node] | None, content_only: bool = False
+    ) -> None:
+        inserted: list[minidom.Node] = by if isinstance(by, list) else [] if by is None else [by]
         number = sum(len(item.childNodes) for item in inserted) if content_only else len(inserted)
-        steps.take((1 + number) * (1 + len(node.parentNode.childNodes) // 500))  # each is searched for in a list
+        steps.take(
+            (1 + number) * (1 + len(node.parentNode.childNodes if node.parentNode else ()) // 500)
+        )  # each is searched for in a list
         replace_node(node, by, content_only)
 
-    xacro.eval_all, xacro.eval_text, xacro.replace_node = counted_eval_all, counted_eval_text, counted_replace_node
+    vars(xacro).update(eval_all=counted_eval_all, eval_text=counted_eval_text, replace_node=counted_replace_node)
 
 
-def _replace_evaluation(xacro: Any, steps: Steps) -> None:
+def _replace_evaluation(xacro: ModuleType, steps: Steps) -> None:
     """Let xacro compute expressions and look for included files in our way."""
     eval_extension = xacro.eval_extension
     original = xacro._global_symbols["xacro"]
 
     def load_yaml(filename: str) -> object:
-        import yaml  # type: ignore[import-untyped]
+        import yaml
 
         path = xacro.abs_filename_spec(filename)
         if os.path.splitext(path)[1].lower() not in (".yaml", ".yml"):
@@ -235,9 +238,13 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
         name: dict.__getitem__(original, name) for name in ("message", "warning", "error", "print_location", "fatal", "arg")
     }
     own.update(abs_filename=xacro.abs_filename_spec, dotify=xacro.YamlDictWrapper)
-    xacro.safe_eval = lambda text, names, _local=None: evaluate(text, names, steps)
-    xacro.eval_extension, xacro.get_include_files, xacro.load_yaml = extension, include_files, load_yaml
-    xacro._global_symbols = symbols(steps, xacro.NameSpace, load_yaml, own)
+    vars(xacro).update(
+        safe_eval=lambda text, names, _local=None: evaluate(text, names, steps),
+        eval_extension=extension,
+        get_include_files=include_files,
+        load_yaml=load_yaml,
+        _global_symbols=symbols(steps, xacro.NameSpace, load_yaml, own),
+    )
 
 
 def _reason(error: Exception, arguments: _Arguments) -> str:

@@ -13,7 +13,6 @@ import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
-from typing import Any
 
 from kinetostatics.files.xacro_functions import MAX_BITS, MAX_SIZE, ExpressionError, Function, Steps, TooMuch
 
@@ -36,20 +35,21 @@ _METHODS: dict[type, frozenset[str]] = {
 }
 
 
-def _method(value: Any, name: str) -> Callable[..., Any] | None:
+def _method(value: object, name: str) -> Callable[..., object] | None:
     for kind, names in _METHODS.items():
         if isinstance(value, kind) and name in names:
             return getattr(kind, name).__get__(value)  # type: ignore[no-any-return]
     return None
 
 
-def _check_method(value: Any, name: str, arguments: list[Any]) -> None:
+def _check_method(value: object, name: str, arguments: list[object]) -> None:
     """Refuse what would give a huge text, before it is there."""
     size = 0
-    if name == "join" and len(arguments) == 1 and isinstance(arguments[0], (list, tuple, set, dict)):
+    if isinstance(value, str) and name == "join" and len(arguments) == 1 and isinstance(arguments[0], (list, tuple, set, dict)):
         size = len(value) * len(arguments[0])
-    elif name == "replace" and len(arguments) >= 2 and all(isinstance(item, str) for item in arguments[:2]):
-        size = value.count(arguments[0]) * len(arguments[1])
+    elif isinstance(value, str) and name == "replace" and len(arguments) >= 2:
+        old, new = arguments[:2]
+        size = value.count(old) * len(new) if isinstance(old, str) and isinstance(new, str) else 0
     if size > MAX_SIZE:
         raise TooMuch("a text is too long")
 
@@ -57,35 +57,35 @@ def _check_method(value: Any, name: str, arguments: list[Any]) -> None:
 # ---- operators -------------------------------------------------------------------------------------------------------------
 
 
-def _multiply(a: Any, b: Any) -> Any:
+def _multiply(a: object, b: object) -> object:
     for sequence, times in ((a, b), (b, a)):
         if isinstance(sequence, (str, bytes, list, tuple)) and isinstance(times, int) and times * len(sequence) > MAX_SIZE:
             raise TooMuch("a text or list is too long")
-    return a * b
+    return operator.mul(a, b)
 
 
-def _power(a: Any, b: Any) -> Any:
+def _power(a: object, b: object) -> object:
     if isinstance(a, int) and isinstance(b, int) and b > 0 and a.bit_length() * b > MAX_BITS:
         raise TooMuch("an integer is too large")
-    result = a**b
+    result: object = operator.pow(a, b)
     if isinstance(result, complex):
         raise ExpressionError("a power of a negative number")
     return result
 
 
-def _modulo(a: Any, b: Any) -> Any:
+def _modulo(a: object, b: object) -> object:
     if isinstance(a, str) and re.search(r"\d{4}|\*", a):
         raise TooMuch("a width in a format is too large")
-    return a % b
+    return operator.mod(a, b)
 
 
-def _shift(a: Any, b: Any) -> Any:
+def _shift(a: object, b: object) -> object:
     if isinstance(b, int) and b > MAX_BITS:
         raise TooMuch("an integer is too large")
-    return a << b
+    return operator.lshift(a, b)
 
 
-_BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+_BINARY: dict[type[ast.operator], Callable[..., object]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: _multiply,
@@ -99,13 +99,16 @@ _BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.BitOr: operator.or_,
     ast.BitXor: operator.xor,
 }
-_UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
+_item: Callable[..., object] = operator.getitem
+_iterated: Callable[..., Iterable[object]] = iter
+_named: Callable[..., dict[str, object]] = dict
+_UNARY: dict[type[ast.unaryop], Callable[..., object]] = {
     ast.UAdd: operator.pos,
     ast.USub: operator.neg,
     ast.Not: operator.not_,
     ast.Invert: operator.invert,
 }
-_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+_COMPARE: dict[type[ast.cmpop], Callable[..., object]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
     ast.Lt: operator.lt,
@@ -114,8 +117,8 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.GtE: operator.ge,
     ast.Is: operator.is_,
     ast.IsNot: operator.is_not,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
+    ast.In: lambda a, b: operator.contains(b, a),
+    ast.NotIn: lambda a, b: not operator.contains(b, a),
 }
 
 
@@ -156,7 +159,7 @@ class _Evaluation:
         self.names, self.steps = names, steps
         self.local: dict[str, object] = {}
 
-    def value(self, node: ast.AST) -> Any:
+    def value(self, node: ast.AST) -> object:
         """Return the value of a node."""
         self.steps.take(1)
         method = getattr(self, f"_{type(node).__name__}", None)
@@ -188,7 +191,8 @@ class _Evaluation:
 
     def _Subscript(self, node: ast.Subscript) -> object:
         owner, key = self.value(node.value), self.value(node.slice)
-        return self.steps.weigh(owner[key]) if isinstance(key, slice) else owner[key]
+        found: object = _item(owner, key)
+        return self.steps.weigh(found) if isinstance(key, slice) else found
 
     def _Slice(self, node: ast.Slice) -> slice:
         return slice(*(None if part is None else self.value(part) for part in (node.lower, node.upper, node.step)))
@@ -197,7 +201,7 @@ class _Evaluation:
         arguments = self._elements(node.args)
         named: dict[str, object] = {}
         for keyword in node.keywords:
-            named.update({keyword.arg: self.value(keyword.value)} if keyword.arg else dict(self.value(keyword.value)))
+            named.update({keyword.arg: self.value(keyword.value)} if keyword.arg else _named(self.value(keyword.value)))
         if isinstance(node.func, ast.Attribute):
             owner = self.value(node.func.value)
             method = _method(owner, node.func.attr) if not hasattr(owner, "unevaluated") else None
@@ -205,7 +209,9 @@ class _Evaluation:
                 self.steps.weigh([owner, arguments, named])
                 _check_method(owner, node.func.attr, arguments)
                 result = method(*arguments, **named)
-                return self.steps.weigh(list(result) if isinstance(owner, dict) and node.func.attr != "get" else result)
+                return self.steps.weigh(
+                    list(_iterated(result)) if isinstance(owner, dict) and node.func.attr != "get" else result
+                )
         function = self.value(node.func)
         if not isinstance(function, Function):
             raise ExpressionError(f"{ast.unparse(node.func)} is not a function that is allowed")
@@ -228,7 +234,8 @@ class _Evaluation:
         return result
 
     def _Compare(self, node: ast.Compare) -> object:
-        left, result = self.value(node.left), True
+        left = self.value(node.left)
+        result: object = True
         for comparison, part in zip(node.ops, node.comparators, strict=True):
             right = self.value(part)
             self.steps.weigh([left, right])
@@ -249,7 +256,7 @@ class _Evaluation:
         return result
 
     def _List(self, node: ast.List | ast.Tuple) -> list[object]:
-        return self.steps.weigh(self._elements(node.elts))  # type: ignore[no-any-return]
+        return self.steps.weigh(self._elements(node.elts))
 
     def _Tuple(self, node: ast.Tuple) -> tuple[object, ...]:
         return tuple(self._List(node))
@@ -266,7 +273,7 @@ class _Evaluation:
         before = dict(self.local)
         self._comprehend(node, 0, result)
         self.local = before
-        return self.steps.weigh(result)  # type: ignore[no-any-return]
+        return self.steps.weigh(result)
 
     _GeneratorExp = _ListComp
 
@@ -280,11 +287,11 @@ class _Evaluation:
             if all(self.value(condition) for condition in loop.ifs):
                 self._comprehend(node, level + 1, result)
 
-    def _assign(self, target: ast.AST, value: Any) -> None:
+    def _assign(self, target: ast.AST, value: object) -> None:
         if isinstance(target, ast.Name):
             self.local[target.id] = value
         elif isinstance(target, (ast.Tuple, ast.List)):
-            for part, item in zip(target.elts, value, strict=True):
+            for part, item in zip(target.elts, _iterated(value), strict=True):
                 self._assign(part, item)
         else:
             raise ExpressionError("a comprehension's variable must be a name")

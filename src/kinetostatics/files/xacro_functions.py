@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TypeVar
 
 #: Largest result: characters, digits and items, those inside others included.
 MAX_SIZE = 100_000
@@ -13,6 +13,8 @@ MAX_SIZE = 100_000
 MAX_BITS = 4000
 #: What one expansion may take; an element of the file counts as ``ELEMENT``.
 MAX_STEPS, ELEMENT = 1_000_000, 10
+
+T = TypeVar("T")
 
 
 class ExpressionError(Exception):
@@ -35,9 +37,9 @@ class Steps:
         if self.left < 0:
             raise TooMuch("it grows too large or does not come to an end")
 
-    def weigh(self, value: Any) -> Any:
+    def weigh(self, value: T) -> T:
         """Return a value; count its size, and raise if it is too large."""
-        size, stack = 0, [value]
+        size, stack = 0, list[object]([value])
         while stack:
             item = stack.pop()
             if isinstance(item, (str, bytes)):
@@ -80,7 +82,7 @@ def _round(number: float, digits: int | None = None) -> object:
     return round(number, digits)
 
 
-def _sum(items: Iterable[Any], start: float = 0) -> Any:
+def _sum(items: Iterable[float], start: float = 0) -> float:
     if not isinstance(start, (int, float)):
         raise ExpressionError("sum() adds numbers only")
     return sum(items, start)
@@ -109,7 +111,7 @@ def _isinstance(value: object, kind: object) -> bool:
     return any(isinstance(item, Function) and isinstance(item.call, type) and isinstance(value, item.call) for item in kinds)
 
 
-def _listed(function: Callable[..., Iterable[Any]]) -> Callable[..., list[Any]]:
+def _listed(function: Callable[..., Iterable[object]]) -> Callable[..., list[object]]:
     return lambda *arguments, **named: list(function(*arguments, **named))
 
 
@@ -131,7 +133,10 @@ _PYTHON: dict[str, Callable[..., object]] = {
 
 
 def symbols(
-    steps: Steps, namespace: Callable[[], object], load_yaml: Callable[[str], object], own: Mapping[str, Callable[..., object]]
+    steps: Steps,
+    namespace: Callable[[], dict[str, object]],
+    load_yaml: Callable[[str], object],
+    own: Mapping[str, Callable[..., object]],
 ) -> dict[str, object]:
     """Return the names that expressions know from the start: functions, ``math.``, ``python.`` and ``xacro.``.
 
@@ -153,10 +158,10 @@ def symbols(
             call = _small(name) if name in ("factorial", "comb", "perm") else item
             mathematics[name] = Function(name, call, steps)
     xacro = functions({**own, "load_yaml": load_yaml, "tokenize": _tokenize})
-    result: dict[str, Any] = {**mathematics, **functions(_PLAIN)}
+    result: dict[str, object] = {**mathematics, **functions(_PLAIN)}
     for name in ("load_yaml", "abs_filename", "dotify"):  # old files use them without their namespace
         result[name] = xacro[name]
     for name, table in (("math", mathematics), ("python", functions(_PYTHON)), ("xacro", xacro)):
-        result[name] = namespace()
-        dict.update(result[name], table)
+        result[name] = space = namespace()
+        dict.update(space, table)
     return result

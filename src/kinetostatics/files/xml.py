@@ -14,7 +14,6 @@ import re
 import stat
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
 
@@ -243,21 +242,21 @@ def to_elements(document: minidom.Document) -> Element:
         RobotFileError: xacro has made something that is not XML or too large.
     """
     # loops instead of recursion, because expanded macros may be nested deep
-    order: list[tuple[Any, int]] = [(document.documentElement, 1)]
+    order = [(root, 1) for root in document.childNodes if isinstance(root, minidom.Element)]
     for node, depth in order:  # grows on the way: parents come before their children
         _check_node(node, depth)
-        order.extend((child, depth + 1) for child in node.childNodes if child.nodeType == minidom.Node.ELEMENT_NODE)
+        order.extend((child, depth + 1) for child in node.childNodes if isinstance(child, minidom.Element))
     built: dict[int, Element] = {}
     for node, _ in reversed(order):
         content: list[Element | str] = []
         for child in node.childNodes:
-            if child.nodeType == minidom.Node.ELEMENT_NODE:
+            if isinstance(child, minidom.Element):
                 content.append(built.pop(id(child)))
-            elif child.nodeType in (minidom.Node.TEXT_NODE, minidom.Node.CDATA_SECTION_NODE):
+            elif isinstance(child, minidom.Text):  # CDATA sections too
                 content.append(str(child.data))
         attributes = {str(name): str(value) for name, value in node.attributes.items()}
         built[id(node)] = Element(node.tagName, attributes, tuple(content), place_of(node) or Place("", None))
-    return built[id(document.documentElement)]
+    return built[id(order[0][0])]
 
 
 def _check_node(node: minidom.Element, depth: int) -> None:

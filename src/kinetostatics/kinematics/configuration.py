@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 #: Decimals [m or rad] of coordinates that are told in words: closed loops leave no more that is the same on every processor.
 _DECIMALS = 10
@@ -80,7 +83,7 @@ class Configuration(Shown):
         return batch_first(self.model_q, self.shape)
 
     @cached_property
-    def model(self) -> Any:
+    def model(self) -> pin.Model:
         """Pinocchio's model (``pin.Model``), which weighs what the robot weighs at this one pose: see :attr:`Robot.model`.
 
         Raises:
@@ -91,7 +94,7 @@ class Configuration(Shown):
         return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
 
     @cached_property
-    def data(self) -> Any:
+    def data(self) -> pin.Data:
         """A ``pin.Data`` of :attr:`model`, with the frames of all links and joints and the joints' Jacobians at this one pose.
 
         Its world is the root link of the file's tree.

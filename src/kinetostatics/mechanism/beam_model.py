@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.sections.kinds import beam_compliance_coefficients
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 #: What a length may be, relative to the coordinates of the beam's ends, and still be zero.
 ROUNDING = 1e-9
@@ -69,7 +72,7 @@ class BeamModel(ShortRepr):
         """Return the mass [kg] at given lengths (…) [m]; a telescope that has no length left has none."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
-    def rod(self, frames: Frames) -> tuple[int, Any]:
+    def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
         """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
 
         About its own centre it has m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array
 
+if TYPE_CHECKING:
+    import pinocchio as pin
+
 #: Masses below this part of what moves with them are what rounding leaves of a link without mass.
 _NOTHING = 1e-14
 
 
-def link_inertias(model: Any) -> dict[str, Any]:
+def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
     """Return every link's own ``pin.Inertia``, in the frame of the body (Pinocchio's joint) with which it moves.
 
     Pinocchio adds up the links that fixed joints weld together; what each of them brings stays in the frame of its fixed
@@ -26,7 +29,7 @@ def link_inertias(model: Any) -> dict[str, Any]:
 
     rest = {body: pin.Inertia(inertia) for body, inertia in enumerate(model.inertias)}
     totals = {body: inertia.mass for body, inertia in rest.items()}
-    found: dict[str, Any] = {}
+    found: dict[str, pin.Inertia] = {}
     first: dict[int, str] = {}
     for frame in model.frames:
         if frame.type != pin.FrameType.BODY:
@@ -42,7 +45,7 @@ def link_inertias(model: Any) -> dict[str, Any]:
     return found
 
 
-def weighed(model: Any, bodies: Iterable[tuple[int, Any]]) -> Any:
+def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
     """Return a copy of a ``pin.Model`` in which nothing weighs but what is given: bodies, and a ``pin.Inertia`` in each."""
     import pinocchio as pin
 
@@ -55,7 +58,7 @@ def weighed(model: Any, bodies: Iterable[tuple[int, Any]]) -> Any:
     return copy
 
 
-def weight_wrench(inertia: Any, rotation: Array, arm: Array, gravity: Array) -> Array:
+def weight_wrench(inertia: pin.Inertia, rotation: Array, arm: Array, gravity: Array) -> Array:
     """Return the wrench (6,) [N, N·m] of a body's weight about a reference point, world axes.
 
     Args:

@@ -13,7 +13,7 @@ import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from kinetostatics.files.reader import validate
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.inertias import link_inertias
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 #: ``data``: what Pinocchio works with, for each mechanism; every thread has its own.
 _of_thread = threading.local()
@@ -162,7 +165,7 @@ class Mechanism:
         self.description = description = validate(description)
         try:
             with _silence():
-                self.model: Any = pin.buildModelFromXML(description.urdf)
+                self.model: pin.Model = pin.buildModelFromXML(description.urdf)
         except (ValueError, RuntimeError) as error:
             raise RobotFileError(f"Pinocchio cannot read the URDF part of the file: {error}", description.path) from None
         model = self.model
@@ -199,7 +202,7 @@ class Mechanism:
                 item.write(mimic.offset, self.tree.neutral)
 
     @cached_property
-    def link_inertias(self) -> dict[str, Any]:
+    def link_inertias(self) -> dict[str, pin.Inertia]:
         """Every link's own ``pin.Inertia``, in the frame of the body with which it moves."""
         return link_inertias(self.model)
 

@@ -7,8 +7,9 @@ added to the robot, and no body is without mass.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, three_angles
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 
 def _closes(loop: Connection) -> bool:
@@ -34,12 +38,12 @@ class LoopModel:
         constraints: one or two for each loop, each with the loop's name.
     """
 
-    model: Any
+    model: pin.Model
     q: Array
-    constraints: list[Any]
+    constraints: list[pin.RigidConstraintModel]
 
 
-def loop_model(mechanism: Mechanism, model: Any, q: Array, length: float, anchors: bool) -> LoopModel:
+def loop_model(mechanism: Mechanism, model: pin.Model, q: Array, length: float, anchors: bool) -> LoopModel:
     """Return a robot's tree and loops at one pose.
 
     Args:
@@ -72,8 +76,12 @@ def loop_model(mechanism: Mechanism, model: Any, q: Array, length: float, anchor
 
 
 def constraint_models(
-    mechanism: Mechanism, model: Any, length: float, anchors: bool, welds: dict[str, tuple[Any, ...]] | None = None
-) -> list[Any]:
+    mechanism: Mechanism,
+    model: pin.Model,
+    length: float,
+    anchors: bool,
+    welds: dict[str, tuple[int, pin.SE3, int, pin.SE3]] | None = None,
+) -> list[pin.RigidConstraintModel]:
     """Return Pinocchio's constraints of all loops; see :meth:`kinetostatics.Robot.constraint_models`.
 
     Args:
@@ -87,7 +95,7 @@ def constraint_models(
 
     if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
         raise ArgumentError(f"Pinocchio {pin.__version__} has no anchor constraints; use anchors=False")
-    found: list[Any] = []
+    found: list[pin.RigidConstraintModel] = []
     for loop in mechanism.connections.values():
         if not loop.is_loop:
             continue
@@ -111,7 +119,7 @@ def constraint_models(
     return found
 
 
-def _run(loop: Connection, placements: Any) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
+def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
     """Return a loop as a run of joints: the body and frame where it begins, those where it ends, (slides, axis, value) of each.
 
     It begins at the predecessor, but where the successor does not move: then it runs the other way round.

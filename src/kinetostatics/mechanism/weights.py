@@ -7,7 +7,7 @@ computed by Pinocchio, those of many by the same arrays all at once.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ from kinetostatics.mechanism.inertias import weighed, weight_wrench
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 
 class Weights:
@@ -38,7 +41,7 @@ class Weights:
         self._number = {name: k for k, name in enumerate(self.names)}
         rigid = [name for name in self.names if not name.startswith("beam:")]
         self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
-        self._known: dict[int, tuple[int, Any]] | None = None
+        self._known: dict[int, tuple[int, pin.Inertia]] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
         self._inertias = [mechanism.link_inertias[name] for name in rigid]
         self._mass = np.array([inertia.mass for inertia in self._inertias])
@@ -86,7 +89,7 @@ class Weights:
         ]
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
-    def _bodies_at(self, frames: Frames) -> list[tuple[int, Any]]:
+    def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
         """Return body and ``pin.Inertia`` of every weight at one pose; those that no pose changes are worked out once."""
         if self._known is None:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
@@ -95,7 +98,7 @@ class Weights:
         known = self._known
         return [known[k] if k in known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
 
-    def on_model(self, model: Any, frames: Frames) -> Any:
+    def on_model(self, model: pin.Model, frames: Frames) -> pin.Model:
         """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose.
 
         Raises:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -135,8 +134,8 @@ def _lines(ax: Axes, found: Compensation, shown: _Shown, size: float, x: str | N
         if name in shown.before:
             ax.plot(places, shown.before[name] / size, "--", color=colour, linewidth=0.9)
         start = k * every // len(shown.after)
-        marks: dict[str, Any] = {"marker": MARKERS[k % len(MARKERS)], "markevery": (start, every), "markerfacecolor": "white"}
-        handles += ax.plot(places, values / size, color=colour, label=name, markeredgewidth=0.8, **marks)
+        look = {"color": colour, "marker": MARKERS[k % len(MARKERS)], "markerfacecolor": "white", "markeredgewidth": 0.8}
+        handles += ax.plot(places, values / size, label=name, markevery=(start, every), **look)
     if shown.before:
         handles.append(Line2D([], [], color="0.3", linestyle="--", linewidth=0.9, label=shown.words[0]))
         handles.append(Line2D([], [], color="0.3", label=shown.words[1]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,6 +18,9 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.plots.selection import OTHER_MODE, Selection
 from kinetostatics.plots.style import legend_below
 from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    from matplotlib.transforms import Transform
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,9 @@ def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
         raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons(*parts)})")
 
 
-def draw_masks(ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False, **options: Any) -> None:
+def draw_masks(
+    ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False, transform: Transform | None = None
+) -> None:
     """Hatch the cells of masks (len x) or (len x, len y), whose borders are given; ``curved``: their sides along x are arcs."""
     for mask in masks:
         cells = PolyCollection(
@@ -101,7 +106,7 @@ def draw_masks(ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], 
             hatch=mask.hatch,
             zorder=0.5 if mask.where.ndim == 1 else 2,
             label=mask.label,
-            **options,
+            transform=transform,
         )
         ax.add_collection(cells, autolim=False)
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.patches import Patch
 
 from kinetostatics.argument_checks import told_keywords
@@ -107,6 +106,6 @@ def _worst(item: CheckedRequirement, poses: int) -> str:
     return f"{worst} at {pose_words(item.pose)}".replace("-", "−") if poses > 1 else worst
 
 
-def _look(words: str) -> tuple[Any, str | None]:
-    dark, light = (tuple(colour) for colour in mpl.colormaps[COLOURS]([0.15, 0.75]))
-    return {"decides": (dark, None), "has a margin": (light, "////"), "broken": ("#b2182b", "xxxx")}[words]
+def _look(words: str) -> tuple[tuple[float, float, float, float], str | None]:
+    dark, light = (to_rgba(colour) for colour in mpl.colormaps[COLOURS]([0.15, 0.75]))
+    return {"decides": (dark, None), "has a margin": (light, "////"), "broken": (to_rgba("#b2182b"), "xxxx")}[words]

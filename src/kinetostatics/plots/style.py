@@ -7,7 +7,6 @@ import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
 
 import matplotlib as mpl
 from matplotlib import pyplot as plt
@@ -63,17 +62,16 @@ DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
 
 #: What files figures may be written to, and what else goes into them; no dates, so that the same figure is the same file.
-_FORMATS: dict[str, dict[str, Any]] = {
-    ".pdf": {"metadata": {"CreationDate": None}},
-    ".svg": {"metadata": {"Date": None}},
+_FORMATS: dict[str, dict[str, None]] = {
+    ".pdf": {"CreationDate": None},
+    ".svg": {"Date": None},
     ".png": {},
 }
 
 
 def styled() -> AbstractContextManager[None]:
     """Return a context in which Matplotlib draws in :data:`STYLE`."""
-    settings: Any = STYLE  # newer Matplotlib lists all keys in its types
-    return mpl.rc_context(settings)
+    return mpl.rc_context(mpl.RcParams(STYLE))
 
 
 def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
@@ -138,8 +136,8 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
     points = 4.2 * longest + 38  # of letters; of the patch and the gaps
     rows = -(-len(handles) // max(1, int(72 * figure.get_figwidth() / points)))
     # an empty line above: labels of axes in three dimensions reach below what Matplotlib makes room for
-    empty: dict[str, Any] = {"title": " "} if any(isinstance(ax, Axes3D) for ax in figure.axes) else {}
-    figure.legend(handles=list(handles), loc="outside lower center", ncols=-(-len(handles) // rows), **empty)
+    title = " " if any(isinstance(ax, Axes3D) for ax in figure.axes) else None
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=-(-len(handles) // rows), title=title)
     if figure.get_label() == OWN_PAGE and rows > 2:
         figure.set_figheight(figure.get_figheight() + (rows - 2) * 11 / 72)
 
@@ -170,10 +168,10 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
     options = format_of(path)
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
     with styled():  # hatches and fonts are looked up when they are drawn
-        canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, **options)
+        canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
 
 
-def format_of(path: str | os.PathLike[str]) -> dict[str, Any]:
+def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
     """Return what goes into a figure's file besides the figure.
 
     Raises:

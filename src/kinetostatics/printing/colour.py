@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Any
+from typing import TextIO
 
 from kinetostatics.status import FACTS, WITHOUT_NUMBERS, Status
 
@@ -26,7 +26,7 @@ _WARNING = re.compile(r"\s*! |kinetostatics: warning: ")
 _ERROR = "kinetostatics: error:"
 
 
-def wants_colour(stream: Any) -> bool:
+def wants_colour(stream: TextIO | None) -> bool:
     """Return whether a stream is to be written in colour.
 
     It is where the stream is a terminal that can show colours; ``NO_COLOR`` forbids it, ``FORCE_COLOR`` demands it
@@ -39,7 +39,7 @@ def wants_colour(stream: Any) -> bool:
     return os.environ.get("TERM") != "dumb" and stream is not None and bool(stream.isatty())
 
 
-def for_stream(text: str, stream: Any) -> str:
+def for_stream(text: str, stream: TextIO | None) -> str:
     """Return a text as a stream is to show it: in colour where that is wanted, else as it stands."""
     return coloured(text) if wants_colour(stream) else text
 

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import singledispatch
 from importlib import import_module
-from typing import Any
+from typing import TypeVar
+
+R = TypeVar("R")
 
 #: Modules that register reports. They are imported when something is printed for the first time: importing the package is quick.
 LATE_MODULES: list[str] = []
@@ -50,7 +52,7 @@ def urdf_of(item: object) -> str:
     return str(_late(urdf_of.dispatch, item)(item))
 
 
-def _late(dispatch: Callable[[type], Callable[..., Any]], item: object) -> Callable[..., Any]:
+def _late(dispatch: Callable[[type], Callable[..., R]], item: object) -> Callable[..., R]:
     """Return the function for something that none was registered for until now."""
     for name in LATE_MODULES:
         import_module(name)
@@ -76,6 +78,6 @@ class Told(Shown):
     def __str__(self) -> str:
         return text_of(self)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
         return dict_of(self)

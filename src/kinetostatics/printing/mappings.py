@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, fields
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -48,10 +48,10 @@ class Named(Mapping[Key, Item]):
     def __reversed__(self) -> Iterator[Key]:
         return reversed(self._items)
 
-    def __or__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+    def __or__(self, other: Mapping[Key, Item]) -> dict[Key, Item]:
         return {**self, **other} if isinstance(other, Mapping) else NotImplemented
 
-    def __ror__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+    def __ror__(self, other: Mapping[Key, Item]) -> dict[Key, Item]:
         return {**other, **self} if isinstance(other, Mapping) else NotImplemented
 
     def copy(self) -> dict[Key, Item]:
@@ -67,16 +67,16 @@ class Named(Mapping[Key, Item]):
         return html_table("", ("", ""), [(str(key), words) for key, words in items_words(self)])
 
 
-def mapping_words(mapping: Mapping[Any, Any]) -> str:
+def mapping_words(mapping: Mapping[Key, object]) -> str:
     """Return what a REPL shows of a mapping: its first items, each in short, and how many there are."""
     lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(mapping)]
     together = "{" + ", ".join(lines) + "}"
     return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
 
 
-def items_words(mapping: Mapping[Any, Any]) -> list[tuple[Any, str]]:
+def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
     """Return the first keys of a mapping with their items in short; behind them how many are left out, if any are."""
-    shown = [(key, in_short(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)]
+    shown: list[tuple[object, str]] = [(key, in_short(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
 

@@ -11,7 +11,7 @@ import time
 import warnings
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Any, Protocol
+from typing import Protocol, TextIO
 
 #: Seconds until the first sign, and from one to the next.
 EVERY = 1.0
@@ -124,11 +124,18 @@ class _Life:
         threading.Thread(target=self._renew, args=(end,), daemon=True).start()
         before = warnings.showwarning
 
-        def show(*args: Any, **options: Any) -> None:
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
             with self._lock:
                 if self.signs:
                     self.signs[-1].hide()
-                before(*args, **options)
+                before(message, category, filename, lineno, file, line)
 
         warnings.showwarning = show
         try:

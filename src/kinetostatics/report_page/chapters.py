@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 import numpy as np
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.math.arrays import Array
@@ -48,7 +49,7 @@ def assumptions_html(result: Result) -> str:
     return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*said, *ALWAYS)) + "</ul>"
 
 
-def _vector(values: Any) -> str:
+def _vector(values: Array) -> str:
     return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(values)) + ")"
 
 
@@ -61,21 +62,23 @@ def sag_html(result: Result, tip: PointResult | None = None) -> str:
     return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
 
 
-def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any, tool: Array | None = None) -> str:
+def compensation_html(
+    result: Result, arguments: dict[str, object], coordinates: Sequence[str] | None, tool: Array | None = None
+) -> str:
     """Return what the actuators are to do so that the loaded platform stands at the pose."""
     try:
-        return html_report(str(compensate(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
+        return html_report(str(with_keywords(compensate)(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
     except KinetostaticsError as error:
         if coordinates is not None and isinstance(error, (ArgumentError, CoordinatesError)):
             raise  # what was asked for makes no sense
         return f"<p>No correction: {escape(str(error))}.</p>"
 
 
-def verification_html(result: Result, arguments: dict[str, Any]) -> str:
+def verification_html(result: Result, arguments: dict[str, object]) -> str:
     """Return the verdict of finite elements, or why there is none."""
     known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
     try:
-        found = verify(result.configuration, **known)
+        found = with_keywords(verify)(result.configuration, **known)
     except KinetostaticsError as error:
         return f"<p>No verdict: {escape(str(error))}.</p>"
     return html_report(str(found))

@@ -7,12 +7,12 @@ import re
 from html import escape
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import path_name, told_keywords
+from kinetostatics.argument_checks import path_name, told_keywords, with_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.html import html_report
@@ -39,7 +39,7 @@ def save_report(
     title: str | None = None,
     coordinates: Sequence[str] | None = None,
     tool: ArrayLike | None = None,
-    **analysis: Any,
+    **analysis: object,
 ) -> None:
     """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
 
@@ -93,7 +93,7 @@ def check_page(path: str | os.PathLike[str]) -> str:
 
 def report_html(
     configuration: Configuration,
-    arguments: dict[str, Any],
+    arguments: dict[str, object],
     workspace: xr.Dataset | None,
     title: str | None,
     coordinates: Sequence[str] | None,
@@ -102,7 +102,7 @@ def report_html(
     """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"a report wants a pose, not {configuration!r}: make one with robot.assemble(…)")
-    result = analyze(configuration, **arguments)
+    result = with_keywords(analyze)(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
     place = tool_on_robot(tool, result.robot, 5)

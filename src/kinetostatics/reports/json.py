@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +15,17 @@ from kinetostatics.checks.chains import Body, JointStep, Network, Ways
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import RobotFacts
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, Values
 from kinetostatics.printing.dispatch import dict_of
 from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 #: What the numbers of a result mean; batch axes come first.
 RESULT_UNITS = {
@@ -84,10 +89,10 @@ SPRING_NAMES = ("name", "predecessor", "successor", "stiffness", "free_length", 
 BEAM_NAMES = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """Return a value as what JSON knows; numbers that are not finite become None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+        return _plain_fields(value)
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -107,15 +112,18 @@ def robot_to_dict(robot: Robot) -> dict[str, object]:
     return facts_to_dict(robot_facts(robot))
 
 
+def _plain_fields(value: DataclassInstance) -> dict[str, object]:
+    return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+
+
 def facts_to_dict(facts: RobotFacts) -> dict[str, object]:
     """Return the facts about a robot as plain values."""
-    found: dict[str, Any] = plain(facts)
+    found = _plain_fields(facts)
     found["springs"] = [named(item, SPRING_NAMES) for item in facts.springs]
-    for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
-        entry["graph"] = _graph(limb.graph)
+    found["limbs"] = [{**_plain_fields(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
     for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
         if weight is not None:
-            found[role]["graph"] = _graph(weight.graph)
+            found[role] = {**_plain_fields(weight), "graph": _graph(weight.graph)}
     return {**found, "units": dict(ROBOT_UNITS)}
 
 
@@ -171,7 +179,7 @@ def named(item: object, names: Iterable[str]) -> dict[str, object]:
     return {name: plain(getattr(item, name)) for name in names}
 
 
-def _payload(result: Result) -> dict[str, Any] | None:
+def _payload(result: Result) -> dict[str, object] | None:
     if result.payload is None:
         return None
     payload, coefficients = result.payload, plain(result.payload_coefficients)
@@ -194,7 +202,7 @@ def _configuration(configuration: Configuration) -> dict[str, object]:
     }
 
 
-def _limb(limb: Any) -> dict[str, Any]:
+def _limb(limb: LimbResult) -> dict[str, object]:
     return {
         "is_network": limb.is_network,
         "beams": list(limb.beams),
@@ -207,13 +215,13 @@ def _limb(limb: Any) -> dict[str, Any]:
     }
 
 
-def status_names(status: Any) -> Any:
+def status_names(status: Values) -> object:
     """Return statuses as their names, in nested lists for a batch."""
     names = np.array([item.name for item in Status], dtype=object)
     return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name
 
 
-def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
+def wrench_units(labels: tuple[str, ...], wrenches: Array) -> list[str]:
     """Return the unit of each intensity: N·m of a couple, which has no force part, else N."""
     units = []
     for k, label in enumerate(labels):

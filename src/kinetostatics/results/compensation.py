@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -78,7 +78,7 @@ class Compensation(Told):
             return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
 
         attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
-        data: dict[str, Any] = {
+        data: dict[str, object] = {
             "status": (grid, self.status, attributes),
             "wanted": stacked(self.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
             "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the actuator"),
@@ -96,7 +96,7 @@ class Compensation(Told):
             data["uncorrectable_direction"] = (*grid, "component", "direction"), self.uncorrectable_directions, words
             words = {"long_name": "how much of what remains lies along each of these"}
             data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
-        coords: dict[str, Any] = {
+        coords: dict[str, object] = {
             **{name: np.asarray(values) for name, values in axes.items()},
             "actuator": names,
             "component": list(COMPONENTS),
@@ -106,7 +106,7 @@ class Compensation(Told):
             "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
-        about: dict[str, Any] = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
+        about: dict[str, object] = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
         about["characteristic_length"] = self.wanted.robot.length
         about |= {} if self.tool is None else {"tool": self.tool.tolist()}
         return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})

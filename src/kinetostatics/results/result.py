@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results import contributions
@@ -47,7 +46,7 @@ class Result(Told):
         self,
         configuration: Configuration,
         shape: tuple[int, ...],
-        which: Any,
+        which: slice | Index,
         solutions: tuple[Solution, ...],
         reached: NDArray[np.bool_],
         payload: Payload | None = None,

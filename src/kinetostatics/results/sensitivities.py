@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Literal, overload
 
 import numpy as np
 
@@ -50,7 +50,7 @@ class Sensitivity(ShortRepr):
     name: str
     value: float
     unit: str
-    derivatives: Mapping[str, Any]
+    derivatives: Mapping[str, Array | Mapping[str, Array]]
     exact: bool
 
     @property
@@ -83,7 +83,11 @@ class Sensitivity(ShortRepr):
         """Of the robot's mass [kg] (…)."""
         return self._asked("mass")
 
-    def _asked(self, quantity: str) -> Any:
+    @overload
+    def _asked(self, quantity: Literal["actuator_forces", "actuators"]) -> Mapping[str, Array]: ...
+    @overload
+    def _asked(self, quantity: Literal["twist", "stiffness", "compliance", "mass"]) -> Array: ...
+    def _asked(self, quantity: str) -> Array | Mapping[str, Array]:
         if quantity not in self.derivatives:
             raise ArgumentError(f"{quantity} was not asked for: of={tuple(self.derivatives)}")
         return self.derivatives[quantity]

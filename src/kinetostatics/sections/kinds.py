@@ -17,7 +17,6 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 
@@ -287,7 +286,7 @@ class RectangularTube(Rectangle):
 
 def beam_compliance_coefficients(
     section: Section, youngs_modulus: float, shear_modulus: float, shear_areas: tuple[float, float]
-) -> Any:
+) -> Array:
     """Return the six section compliances c (the method page, section 5): 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -230,7 +230,7 @@ class _Ruler:
         return _relative(gap / arm, self.wrench_size)
 
 
-def _relative(gap: Any, size: float) -> float:
+def _relative(gap: float | np.floating, size: float) -> float:
     if np.isnan(gap):
         return float("inf")
     if size > 0:

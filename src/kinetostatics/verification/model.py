@@ -7,10 +7,11 @@ in SI units and world axes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.argument_checks import numbers
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
@@ -30,7 +31,7 @@ def build(
     point: Array | None = None,
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
-    loads: Mapping[str, Any] | None = None,
+    loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
 ) -> FrameModel:
     """Build the frame of a single pose.
@@ -68,7 +69,7 @@ class _Builder:
         gravity: Array,
         point: Array | None,
         frame: str,
-        on_links: Mapping[str, Any],
+        on_links: Mapping[str, object],
         payload: Payload | None,
     ) -> FrameModel:
         base, platform = self.number(self.pieces.base), self.number(self.pieces.platform)
@@ -117,13 +118,13 @@ class _Builder:
         )
 
     def _acting(
-        self, on_links: Mapping[str, Any], payload: Payload | None, gravity: Array
+        self, on_links: Mapping[str, object], payload: Payload | None, gravity: Array
     ) -> Iterator[tuple[int, tuple[Array, Array], Array]]:
         """Yield piece, force and moment, and the point of all loads on links and of the payload's weight."""
         for link, value in on_links.items():
             several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
             for item in several:
-                load = item if isinstance(item, LinkLoad) else LinkLoad(item)
+                load = item if isinstance(item, LinkLoad) else LinkLoad(numbers(link, item))
                 frame, wrench = self.configuration.frame(link), np.asarray(load.wrench, dtype=float)
                 R = frame[:3, :3] if load.frame == "link" else np.eye(3)
                 at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]

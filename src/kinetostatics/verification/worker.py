@@ -16,10 +16,50 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Any
+from types import ModuleType
+from typing import TypeAlias, TypedDict
 
 
-def load_opensees() -> object:
+class Spring(TypedDict):
+    """Between two nodes; a stiffness None: it blocks that direction."""
+
+    tag: int
+    nodes: list[int]
+    stiffness: list[float | None]
+    axes: list[float]
+    misfit: list[float]
+
+
+class Beam(TypedDict):
+    """A beam, and the loads along it."""
+
+    tag: int
+    nodes: list[int]
+    stiffness: list[float]
+    z: list[float]
+    load: list[float]
+    thrust: list[float]
+
+
+class Frame(TypedDict):
+    """What is read."""
+
+    nodes: list[list[float]]
+    fixed: list[int]
+    ties: list[list[int]]
+    ties_apart: list[Spring]
+    springs: list[Spring]
+    beams: list[Beam]
+    loads: list[tuple[int, list[float]]]
+    platform: int
+    springs_at_level: list[tuple[float, float]]
+
+
+#: Displacements of the platform, forces of springs and beams; one row for each load, spring or beam.
+Answer: TypeAlias = dict[str, list[list[float]]]
+
+
+def load_opensees() -> ModuleType:
     """Import OpenSees.
 
     Its wheel for Linux brings BLAS and LAPACK but does not tell the loader where the libraries that they need in turn are: where
@@ -39,7 +79,7 @@ def load_opensees() -> object:
     return ops
 
 
-def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> None:
+def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
     """Build the frame with blocked directions of stiffness ``penalty`` and free ones of stiffness ``ground``."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
@@ -79,20 +119,20 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
     ops.analysis("Static", "-noWarnings")
 
 
-def solve(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> dict[str, Any]:
+def solve(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> Answer:
     """Return the platform's displacements under the loads and six unit loads, and forces of joints and beams under the loads."""
     build(ops, frame, penalty, ground)
     answer = under_loads(ops, frame, penalty)
     platform = frame["platform"]
     for k in range(6):
-        start(ops, [[platform, [float(k == direction) for direction in range(6)]]])
+        start(ops, [(platform, [float(k == direction) for direction in range(6)])])
         # the second step finds what rounding has left unbalanced by the first
         analyze(ops, 2)
         answer["platform"].append(ops.nodeDisp(platform))
     return answer
 
 
-def assembly_error_forces(spring: dict[str, Any], penalty: float) -> list[float]:
+def assembly_error_forces(spring: Spring, penalty: float) -> list[float]:
     """Return the force and moment, in the frame's axes, that take back the assembly error of a spring's second node."""
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
@@ -103,7 +143,7 @@ def assembly_error_forces(spring: dict[str, Any], penalty: float) -> list[float]
     return [x[k] * part[0] + y[k] * part[1] + z[k] * part[2] for part in (own[:3], own[3:]) for k in range(3)]
 
 
-def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, Any]:
+def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
     An assembly error acts like the forces that take it back on both nodes of a spring or beam, which are no forces of the spring.
@@ -111,7 +151,7 @@ def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, An
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
     """
-    answer: dict[str, Any] = {"platform": [[0.0] * 6], "springs": [], "beams": []}
+    answer: Answer = {"platform": [[0.0] * 6], "springs": [], "beams": []}
     misfits = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
     loads = list(frame["loads"])
     for nodes, forces in (
@@ -119,7 +159,7 @@ def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, An
         *((beam["nodes"], [*beam["thrust"], 0.0, 0.0, 0.0]) for beam in frame["beams"]),
     ):
         if any(forces):
-            loads += [[nodes[0], [-value for value in forces]], [nodes[1], forces]]
+            loads += [(nodes[0], [-value for value in forces]), (nodes[1], forces)]
     free = sorted(set(range(len(frame["nodes"]))) - set(frame["fixed"]))
     for step in range(3):
         start(ops, loads)
@@ -140,7 +180,7 @@ def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, An
         for key, rows in found.items():
             answer[key] = added(answer[key], rows) if answer[key] else rows
         ops.reactions()
-        loads = [[tag, [-value for value in ops.nodeReaction(tag)]] for tag in free]
+        loads = [(tag, [-value for value in ops.nodeReaction(tag)]) for tag in free]
     return answer
 
 
@@ -149,7 +189,7 @@ def added(some: list[list[float]], more: list[list[float]]) -> list[list[float]]
     return [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(some, more, strict=True)]
 
 
-def start(ops: Any, loads: list[Any]) -> None:
+def start(ops: ModuleType, loads: list[tuple[int, list[float]]]) -> None:
     """Take the frame back to where no load acts and apply loads."""
     ops.remove("loadPattern", 1)
     ops.reset()
@@ -162,7 +202,7 @@ class SingularFrameError(Exception):
     """The frame's equations have no solution."""
 
 
-def analyze(ops: Any, steps: int) -> None:
+def analyze(ops: ModuleType, steps: int) -> None:
     """Solve."""
     if ops.analyze(steps) != 0:
         raise SingularFrameError("the frame has no solution")

@@ -8,14 +8,14 @@ import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, check_mapping, positive
+from kinetostatics.argument_checks import check_choice, check_mapping, positive, with_keywords
 from kinetostatics.description.loads import Payload
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.choice import check_engine
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
@@ -47,7 +47,7 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
 
 
 def read_sweep_spec(
-    robot: object,
+    robot: Robot | RobotDescription | str | os.PathLike[str],
     platform: Mapping[str, ArrayLike] | None,
     actuators: Mapping[str, ArrayLike] | None,
     orientation: str | None,
@@ -107,7 +107,7 @@ def read_sweep_spec(
         source,
         kind,
         (*varying, *cases, *coordinates),
-        held,
+        {name: float(value) for name, value in held.items()},
         constants if parameters else {},
         orientation,
         fields["load"],
@@ -152,7 +152,9 @@ def _with_units(
     return [replace(axis, units=units[axis.name]) for axis in varying]
 
 
-def _source(robot: Any, parameters: Mapping[str, Any], varying: bool, links: Links) -> tuple[Robot, Source]:
+def _source(
+    robot: Robot | RobotDescription | str | os.PathLike[str], parameters: Mapping[str, object], varying: bool, links: Links
+) -> tuple[Robot, Source]:
     """Return the first robot, and where the others come from."""
     if isinstance(robot, (str, os.PathLike)):
         path = os.fspath(robot_path(robot))
@@ -203,7 +205,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         warnings.warn(hint, stacklevel=4)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)
-    analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
+    with_keywords(analyze)(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
 
 
 def try_robots(spec: SweepSpec) -> None:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Index, Values
+from kinetostatics.math.arrays import Array, Index, Values
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
 from kinetostatics.workspace.grid import Block, sizes_of
@@ -73,15 +74,15 @@ def pose_numbers(
     at = (*(slice(k, k + 1) for k in combination), *cases, *coordinates)
     counts, count = sizes_of(cases), math.prod(sizes_of(coordinates))
 
-    def spread(values: Any) -> Any:
-        values = values.reshape(values.shape[len(combination) :])  # one robot
+    def spread(values: Array) -> Array:
+        values = values.reshape(*values.shape[len(combination) :])  # one robot
         if any(size > 1 for size in values.shape[len(cases) : -1]):
             full = np.broadcast_to(values, (*values.shape[: len(cases)], *sizes_of(coordinates), values.shape[-1]))
             values = full.reshape(*values.shape[: len(cases)], count, values.shape[-1])
             return values if which is None else values[..., which, :]
         return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
 
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         "load": spread(spec.load.of(spec.axes, at)),
         "gravity": spread(spec.gravity.of(spec.axes, at)),
         "point": None if spec.point is None else spread(spec.point.of(spec.axes, at)),
@@ -90,11 +91,15 @@ def pose_numbers(
         "on_failure": "nan",
         "engine": spec.engine,
     }
-    result = analyze(configuration, **given)
+    result = with_keywords(analyze)(configuration, **given)
     found = _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
     if spec.compensated:
-        wanted: dict[str, Any] = {"coordinates": spec.compensated, "orientation": spec.orientation, "tolerance": spec.tolerance}
-        corrected = compensate(configuration, **given, **wanted)
+        wanted: dict[str, object] = {
+            "coordinates": spec.compensated,
+            "orientation": spec.orientation,
+            "tolerance": spec.tolerance,
+        }
+        corrected = with_keywords(compensate)(configuration, **given, **wanted)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "remaining": corrected.remaining}
         found |= {name: np.broadcast_to(value, (*counts, *value.shape[-2:])) for name, value in more.items()}

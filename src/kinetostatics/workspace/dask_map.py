@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from kinetostatics.workspace.targets import Target, in_memory
 
 if TYPE_CHECKING:
     import xarray as xr
+    from dask.typing import Key
 
 #: Poses of a chunk with chunks="auto".
 AUTO = 20_000
@@ -70,7 +71,7 @@ def lazy_dataset(spec: SweepSpec, labels: Labels, chunks: Mapping[str, int] | st
     job, blocks = f"sweep-spec-{token}", f"sweep-{token}"
     counts = [range(-(-n // size)) for n, size in zip(spec.shape, sizes, strict=True)]
     numbers = [tuple(int(k) for k in place) for place in np.ndindex(*(len(count) for count in counts))]
-    graph: dict[Any, Any] = {job: {job: Job(spec, labels)}, blocks: {}}
+    graph: dict[str, dict[Key, object]] = {job: {job: Job(spec, labels)}, blocks: {}}
     for place, block in zip(numbers, cut(spec.shape, sizes), strict=True):
         bounds = tuple((piece.start, piece.stop) for piece in block)
         graph[blocks][(blocks, *place)] = (lazy_block, job, bounds)
@@ -82,7 +83,7 @@ def lazy_dataset(spec: SweepSpec, labels: Labels, chunks: Mapping[str, int] | st
         mine = [axis.kind in item.kinds for axis in spec.axes]
         own = whole[name].shape[sum(mine) :]
         zeros = (0,) * len(own)
-        tasks: dict[Any, Any] = {}
+        tasks: dict[Key, object] = {}
         for place in numbers:
             if any(k and not here for k, here in zip(place, mine, strict=True)):
                 continue  # alike in all blocks along axes that it does not have

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from kinetostatics.robot import Robot
 
 #: A part of the grid: a range of indices along each axis.
@@ -95,7 +97,7 @@ def sizes_of(block: Block) -> tuple[int, ...]:
 
 def split_values(
     what: str, given: Mapping[str, object], kind: str, units: Mapping[str, str] | str = ""
-) -> tuple[list[Axis], dict[str, Any]]:
+) -> tuple[list[Axis], dict[str, float | str]]:
     """Return the axes of one-dimensional arrays, and the single values that are held.
 
     Args:
@@ -108,7 +110,8 @@ def split_values(
         ArgumentError: an array has more dimensions, is empty, has a value twice, or one that is not finite.
     """
     check_mapping(what, given, '{"z": [0.4, 0.5, 0.6]}')
-    axes, held = [], {}
+    axes: list[Axis] = []
+    held: dict[str, float | str] = {}
     for name, value in given.items():
         array = _array(what, name, value, text=kind == "parameter")
         if array.ndim == 0:
@@ -144,7 +147,7 @@ def _array(what: str, name: str, value: object, text: bool) -> Values:
     return array
 
 
-def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
+def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
     """Return a vector, and an axis for each dimension along which it varies.
 
     Args:
@@ -156,16 +159,16 @@ def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
         ArgumentError: it has another size, dimensions without names, or entries that are not finite.
     """
     dims: tuple[str, ...] = ()
-    named = hasattr(value, "dims") and hasattr(value, "transpose")
-    if named:
+    field: xr.DataArray | None = None
+    if hasattr(value, "dims") and hasattr(value, "transpose"):
         if "component" not in value.dims:
             raise ArgumentError(f"{what} has the dimensions {value.dims}; one of them must be 'component', of size {size}")
-        value = value.transpose(..., "component")
-        dims = tuple(str(name) for name in value.dims[:-1])
-    array = numbers(what, value)
+        field = value.transpose(..., "component")
+        dims = tuple(str(name) for name in field.dims[:-1])
+    array = numbers(what, value if field is None else field)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ArgumentError(f"{what} has the shape {array.shape}; it must have {size} entries")
-    if array.ndim > 1 and not named:
+    if array.ndim > 1 and field is None:
         raise ArgumentError(
             f"{what} has the shape {array.shape}; give it as an xarray.DataArray, whose dimensions have names, "
             f"for example ('case', 'component')"
@@ -174,7 +177,7 @@ def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
         raise ArgumentError(f"{what} has entries that are not finite")
     axes = []
     for position, name in enumerate(dims):
-        labels = np.asarray(value[name]) if name in value.coords else np.arange(array.shape[position])
+        labels = np.asarray(field[name]) if field is not None and name in field.coords else np.arange(array.shape[position])
         axes.append(Axis(name, "case", labels.astype(str) if labels.dtype.kind == "O" else labels))
     return Field(dims, array), axes
 
@@ -207,7 +210,7 @@ def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
     return tuple(sizes)
 
 
-def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, Any]) -> tuple[int, ...]:
+def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, int]) -> tuple[int, ...]:
     """Return the sizes of blocks that ``chunks={"z": 5, …}`` asks for; what is not named is whole, −1 too.
 
     Raises:

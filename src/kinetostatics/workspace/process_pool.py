@@ -15,14 +15,17 @@ import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, TypeVar
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.workspace.schema import Labels
 from kinetostatics.workspace.sweep_spec import SweepSpec
 
-#: A piece of work, to be called with what is asked for and the labels; a partial function, which goes to other processes.
-Task: TypeAlias = "partial[Any]"
+if TYPE_CHECKING:
+    from loky.process_executor import ProcessPoolExecutor
+
+#: What comes of a piece of work: a partial function, called with what is asked for and the labels, which goes to other processes.
+T = TypeVar("T")
 #: How often one after the other a process may die before any has done its work.
 ATTEMPTS = 3
 #: One thread each: the processes share the cores among themselves.
@@ -42,14 +45,14 @@ class ProcessPool:
     def __exit__(self, *_: object) -> None:
         self._executor.shutdown(kill_workers=True)
 
-    def perform(self, tasks: Iterable[Task]) -> Iterator[tuple[int, object]]:
+    def perform(self, tasks: Iterable[partial[T]]) -> Iterator[tuple[int, T]]:
         """Yield the number and the outcome of each piece of work, in the order in which they come.
 
         Raises:
             KinetostaticsError: what a process raised; or that processes die again and again.
         """
-        waiting: Iterator[tuple[int, Task]] = enumerate(tasks)
-        at_work: dict[Future[object], tuple[int, Task]] = {}
+        waiting: Iterator[tuple[int, partial[T]]] = enumerate(tasks)
+        at_work: dict[Future[T], tuple[int, partial[T]]] = {}
         losses = 0
         while True:
             # one in work and one at hand for each
@@ -75,18 +78,18 @@ class ProcessPool:
                 self._executor.shutdown(kill_workers=True)
                 self._executor = self._start()
 
-    def _start(self) -> Any:
+    def _start(self) -> ProcessPoolExecutor:
         from loky.process_executor import ProcessPoolExecutor
 
         environment = {**dict.fromkeys(SINGLE, "1"), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         arguments = os.getpid(), self._spec, self._labels
         return ProcessPoolExecutor(self._workers, initializer=_begin, initargs=arguments, env=environment)
 
-    def _submit(self, task: Task) -> Future[object]:
+    def _submit(self, task: partial[T]) -> Future[T]:
         try:
             return self._executor.submit(_work, task)
         except BrokenExecutor as error:
-            failed: Future[object] = Future()
+            failed: Future[T] = Future()
             failed.set_exception(error)
             return failed
 
@@ -113,7 +116,7 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def _work(task: Task) -> object:
+def _work(task: partial[T]) -> T | None:
     """Do a piece of work; what is in a file need not be returned.
 
     Raises:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from contextlib import ExitStack
-from typing import Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.printing.waiting import in_notebook, on_terminal, showing, waiting
+
+if TYPE_CHECKING:
+    from tqdm.auto import tqdm
 
 
 def wants_bar(progress: bool | None) -> bool:
@@ -24,7 +27,7 @@ class Bar:
     def __init__(self, progress: bool | None, total: int) -> None:
         self._wanted, self._total = wants_bar(progress), total
         self._stack = ExitStack()
-        self._bar: Any = None
+        self._bar: tqdm | None = None
 
     def __enter__(self) -> Bar:
         if not self._wanted:

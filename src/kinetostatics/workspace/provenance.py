@@ -8,7 +8,6 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from importlib import metadata
-from typing import Any
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.robot import Robot
@@ -46,11 +45,11 @@ def text_digest(description: RobotDescription) -> str:
     return hashlib.sha256(description.urdf.encode()).hexdigest()
 
 
-def attributes(spec: SweepSpec, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, Any]:
+def attributes(spec: SweepSpec, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:
     """Return the attributes of the Dataset; ``robot`` is the first one."""
     now = datetime.datetime.now(datetime.timezone.utc).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
-    found = {
+    found: dict[str, object] = {
         "Conventions": CONVENTIONS,
         "title": f"workspace map of the parallel manipulator {labels.robot}",
         "source": f"kinetostatics {spec.versions['kinetostatics']}",

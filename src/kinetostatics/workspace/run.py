@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -21,7 +21,7 @@ from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.block import block_numbers, read_part
 from kinetostatics.workspace.grid import Block, block_sizes, cut, sizes_of
-from kinetostatics.workspace.process_pool import ProcessPool, Task
+from kinetostatics.workspace.process_pool import ProcessPool, T
 from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, check_disk, check_memory, open_map, store_of
@@ -231,7 +231,7 @@ class _Run:
                 bar.advance(math.prod(sizes_of(block)))
             self._finish(pool, target, bar)
 
-    def _perform(self, pool: ProcessPool | None, tasks: Iterable[Task]) -> Iterator[tuple[int, Any]]:
+    def _perform(self, pool: ProcessPool | None, tasks: Iterable[partial[T]]) -> Iterator[tuple[int, T]]:
         if pool is not None:
             yield from pool.perform(tasks)
             return

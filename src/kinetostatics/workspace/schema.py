@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
@@ -85,11 +86,11 @@ class Variable:
     long_name: str
     unit: str = ""
     kinds: tuple[str, ...] = EVERYTHING
-    dtype: Any = np.float64
-    flags: Mapping[str, Any] = field(default_factory=dict)
+    dtype: type[np.generic] = np.float64
+    flags: Mapping[str, object] = field(default_factory=dict)
 
     @property
-    def attributes(self) -> dict[str, Any]:
+    def attributes(self) -> dict[str, object]:
         """Return its attributes in the Dataset."""
         units = {"unit_coordinate" if self.unit.endswith("_unit") else "units": self.unit} if self.unit else {}
         return {"long_name": self.long_name, **units, **self.flags}
@@ -104,7 +105,7 @@ class Variable:
         return (*(axis.name for axis in spec.axes if axis.kind in self.kinds), *self.labels)
 
 
-def _flags(words: Mapping[int, str]) -> dict[str, Any]:
+def _flags(words: Mapping[int, str]) -> dict[str, object]:
     return {"flag_values": np.array(list(words), dtype=np.int8), "flag_meanings": " ".join(words.values())}
 
 
@@ -171,7 +172,7 @@ def numbered(labels: Iterable[str]) -> list[str]:
 def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
     """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
-    result = analyze(generic, **spec.extras, on_failure="nan")
+    result = with_keywords(analyze)(generic, **spec.extras, on_failure="nan")
     wrenches: list[tuple[str, str, str]] = []
     attached: list[tuple[str, str, str]] = []
     for limb in result.limbs.values():

@@ -13,9 +13,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
@@ -115,7 +115,7 @@ class SweepSpec:
     payload: Payload | None = None
 
     @property
-    def extras(self) -> dict[str, Any]:
+    def extras(self) -> dict[str, object]:
         """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: misfits, loads on links, payload."""
         return {"misfits": self.misfits, "loads": self.loads, "payload": self.payload}
 
@@ -178,10 +178,11 @@ class SweepSpec:
         kept: OrderedDict[object, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
         kept[self.identity, combination] = robot
 
-    def assemble(self, robot: Robot, values: Mapping[str, object], near: Configuration | None = None) -> Configuration:
+    def assemble(self, robot: Robot, values: Mapping[str, ArrayLike], near: Configuration | None = None) -> Configuration:
         """Return the poses (N,) at coordinates, which have been warned of before, along a line from the zero pose or ``near``."""
-        given: tuple[Any, Any, str | None] = (None, values, self.orientation) if self.kind == "platform" else (values, None, None)
-        return assemble(robot, *given, near, self.tolerance, "nan", compiled_loops(self.engine))
+        actuators, platform = (None, values) if self.kind == "platform" else (values, None)
+        orientation = None if platform is None else self.orientation
+        return assemble(robot, actuators, platform, orientation, near, self.tolerance, "nan", compiled_loops(self.engine))
 
     # ---- what makes it this sweep and no other ----------------------------------------------------------------------
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from kinetostatics.math.arrays import Values
+from kinetostatics.math.arrays import Index, Values
 from kinetostatics.workspace.assembly_modes.repair import Finished, finish
 from kinetostatics.workspace.grid import Block, cut, sizes_of
-from kinetostatics.workspace.process_pool import Task
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, variables
 from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Stored: TypeAlias = Any  # arrays and groups of NumPy, h5netcdf and zarr, whose types have nothing in common
+#: Arrays of a file, and what writes its attributes and closes it.
+Created: TypeAlias = tuple[dict[str, Stored], Callable[[Mapping[str, object]], None]]
 
 
 class Target:
@@ -27,7 +30,7 @@ class Target:
         arrays: NumPy's, or others that are written and read by slices.
     """
 
-    def __init__(self, spec: SweepSpec, labels: Labels, arrays: Mapping[str, Any], block: Block | None = None) -> None:
+    def __init__(self, spec: SweepSpec, labels: Labels, arrays: Mapping[str, Stored], block: Block | None = None) -> None:
         self.spec, self.labels, self.arrays = spec, labels, arrays
         self._items = variables(labels)
         self._origin = [piece.start for piece in block] if block else [0] * len(spec.axes)
@@ -54,7 +57,7 @@ class Target:
 
     # ---- the second look --------------------------------------------------------------------------------------------
 
-    def to_finish(self, combination: Combination, cases: Block, region: Block) -> Task:
+    def to_finish(self, combination: Combination, cases: Block, region: Block) -> partial[Finished]:
         """Return the second look at a region of one robot, with what is known of it before."""
         block, one = self._block(combination, cases, region), (0,) * len(combination)
         q = self.read("q", block)[one]
@@ -83,8 +86,9 @@ class Target:
                 values = self.read(name, block)
                 before = sizes_of(cases) if "case" in item.kinds else ()
                 flat = values.reshape((*before, rows.size, *values.shape[values.ndim - len(item.labels) :]))
-                every: tuple[Any, ...] = (slice(None),) * len(before)
-                flat[(*every, places)] = finished.numbers[name][(*every, rows[places])]
+                into: tuple[slice | Index, ...] = (*(slice(None) for _ in before), places)
+                out_of: tuple[slice | Index, ...] = (*into[:-1], rows[places])
+                flat[into] = finished.numbers[name][out_of]
                 self.write(name, block, flat)
 
     def _block(self, combination: Combination, cases: Block, region: Block) -> Block:
@@ -118,7 +122,7 @@ def _chunks(variable: xr.DataArray, sizes: Mapping[str, int]) -> tuple[int, ...]
     return tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
 
 
-def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Any:
+def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Created:
     """Make a netCDF-4 file with h5netcdf."""
     import h5netcdf
 
@@ -140,12 +144,12 @@ def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) ->
     return arrays, close
 
 
-def _create_zarr(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Any:
+def _create_zarr(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Created:
     """Make a zarr store, a folder of chunks; in the format 2, which all versions of zarr read."""
     import zarr
 
     template.drop_vars(list(template.data_vars)).to_zarr(path, mode="w", consolidated=False, zarr_format=2)
-    group: Any = zarr.open_group(path, mode="a", zarr_format=2)
+    group: Stored = zarr.open_group(path, mode="a", zarr_format=2)
     arrays = {}
     for name, item in template.data_vars.items():
         attributes = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in item.attrs.items()}

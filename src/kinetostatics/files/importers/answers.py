@@ -9,7 +9,7 @@ import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 
 #: How many names a question lists.
 MAX_NAMES = 30
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -235,7 +237,7 @@ def _axis_question(loop: ForeignLoop, kind: str, count: int) -> Question:
     return Question("axes", loop.name, "(X, Y, Z)", "X,Y,Z", what + note)
 
 
-def _by_loop(argument: str, given: Mapping[str, Any] | None, found: Sequence[ForeignLoop]) -> Mapping[str, Any]:
+def _by_loop(argument: str, given: Mapping[str, Item] | None, found: Sequence[ForeignLoop]) -> Mapping[str, Item]:
     if given is None:
         return {}
     if not isinstance(given, Mapping):

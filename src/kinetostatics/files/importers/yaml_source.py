@@ -7,11 +7,14 @@ are refused, and aliases stay shared nodes, so that no file grows when it is rea
 from __future__ import annotations
 
 import os
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import KinetostaticsError, RobotFileError
 from kinetostatics.files.xml import read_file, shortened
+
+if TYPE_CHECKING:
+    import yaml
 
 #: Larger files [bytes] are refused; the largest of Gepetto's has 2 kB.
 MAX_YAML = 100_000
@@ -40,7 +43,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, object]:
         RobotFileError: the file cannot be read, is not YAML, or is not a mapping with distinct keys.
     """
     try:
-        import yaml  # type: ignore[import-untyped]
+        import yaml
     except ImportError:
         reason = "reading robot.yaml needs PyYAML: pip install 'kinetostatics[foreign]'"
         raise KinetostaticsError(reason) from None
@@ -70,14 +73,14 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, object]:
     return found
 
 
-def sequence(node: Any, file: str, what: str) -> list[Any]:
+def sequence(node: yaml.Node, file: str, what: str) -> list[yaml.Node]:
     """Return the nodes of a sequence."""
     if node.id != "sequence" or node.tag != _LIST:
         fail(node, file, f"{what} must be a list, not a {_kind(node)}")
     return list(node.value)
 
 
-def scalar(node: Any, file: str, what: str) -> str:
+def scalar(node: yaml.Node, file: str, what: str) -> str:
     """Return a text that is not empty and is in one line."""
     if node.id != "scalar" or node.tag not in (_TEXT, *_PLAIN):
         fail(node, file, f"{what} must be text, not a {_kind(node)}")
@@ -89,12 +92,12 @@ def scalar(node: Any, file: str, what: str) -> str:
     return value
 
 
-def place(node: Any, file: str) -> Place:
+def place(node: yaml.Node, file: str) -> Place:
     """Return where a node is written."""
     return Place(file, node.start_mark.line + 1)
 
 
-def fail(node: object, file: str, reason: str) -> NoReturn:
+def fail(node: yaml.Node, file: str, reason: str) -> NoReturn:
     """Raise the error that says ``reason`` at a node's place."""
     raise place(node, file).error(shortened(reason))
 
@@ -114,7 +117,7 @@ def _text(path: str | os.PathLike[str], name: str) -> str:
         raise RobotFileError(f"the text cannot be decoded: {error}", name) from None
 
 
-def _kind(node: Any) -> str:
+def _kind(node: yaml.Node) -> str:
     if node.tag not in (_TEXT, _LIST, _MAPPING, *_PLAIN):
         return f"{shortened(node.tag.removeprefix(_TAG))} object, which is not read"
     return {"mapping": "mapping", "sequence": "list"}.get(node.id, "single value")
