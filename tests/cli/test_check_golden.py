@@ -20,7 +20,7 @@ def test_there_is_a_text_for_each_and_no_other():
     assert sorted(path.stem for path in GOLDEN.glob("*.txt")) == sorted(NAMES)
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(8)
 @pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 def test_check_says_what_it_said(name):
@@ -42,7 +42,7 @@ def test_the_comparison_notices_what_it_should():
     assert same("33.78", "33.77") and not same("33.9", "33.78") and not same("3", "2") and not same("1e-05", "1e-06")
 
 
-@pytest.mark.few(12)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", NAMES)
 def test_lines_are_short_and_say_no_machine_words(name):
     text = report(name)

@@ -23,6 +23,7 @@ LONG = {
 }
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in MODULES])
 def test_examples_of_a_module(name):
     found = doctest.testmod(importlib.import_module(name))

@@ -28,7 +28,7 @@ def test_every_robot_has_its_page_and_its_place():
     assert sorted(gallery.ORDER) == ROBOTS == sorted(page.stem for page in gallery.PAGES.glob("*.md"))
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("page", [*map(gallery.page_of, gallery.ORDER), gallery.INDEX], ids=lambda page: page.stem)
 def test_what_is_computed_is_fresh(page):
     shown, fresh = words(page.read_text(encoding="utf-8")), words(gallery.fresh(page))

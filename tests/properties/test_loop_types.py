@@ -363,7 +363,7 @@ def test_cardan_shaft_from_zero(bend, swap):
         np.testing.assert_allclose(poses.frame("platform")[k], expected(angle), atol=1e-9)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("bend", [60.0, 89.0, 89.9])
 def test_cardan_shaft_step_by_step(bend, swap):

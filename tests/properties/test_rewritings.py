@@ -115,7 +115,7 @@ REWRITINGS = {
 PAIRS = [(name, what) for k, name in enumerate(NAMES) for j, what in enumerate(REWRITINGS) if (k + j) % 4 == 0]
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(4)
 @pytest.mark.parametrize(("name", "what"), PAIRS)
 def test_a_shipped_robot_written_anew(name, what):
     robot, drives, expected = original(name)

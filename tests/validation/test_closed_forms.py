@@ -263,6 +263,7 @@ def integrate(values, x):
     return integral(x) - integral(x[0])
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("robot", ["cantilever", "chain", "portal", "rps3", "pru2_upr", "planar_3rrr"])
 def test_bent_lines_solve_the_beams_differential_equations(robot):
     rng = np.random.default_rng(5)

@@ -381,6 +381,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("file", "platform"), OTHERS.items())
 def test_other_robots_of_the_package_hold_what_pinocchio_says(file, platform, tmp_path):
     root = ET.parse(package_folder("example-robot-data") / file).getroot()

@@ -131,6 +131,7 @@ def assert_forces_are_the_slope_of_the_energy(name, coordinates, masses, up=Z):
 # ---- all of them -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", KINDS)
 def test_kind_of_mechanism(name):
     one = robot(name)
@@ -169,6 +170,7 @@ def test_finite_elements_agree(name):
     assert found.verified and found.conclusive, str(found)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", KINDS)
 def test_workspace_is_reached(name):
     """A grid over the workspace, corners included, is within all limits and stays well away from singular poses."""
@@ -297,6 +299,7 @@ def test_3prs_parasitic_motion(coordinates):
         np.testing.assert_allclose(o[:2], moved, atol=1e-13)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("guide_tilt", [0.0, 0.3, -0.2])
 @at_poses("3prs")
 def test_3prs_carriages(coordinates, guide_tilt):

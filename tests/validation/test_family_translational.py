@@ -194,6 +194,7 @@ def limb_across(points, bars, axis, o, drive=np.inf):
 # ---- what holds for all of them ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(3)
 @names
 def test_what_the_file_describes(name):
     one, claim = robot(name), CLAIMS[name]
@@ -244,7 +245,7 @@ def test_opens_in_xacro_and_pinocchio(name, capfd):
     assert printed.out == printed.err == ""
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @names
 def test_other_sizes_close_too(name):
     """The example in the file's head, and every length a little different."""

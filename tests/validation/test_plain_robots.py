@@ -46,7 +46,7 @@ def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
     assert shown == example()
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
 def test_it_passes_check_and_sags_as_pinocchio_says(file, tmp_path, capsys) -> None:
     """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the actuators' stiffnesses."""

@@ -183,7 +183,7 @@ def numbers(result):
     }
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_of_the_package_comes_out_of_its_architecture(name):
     make, step = ROBOTS[name]

@@ -148,6 +148,7 @@ def test_each_force_alone(section):
     assert section.stress(unit(3, 2.0)[:, None], NU)[0] == pytest.approx(2 * np.sqrt(3) / modulus, rel=5e-3)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("section", ALL, ids=str)
 def test_largest_stress_is_the_largest(section):
     """Against points all over the section, for forces of all kinds mixed; mirrored wrenches give the same."""

@@ -127,7 +127,7 @@ def test_mean_motion_of_a_rigid_one_is_the_motion_itself(configuration):
 # ---- the deck ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("robot", ["3rps", "2pru_upr"])
 @pytest.mark.parametrize("grip", solid.GRIPS)
 def test_joints_allow_their_freedoms_and_nothing_else(robot, grip):

@@ -162,7 +162,7 @@ SPECS = {
 }
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", SPECS)
 def test_small_robots(name):
     """Every second one in frames that are turned, with other cuts."""

@@ -31,6 +31,7 @@ def said_of(robot):
 # ---- coordinates -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("name", "given", "hint"),
     [
