@@ -136,6 +136,20 @@ def test_the_tip_of_a_tool_turns_with_the_platform():
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
 
 
+def test_the_tip_of_a_tool_on_rigid_limbs():
+    """Their stiffness is infinite, which takes nothing from the derivatives of the twist."""
+    robot = package_robots.robot("3rps")
+    robot = ks.Robot(robot.description.without_beam("rod_2").without_beam("rod_3"))
+    pose, tool = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.05}), (0.05, -0.04, 0.1)
+    at_o, at_tip = (ks.sensitivities(pose, ["rod_1.outer_diameter"], load=LOAD, tool=place) for place in (None, tool))
+    assert np.all(np.isnan(at_tip.result.stiffness)) and at_tip["rod_1.outer_diameter"].exact
+    one = at_o["rod_1.outer_diameter"].twist
+    wanted = one[:3] + np.cross(one[3:], pose.platform_frame[:3, :3] @ tool)
+    np.testing.assert_allclose(at_tip["rod_1.outer_diameter"].twist, [*wanted, *one[3:]], rtol=1e-9)
+    off = ks.spread(pose, {"rod_1.outer_diameter": "0.1mm"}, load=LOAD, tool=tool, robots=5).effects["rod_1.outer_diameter"]
+    np.testing.assert_allclose(off.twist, 1e-4 * np.append(wanted, one[3:]), rtol=1e-9)
+
+
 def test_numbers_of_parts_have_the_closed_forms_of_the_files_arguments(cantilever):
     """The rod's own diameter, modulus and density do what the file's arguments do, and its end's place what its length does."""
     own = {"diameter": "rod.outer_diameter", "E": "rod.youngs_modulus", "density": "rod.density", "tip_mass": "tip.mass"}

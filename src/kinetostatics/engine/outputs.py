@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -109,13 +110,19 @@ def output_record(
         if tool is not None:
             rotation, _ = copy.mechanism.platform_pose(solution.frames)
             arm = np.einsum("ijn,j->in", rotation, tool)
-            found |= {name: AT_POINT[name](found[name], arm) for name in names if name in AT_POINT}
+            at_point = [name for name in names if name in AT_POINT and not _is_unknown(found[name])]
+            found |= {name: AT_POINT[name](found[name], arm) for name in at_point}
         return found
 
     arrays = recorded_arrays(robot, tape, copy, example, wanted)
     rows = {name: _numbers(tape, array) for name, array in arrays.items()}
     shapes = {name: tuple(array.shape[:-1]) for name, array in arrays.items()}
     return OutputRecord(tape, rows, shapes, tape.number_of(tape.holds()))
+
+
+def _is_unknown(array: Any) -> bool:
+    """Whether all entries are NaN whatever the pose, as an infinite stiffness is: sums with it would spoil derivatives."""
+    return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 
 def _numbers(tape: Tape, array: Any) -> tuple[int, ...]:
