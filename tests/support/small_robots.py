@@ -127,6 +127,26 @@ def mirrored(spec):
     return _moved(spec, lambda v: M * v, lambda v: M * v, lambda v: -M * v)
 
 
+def on_a_grid(spec, step):
+    """Return a spec whose joints lie at multiples of ``step`` [m] with axes along x, y and z: much is parallel or meets."""
+
+    def point(v):
+        return step * np.round(np.asarray(v) / step)
+
+    def along(v):
+        k = int(np.argmax(np.abs(v)))
+        return np.sign(v[k]) * np.eye(3)[k]
+
+    def joint(j):
+        axis, axis2 = along(j.axis), along(j.axis2)
+        if j.kind == "U" and abs(axis @ axis2) > 0.5:
+            axis2 = np.roll(axis, 1)
+        return replace(j, centre=tuple(point(j.centre)), axis=tuple(axis), axis2=tuple(axis2))
+
+    limbs = tuple(replace(limb, joints=tuple(map(joint, limb.joints))) for limb in spec.limbs)
+    return replace(spec, limbs=limbs)
+
+
 def in_millimetres(spec):
     """Return the same robot in mm, N and tonnes (gravity then is in mm/s²)."""
     grown = _moved(spec, lambda v: np.asarray(v) * 1000.0, np.asarray, np.asarray)

@@ -124,7 +124,8 @@ class CompiledStatics:
         truths, found = self._later(frames, load, gravity, applied)
         if truths[0].all():
             return found
-        doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
+        doubtful = np.flatnonzero(~truths[0])
+        doubtful = doubtful[frames.take(doubtful).are_finite()]  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
         if doubtful.size == N:

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinetostatics.description.elements import JointStiffness, Vector
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.mechanism import Mechanism
 
 
@@ -22,7 +23,7 @@ class Spring:
     Attributes:
         joint: its name.
         is_actuator: whether it is the actuator along the joint's own coordinate, else the joint or its bearings.
-        body, frame: the joint's frame (4, 4) in the body on the predecessor's side.
+        body, frame: the joint's frame (4, 4) in the body on the predecessor's side; an actuator's has one axis along the joint's.
         linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
         angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
     """
@@ -48,9 +49,14 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
     if np.any(linear) or np.any(angular):
         found.append(Spring(joint, False, *place, linear, angular))
     if stiffness.drive is not None and np.isfinite(stiffness.drive):
-        along = np.outer(connection.axis, connection.axis) / stiffness.drive
+        # in axes of its own what it does not feel is nothing, and not rounding that looks like another elastic direction
+        body, frame, axis = connection.predecessor_body, np.array(connection.predecessor_frame), connection.axis
+        if np.max(np.abs(axis)) < 1:
+            frame[:3, :3] = frame[:3, :3] @ np.stack([*across(axis), axis], axis=1)
+            axis = np.array([0.0, 0.0, 1.0])
+        along = np.diag(np.where(np.abs(axis) < 1, 0.0, 1 / stiffness.drive))
         slides = connection.type.is_slide
-        found.append(Spring(joint, True, *place, along if slides else zero, zero if slides else along))
+        found.append(Spring(joint, True, body, frame, along if slides else zero, zero if slides else along))
     return tuple(found)
 
 

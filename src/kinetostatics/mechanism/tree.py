@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, Index, is_filled, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask, is_filled, zeros_for
 from kinetostatics.math.linalg import apply, cross, matmul
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -102,6 +102,10 @@ class Frames(ShortRepr):
     def take(self, poses: Index | slice) -> Frames:
         """Return some of the poses."""
         return Frames(self.rotation[..., poses], self.position[..., poses])
+
+    def are_finite(self) -> Mask:
+        """Return at which poses (N,) all bodies are somewhere: of what is not a number o may still be one, in other limbs."""
+        return np.all(np.isfinite(self.position), axis=(0, 1)) & np.all(np.isfinite(self.rotation), axis=(0, 1, 2))
 
     def put(self, poses: Index, others: Frames) -> None:
         """Write others in place of some poses."""

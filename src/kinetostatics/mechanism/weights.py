@@ -73,7 +73,7 @@ class Weights:
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
-        if o.shape[1] == 1 and np.all(np.isfinite(o)):  # Pinocchio refuses what is NaN where no pose is
+        if o.shape[1] == 1 and frames.are_finite()[0]:  # Pinocchio refuses what is NaN where no pose is
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         return self.wrenches_of_many(frames, o, gravity)
 

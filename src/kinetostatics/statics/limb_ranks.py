@@ -50,6 +50,8 @@ def groups_of_poses(
     found = {}
     for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
         here = frames.take(np.array([pose]))
+        if not here.are_finite()[0]:
+            continue
         changed = {number for item in statics for number in _changed(item, here, o[:, [pose]], pose)}
         counts_of = {
             number: int(count)

@@ -88,6 +88,21 @@ def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
             assert np.all(np.isnan(array)), what
 
 
+@pytest.mark.parametrize("engine", ["numpy", "compiled"])
+def test_joint_coordinates_that_are_no_numbers_give_none_whichever_limb_they_are_of(engine):
+    if engine == "compiled":
+        pytest.importorskip("llvmlite")
+    robot = package_robots.robot("five_bar")
+    here = robot.assemble().q
+    for k in range(here.size):
+        q = np.repeat(here[None], 3, axis=0)
+        q[1, k] = np.nan
+        for some in (q, q[1]):
+            found = ks.analyze(robot.configuration(some, on_failure="nan"), on_failure="nan", engine=engine)
+            assert np.array_equal(found.status != ks.Status.UNREACHABLE, np.all(np.isfinite(some), axis=-1))
+            assert np.array_equal(np.isnan(found.twist[..., 0]), found.status == ks.Status.UNREACHABLE)
+
+
 def test_drives_of_poses_that_are_not_reached_have_no_position():
     machine = package_robots.robot("orthoglide")
     pose = machine.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0})
