@@ -75,7 +75,7 @@ ARCHITECTURES = (
     places("[((0.3, 0, 0), (0.2, 0.1, 0), (0, 1, 0))]", "An axis across the limb."),
     code("ks.new_robot('3-RPS', placements='none.csv')", "The path of the table."),
     table("", "The columns."),
-    table("base_x,base_y,base", "Columns end in _x, _y, _z."),
+    table("base_x,base_y,base\n1,2,3", "Columns end in _x, _y, _z."),
     table(f"{POINTS}\n1,2", "Six cells."),
     table(f"{POINTS}\n0.3,0,0,0.2,0,zero", "Metres."),
     built("3-RPS", "A mapping.", "sections='tube'"),

@@ -242,13 +242,10 @@ def _limb_options(
         head,
         parameters,
         guide_direction,
-        "crank_angle" in arguments.texts,
         oblique,
         dict(prefixes[k]),
         widths,
-        "cylinder" in prefixes[k],
-        "drive_stiffness" in arguments.texts,
-        "crank_arc" in arguments.texts,
+        arguments.texts,
     )
 
 

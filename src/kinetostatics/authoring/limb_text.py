@@ -6,10 +6,11 @@ limb's frame (y along its revolute axes) a link has its z along itself: turned b
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from kinetostatics.authoring.skeleton import Point, Skeleton
-from kinetostatics.authoring.spherical import spherical_macro
+from kinetostatics.authoring.spherical import spherical_limb
 
 
 @dataclass(frozen=True)
@@ -21,26 +22,22 @@ class LimbOptions:
         head: the lines that call ``limb_frame``, and its parameters.
         parameters: of the macro.
         guide_direction: of the carriage's guide in the base's axes, an expression.
-        crank_angle: whether the crank's angle is given, and the rod's length follows; else the two lengths are given.
         oblique: whether the last link may leave the plane across the revolute axes.
-        prefixes: what the arguments of a role's section begin with.
+        prefixes: what the arguments of a role's section begin with; with a ``cylinder`` a telescope is this and a rod, both of
+            constant lengths.
         widths: for each role the expressions of its drawing: diameter, or height and width.
-        two_pieces: whether a telescope is a cylinder and a rod of constant lengths.
-        drive_stiffness: whether actuators are elastic.
-        spherical: whether the limb's axes all pass through one point.
+        given: names of the file's arguments: with ``crank_angle`` the rod's length follows from it, else the two lengths are
+            given; with ``drive_stiffness`` actuators are elastic; with ``crank_arc`` the limb's axes all pass through one point.
     """
 
     macro: str
     head: tuple[str, ...]
     parameters: str
     guide_direction: str
-    crank_angle: bool
     oblique: bool
     prefixes: dict[str, str]
     widths: dict[str, tuple[str, ...]]
-    two_pieces: bool = False
-    drive_stiffness: bool = False
-    spherical: bool = False
+    given: Collection[str]
 
 
 @dataclass
@@ -68,10 +65,23 @@ class _Walk:
 
 def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
     """Return the text of a limb's macro."""
-    if options.spherical:
-        flat = {role: len(width) > 1 for role, width in options.widths.items()}
-        return spherical_macro(skeleton, options.macro, options.prefixes, flat, drive_stiffness=options.drive_stiffness)
     walk = _Walk()
+    if "crank_arc" in options.given:
+        flat = {role: len(width) > 1 for role, width in options.widths.items()}
+        walk.lines, walk.actuators = spherical_limb(skeleton, options.prefixes, flat)
+    else:
+        _write(skeleton, options, walk)
+    for number, joint in enumerate(walk.actuators):
+        letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
+        walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
+        if "drive_stiffness" in options.given:
+            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg drive_stiffness)"/>')
+    body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
+    return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
+
+
+def _write(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
+    """Write everything but transmissions."""
     walk.say(*options.head, *_geometry(skeleton, options), "")
     _guide(skeleton, options, walk)
     for number, point in enumerate(skeleton.points):
@@ -82,13 +92,6 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
             _joint_and_link(skeleton, options, number, walk)
     if not skeleton.points:
         _to_platform(skeleton, Point("", None), walk)
-    for number, joint in enumerate(walk.actuators):
-        letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
-        walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
-        if options.drive_stiffness:
-            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg drive_stiffness)"/>')
-    body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
-    return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
 
 
 # ---- geometry ------------------------------------------------------------------------------------------------------
@@ -103,8 +106,9 @@ def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
     if len(skeleton.points) < 2:
         return []
     lines: list[str] = []
+    crank_angle = "crank_angle" in options.given
     if skeleton.has_elbow:
-        if options.crank_angle:
+        if crank_angle:
             lines += [
                 "<!-- at zero the crank points outwards, crank_angle above the level -->",
                 _property("crank_pitch", "pi / 2 - crank_angle"),
@@ -127,7 +131,7 @@ def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
         lines.append("<!-- at zero, the line from the limb's foot to its seat -->")
         x, z = "limb_x", "limb_z"
     lines.append(_property("rod_pitch", f"atan2({x}, {z})"))
-    if not (skeleton.has_elbow and not options.crank_angle):
+    if not (skeleton.has_elbow and not crank_angle):
         length = f"sqrt({x}**2 + limb_y**2 + {z}**2)" if options.oblique else f"hypot({x}, {z})"
         lines.append(_property("rod_length", length))
     if options.oblique:
@@ -294,7 +298,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     slide = "telescope_${i}" if skeleton.guide is not None else "prismatic_${i}"
     width = options.widths[role][-1]
     beam = options.prefixes[role]
-    if options.two_pieces:
+    if "cylinder" in options.prefixes:
         outer = options.widths["cylinder"]
         walk.say(
             "<!-- cylinder and rod have constant lengths; the locked actuator joins them rigidly -->",
@@ -324,7 +328,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         f"  {_drawn(options.widths[role], rest, middle)}",
         "</link>",
     )
-    if options.two_pieces:
+    if "cylinder" in options.prefixes:
         walk.say(
             f'<xacro:{options.prefixes["cylinder"]}_beam link="{walk.link}" start="{start}" end="{slide}"/>',
             f'<xacro:{beam}_beam link="{rod}" start="{slide}" end="{end}"/>',

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from kinetostatics.description.units import KNOWN, find_unit
+from kinetostatics.description.units import KNOWN, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
 
 #: Properties of materials: Young's modulus [Pa], Poisson's ratio, density [kg/m³].
@@ -76,12 +76,10 @@ def parse_section(text: str, what: str = "section") -> SectionText:
 
 
 def _length(what: str, text: str, word: str) -> float:
-    number = word.rstrip("abcdefghijklmnopqrstuvwxyzµμABCDEFGHIJKLMNOPQRSTUVWXYZ")
-    unit = word[len(number) :]
-    try:
-        value = float(number)
-    except ValueError:
-        raise ArgumentError(f"{what}: {word!r} in {text!r} is no length; {EXAMPLE}") from None
+    typed = typed_number(word)
+    if typed is None:
+        raise ArgumentError(f"{what}: {word!r} in {text!r} is no length; {EXAMPLE}")
+    value, unit = typed
     found = find_unit(unit) if unit else None
     if unit and (found is None or found.kind != "length"):
         raise ArgumentError(f"{what}: {unit!r} in {text!r} is no unit of length; units are {KNOWN}")

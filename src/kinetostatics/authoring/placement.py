@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -14,6 +13,7 @@ from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.skeleton import Skeleton
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.tables import table_rows
 
 Point = tuple[float, float, float]
 
@@ -220,15 +220,9 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     Raises:
         ArgumentError: it cannot be read; the message names file and line.
     """
-    name = os.fsdecode(path)
-    try:
-        with open(name, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, skipinitialspace=True)
-            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ArgumentError(f"{name}: the table cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    known = [f"{column}_{letter}" for column in COLUMNS for letter in "xyz"]
-    header = rows[0][1] if rows else []
+    name, known = os.fsdecode(path), [f"{column}_{letter}" for column in COLUMNS for letter in "xyz"]
+    rows = table_rows(name, f"the first line names the columns, {', '.join(known[:6])}; each further line is a limb")
+    header = [cell.strip() for cell in rows[0][1]]
     for column in header:
         if column not in known:
             raise ArgumentError(f"{name}:1: the column {column!r} is unknown; {near_names(column, known)}")
@@ -237,15 +231,13 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
         raise ArgumentError(f"{name}:1: the columns {', '.join(missing)} are missing; the first line names the columns")
     found = []
     for line, cells in rows[1:]:
-        if len(cells) != len(header):
-            raise ArgumentError(f"{name}:{line}: {len(cells)} cells under {len(header)} columns")
         row: dict[str, list[float]] = {}
         for column, cell in zip(header, cells, strict=True):
             try:
                 row.setdefault(column[:-2], [0.0, 0.0, 0.0])["xyz".index(column[-1])] = float(cell)
             except ValueError:
                 raise ArgumentError(
-                    f"{name}:{line}: {cell!r} in the column {column} is not a number; lengths are in metres"
+                    f"{name}:{line}: {cell.strip()!r} in the column {column} is not a number; lengths are in metres"
                 ) from None
         found.append({column: _point(vector) for column, vector in row.items()})
     return found

@@ -77,17 +77,13 @@ def _check_arcs(architecture: Architecture, k: int, place: Place, cones: tuple[f
         )
 
 
-def spherical_macro(
-    skeleton: Skeleton, macro: str, prefixes: Mapping[str, str], flat: Mapping[str, bool], *, drive_stiffness: bool
-) -> str:
-    """Return the text of the macro of a spherical robot's limb.
+def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mapping[str, bool]) -> tuple[list[str], list[str]]:
+    """Return the lines of the macro of a spherical robot's limb, and its driven joints.
 
     Args:
         skeleton: the limb.
-        macro: its name.
         prefixes: what the arguments of a role's section begin with.
         flat: whether a role's section needs its y axis.
-        drive_stiffness: whether actuators are elastic.
     """
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
@@ -123,14 +119,7 @@ def spherical_macro(
         beam("crank", 0, "u", "w"),
         beam("rod", 1, "w", "v"),
     ]
-    for number, name in enumerate(name for name, item in zip(names, driven, strict=True) if item):
-        lines.append(
-            f'<transmission name="drive_${{i}}{"abc"[number] if sum(driven) > 1 else ""}"><joint name="{name}"/></transmission>'
-        )
-        if drive_stiffness:
-            lines.append(f'<joint_stiffness joint="{name}" drive="$(arg drive_stiffness)"/>')
-    body = "\n".join(f"    {line}" if line else "" for line in lines)
-    return f'  <xacro:macro name="{macro}" params="i at_base at_platform">\n{body}\n  </xacro:macro>'
+    return lines, [name for name, item in zip(names, driven, strict=True) if item]
 
 
 def _vector(name: str, form: str = "{}") -> str:

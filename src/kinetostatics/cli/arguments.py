@@ -10,19 +10,20 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypedDict
 
-from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit
+from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError
 
 if TYPE_CHECKING:
     from kinetostatics.description.loads import LinkLoad
     from kinetostatics.robot import Robot
 
-NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*)?")
-
 VALUES_HELP = """\
 values:
   Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
 """
+
+#: Values along one dimension, and poses, at most.
+MOST = 1_000_000
 
 
 class _Several(TypedDict):
@@ -48,28 +49,28 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
     Raises:
         ArgumentError: it is not a number, or the unit is unknown or of the wrong kind.
     """
-    match = NUMBER.fullmatch(text.strip())
-    if match is None:
+    found = typed_number(text)
+    if found is None:
         raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit; units are {KNOWN}")
-    value, name = float(match[1]), match[2]
+    value, name = found
     if not math.isfinite(value):
         raise ArgumentError(f"{text.strip()!r} is too large")
-    if name is None:
+    if not name:
         return value
     unit = find_unit(name)
     if unit is None:
         raise ArgumentError(f"{text.strip()!r} has the unknown unit {name!r}; units are {KNOWN}")
     if kind is not None and (kind == "number" or unit.kind != kind):
         wanted = "a plain number" if kind == "number" else article(kind)
-        found = article(unit.kind) if unit.kind else "another quantity"
-        raise ArgumentError(f"{text.strip()!r} is {found}, but {wanted} is needed")
+        given = article(unit.kind) if unit.kind else "another quantity"
+        raise ArgumentError(f"{text.strip()!r} is {given}, but {wanted} is needed")
     return unit.in_si(value)
 
 
 def unit_of(text: str) -> Unit | None:
     """Return the unit that a number carries, None if the text is no number with a unit."""
-    match = NUMBER.fullmatch(text.strip())
-    return None if match is None or match[2] is None else find_unit(match[2])
+    found = typed_number(text)
+    return find_unit(found[1]) if found and found[1] else None
 
 
 def check_folder(out: str | None, option: str = "--out") -> None:
@@ -117,6 +118,9 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
         return first, last, None
     if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
         raise ArgumentError(f"{option}: {name}: {parts[2]!r} is not a number of values, which must be at least 2")
+    if int(parts[2]) > MOST:
+        count = parts[2].strip()
+        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
     return first, last, int(parts[2])
 
 

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 
-#: Poses at most.
-MOST = 1_000_000
-
 HELP = "correct actuator positions for gravity and loads, with the forces to feed forward"
 DESCRIPTION = (
     "Find where to command the actuators so that the loaded platform stands where it was asked to, which forces\n"
@@ -110,8 +107,8 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
     if not axes:
         configuration, warnings = poses.assemble(robot, args)
         return configuration, None, warnings
-    if math.prod(len(values) for values in axes.values()) > MOST:
-        raise ArgumentError(f"{option}: the grid has more than {MOST:,} poses")
+    if math.prod(len(values) for values in axes.values()) > arguments.MOST:
+        raise ArgumentError(f"{option}: the grid has more than {arguments.MOST:,} poses")
     import numpy as np
 
     mesh = np.meshgrid(*axes.values(), indexing="ij")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import functools
 import os
 import re
 import sys
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
+from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-
-#: Values along one dimension, at most.
-MOST = 1_000_000
 
 INTEGER = re.compile(r"[-+]?\d+")
 
@@ -127,12 +124,9 @@ def _grid(args: argparse.Namespace) -> dict[str, object]:
     parameters = {name: _parameter(name, text) for name, text in arguments.parse_items("--set", args.parameters).items()}
     found: dict[str, object] = {"parameters": parameters, "orientation": args.orientation}
     found["parameter_units"] = arguments.typed_units(args.parameters)
-    for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
-        if items:
-            robot = _first_robot(args, parameters) if args.actuators else None
-            kind = functools.partial(poses.coordinate_kind, robot, option)
-            given = arguments.parse_items(option, items)
-            found[option[2:]] = {name: _values(option, name, text, kind(name)) for name, text in given.items()}
+    if args.platform or args.actuators:
+        option, given = poses.grid(_first_robot(args, parameters) if args.actuators else None, args)
+        found[option[2:]] = given
     return found
 
 
@@ -145,22 +139,14 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Rob
     return load_robot(robot_path(args.robot), first, platform=args.platform_link, base=args.base_link)
 
 
-def _values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
-    """Return one value or several, as :func:`parse_values`, unless they are too many."""
-    count = text.rpartition(":")[2].strip()
-    if text.count(":") == 2 and count.isdecimal() and int(count) > MOST:
-        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
-    return arguments.parse_values(option, name, text, kind)
-
-
 def _parameter(name: str, text: str) -> object:
     """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]
-    if len(parts) > 1 and all(map(arguments.NUMBER.fullmatch, parts)) and any(map(_is_quantity, parts)):
+    if len(parts) > 1 and all(map(typed_number, parts)) and any(map(_is_quantity, parts)):
         if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
-        return _values("--set", name, text)
+        return arguments.parse_values("--set", name, text)
     if len(parts) > 1 and separator == ",":
         if not all(parts):
             raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
@@ -172,5 +158,5 @@ def _parameter(name: str, text: str) -> object:
 
 def _is_quantity(text: str) -> bool:
     """Return whether a text is a number, with a unit or without."""
-    match = arguments.NUMBER.fullmatch(text)
-    return match is not None and (match[2] is None or arguments.unit_of(text) is not None)
+    found = typed_number(text)
+    return found is not None and (not found[1] or arguments.unit_of(text) is not None)

@@ -78,6 +78,7 @@ KNOWN = (
 )
 
 _POWER = re.compile(r"(.*?)(?:\^|\*\*)?([²³⁴]|[234])")
+_TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*?)?\s*")
 _SIZED = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\)|:(.*))?\s*")
 _POWERS = {"²": 2, "³": 3, "⁴": 4}
 
@@ -141,6 +142,12 @@ def unit(name: str) -> Unit:
     found = find_unit(name)
     assert found is not None, name
     return found
+
+
+def typed_number(text: str) -> tuple[float, str] | None:
+    """Return the number that a text such as ``-1.5kN`` is, and what stands behind it for a unit; None if it is no number."""
+    match = _TYPED.fullmatch(text)
+    return None if match is None else (float(match[1]), match[2] or "")
 
 
 def sized_name(text: str) -> tuple[str, str | None]:

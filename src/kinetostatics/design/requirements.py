@@ -8,13 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.units import KINDS, article, find_unit, sized_example, sized_name, unit
+from kinetostatics.description.units import KINDS, article, find_unit, sized_example, sized_name, typed_number, unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import PointResult
 
-_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 _REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(\([^()]*\)|:[^<>=≤≥]*)?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
 
 
@@ -138,22 +137,21 @@ def parse_number(text: str, kind: str, what: str) -> float:
     Raises:
         ArgumentError: it is none, or of another kind.
     """
-    match = _NUMBER.fullmatch(text)
-    own = find_unit(match[2]) if match and match[2] else None
+    found = typed_number(text)
+    own = find_unit(found[1]) if found and found[1] else None
     wanted = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
-    if match is None or (match[2] and own is None):
+    if found is None or (found[1] and own is None):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
     if own is None:
-        return float(match[1])
+        return found[0]
     if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
-    return own.in_si(float(match[1]))
+    return own.in_si(found[0])
 
 
 def typed_unit(text: str) -> str:
     """Return the unit that a number was typed with, empty if there is none."""
-    match = _NUMBER.fullmatch(text)
-    return match[2] if match else ""
+    return (typed_number(text) or (0.0, ""))[1]
 
 
 def _form(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from kinetostatics.argument_checks import told_keywords
-from kinetostatics.description.units import find_unit, sized_example, sized_name
+from kinetostatics.description.units import find_unit, sized_example, sized_name, typed_number
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
@@ -165,11 +164,11 @@ def _example(index: str) -> str:
 
 def _amount(what: str, text: str, unit: str, index: str) -> float:
     """Return a force or moment, which may carry a unit."""
-    match = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(\D.*)?", text)
-    own = find_unit(match[2].strip()) if match and match[2] else known_unit(unit)
-    if match is None or own is None or own.dimension != known_unit(unit).dimension:
+    found = typed_number(text)
+    own = find_unit(found[1]) if found and found[1] else known_unit(unit)
+    if found is None or found[0] < 0 or own is None or own.dimension != known_unit(unit).dimension:
         raise ArgumentError(f"{what!r}: {text!r} is not a size in {unit}, such as {_example(index)}")
-    return own.in_si(float(match[1]))
+    return own.in_si(found[0])
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:
