@@ -48,18 +48,7 @@ DRIVABLE = ("R", "P", "C")
 #: Marks behind an underlined letter.
 UNDERLINES = "\u0332\u0331"
 #: Other ways to write the parallelograms.
-PARALLELOGRAMS = {
-    "4S": "4S",
-    "SS": "4S",
-    "2SS": "4S",
-    "4R": "4R",
-    "RR": "4R",
-    "2RR": "4R",
-    "Pa": "4R",
-    "4U": "",
-    "UU": "",
-    "2UU": "",
-}
+PARALLELOGRAMS = {**dict.fromkeys(("4S", "SS", "2SS"), "4S"), **dict.fromkeys(("4R", "RR", "2RR", "Pa"), "4R")}
 MAX_LIMBS, MAX_JOINTS = 12, 8
 
 _TERM = re.compile(r"\s*(?:(\d+)\s*(?:[-–−×x*·]\s*|(?=[\[A-Za-z(])))?")

@@ -100,14 +100,11 @@ def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
         points.append(Point("", None))  # what stands rigidly on the base or on the carriage
     for number, joint in enumerate(joints):
         last = number == len(joints) - 1
-        if joint.kind == "P" or (joint.kind == "C" and points and not last):
+        slides = joint.kind == "P" or (joint.kind == "C" and points and not last)
+        if slides or joint.kind == "4R":
             if waiting is not None:
                 raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
-            waiting = Span("telescope", "rod", joint, joint.kind == "C")
-        elif joint.kind == "4R":
-            if waiting is not None:
-                raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
-            waiting = Span("parallelogram", "rod")
+            waiting = Span("telescope", "rod", joint, joint.kind == "C") if slides else Span("parallelogram", "rod")
         elif joint.kind == "4S":
             if waiting is not None or not last:
                 raise error_at(

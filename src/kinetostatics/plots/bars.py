@@ -6,7 +6,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.sensitivities import Sensitivities, is_location
@@ -16,7 +15,7 @@ from kinetostatics.results.tool_point import named_point
 MOST = 12
 
 
-@told_keywords
+@styled
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     """Draw by how many per cent one per cent more of each parameter, or of a part's stiffness, changes how far o or a tool moves.
 
@@ -41,15 +40,14 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
     dark, light = mpl.colormaps[COLOURS]([0.15, 0.75])
-    with styled():
-        ax = new_axes(1.4 * ONE_COLUMN, 0.5 + 0.17 * len(rows)) if ax is None else ax
-        for place, (_, value, is_part) in enumerate(rows):
-            colour, hatch = (light, "////") if is_part else (dark, None)
-            ax.barh(place, value, color=colour, hatch=hatch, edgecolor="white", height=0.75)
-        ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
-        ax.invert_yaxis()
-        ax.axvline(0.0, color="0.3", linewidth=0.6)
-        ax.set_xlabel(f"change of the displacement of {who} for 1 % more [%]")
-        ax.grid(axis="x", color="0.85", linewidth=0.4)
-        ax.set_axisbelow(True)
+    ax = new_axes(1.4 * ONE_COLUMN, 0.5 + 0.17 * len(rows)) if ax is None else ax
+    for place, (_, value, is_part) in enumerate(rows):
+        colour, hatch = (light, "////") if is_part else (dark, None)
+        ax.barh(place, value, color=colour, hatch=hatch, edgecolor="white", height=0.75)
+    ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
+    ax.invert_yaxis()
+    ax.axvline(0.0, color="0.3", linewidth=0.6)
+    ax.set_xlabel(f"change of the displacement of {who} for 1 % more [%]")
+    ax.grid(axis="x", color="0.85", linewidth=0.4)
+    ax.set_axisbelow(True)
     return ax

@@ -6,7 +6,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
@@ -16,7 +15,7 @@ from kinetostatics.results.calibration import Calibration
 MARKERS = "osD^v<>Pd*"
 
 
-@told_keywords
+@styled
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw measured less computed readings over the computed ones, with outliers ringed and named by their rows.
 
@@ -41,24 +40,23 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
     across, across_unit = display_unit("m" if kind == "length" else "rad", found.computed[mine])
     up, up_unit = display_unit("m" if kind == "length" else "rad", found.residuals[mine])
     wrong = {(item.row, item.gauge) for item in found.outliers}
-    with styled():
-        ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
-        names = [name for name, gauge in found.gauges.items() if gauge.kind == kind]
-        colours = mpl.colormaps[COLOURS](np.linspace(0.1, 0.8, len(names)))
-        band = 2 * found.sigma[mine].max() / up
-        ax.axhspan(-band, band, color="0.92", linewidth=0, label="±2 standard deviations")
-        ax.axhline(0.0, color="0.3", linewidth=0.6)
-        for k, name in enumerate(names):
-            at = np.array([one == name for one in found.gauge_of])
-            x, y = found.computed[at] / across, found.residuals[at] / up
-            ax.plot(x, y, MARKERS[k % len(MARKERS)], color=colours[k], label=name)
-            for row, one, other in zip(found.rows[at].tolist(), x, y, strict=True):
-                if (row, name) in wrong:
-                    ax.plot(one, other, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
-                    ax.annotate(f"row {row}", (one, other), xytext=(7, 0), textcoords="offset points", va="center")
-        ax.set_xlabel(f"computed reading [{across_unit}]")
-        ax.set_ylabel(f"measured less computed [{up_unit}]")
-        ax.grid(color="0.85", linewidth=0.4)
-        ax.set_axisbelow(True)
-        ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=min(len(names) + 1, 4))
+    ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
+    names = [name for name, gauge in found.gauges.items() if gauge.kind == kind]
+    colours = mpl.colormaps[COLOURS](np.linspace(0.1, 0.8, len(names)))
+    band = 2 * found.sigma[mine].max() / up
+    ax.axhspan(-band, band, color="0.92", linewidth=0, label="±2 standard deviations")
+    ax.axhline(0.0, color="0.3", linewidth=0.6)
+    for k, name in enumerate(names):
+        at = np.array([one == name for one in found.gauge_of])
+        x, y = found.computed[at] / across, found.residuals[at] / up
+        ax.plot(x, y, MARKERS[k % len(MARKERS)], color=colours[k], label=name)
+        for row, one, other in zip(found.rows[at].tolist(), x, y, strict=True):
+            if (row, name) in wrong:
+                ax.plot(one, other, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
+                ax.annotate(f"row {row}", (one, other), xytext=(7, 0), textcoords="offset points", va="center")
+    ax.set_xlabel(f"computed reading [{across_unit}]")
+    ax.set_ylabel(f"measured less computed [{up_unit}]")
+    ax.grid(color="0.85", linewidth=0.4)
+    ax.set_axisbelow(True)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=min(len(names) + 1, 4))
     return ax

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kinetostatics.argument_checks import check_choice, told_keywords
+from kinetostatics.argument_checks import check_choice
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
@@ -37,7 +37,7 @@ class _Shown:
     words: tuple[str, str]
 
 
-@told_keywords
+@styled
 def compensation(
     found: Compensation,
     what: str = "displacement",
@@ -74,21 +74,20 @@ def compensation(
     shown = _of_platform(found, what) if what in KINDS[:2] else _of_actuators(found, what, actuators)
     if not any(np.any(np.isfinite(values)) for values in shown.after.values()):
         raise ArgumentError("no pose has a correction, so that there is nothing to draw")
-    with styled():
-        ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
-        every = np.concatenate([np.ravel(values) for values in (*shown.after.values(), *shown.before.values())])
-        size, unit = display_unit(shown.unit, every)
-        if len(found.shape) == 1 and found.shape[0] > 1:
-            _lines(ax, found, shown, size, x)
-        elif x is not None:
-            raise ArgumentError(f"x={x!r} is for a path, one row of poses; the batch has the shape {found.shape}")
-        else:
-            _bars(ax, shown, size, found.status.size)
-        ax.set_ylabel(label(shown.title, unit))
-        low, high = ax.get_ylim()
-        if low <= 0 <= high:
-            ax.axhline(0.0, color="0.3", linewidth=0.6, zorder=1)
-        ax.set_axisbelow(True)
+    ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
+    every = np.concatenate([np.ravel(values) for values in (*shown.after.values(), *shown.before.values())])
+    size, unit = display_unit(shown.unit, every)
+    if len(found.shape) == 1 and found.shape[0] > 1:
+        _lines(ax, found, shown, size, x)
+    elif x is not None:
+        raise ArgumentError(f"x={x!r} is for a path, one row of poses; the batch has the shape {found.shape}")
+    else:
+        _bars(ax, shown, size, found.status.size)
+    ax.set_ylabel(label(shown.title, unit))
+    low, high = ax.get_ylim()
+    if low <= 0 <= high:
+        ax.axhline(0.0, color="0.3", linewidth=0.6, zorder=1)
+    ax.set_axisbelow(True)
     return ax
 
 

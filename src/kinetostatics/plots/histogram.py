@@ -6,7 +6,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
@@ -17,7 +16,7 @@ from kinetostatics.results.tool_point import named_point
 BARS = 60
 
 
-@told_keywords
+@styled
 def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
     """Draw how many robots made at random have how much of a quantity, and the normal distribution and worst case of first order.
 
@@ -48,17 +47,16 @@ def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None)
     values = values[np.isfinite(values)]
     size, name = display_unit(unit, [nominal, values.min(), values.max()])
     dark, light = mpl.colormaps[COLOURS]([0.1, 0.75])
-    with styled():
-        ax = new_axes(1.4 * ONE_COLUMN, 2.3) if ax is None else ax
-        _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} robots")
-        width = (edges[1] - edges[0]) * size
-        at = np.linspace(nominal - 4 * deviation, nominal + 4 * deviation, 200)
-        bell = np.exp(-0.5 * ((at - nominal) / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
-        ax.plot(at / size, len(values) * width * bell, color=dark, label="first order")
-        for sign in (-1, 1):
-            label = "worst case" if sign < 0 else None
-            ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
-        ax.set_xlabel(f"{title} [{name}]")
-        ax.set_ylabel("robots")
-        ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
+    ax = new_axes(1.4 * ONE_COLUMN, 2.3) if ax is None else ax
+    _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} robots")
+    width = (edges[1] - edges[0]) * size
+    at = np.linspace(nominal - 4 * deviation, nominal + 4 * deviation, 200)
+    bell = np.exp(-0.5 * ((at - nominal) / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
+    ax.plot(at / size, len(values) * width * bell, color=dark, label="first order")
+    for sign in (-1, 1):
+        label = "worst case" if sign < 0 else None
+        ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
+    ax.set_xlabel(f"{title} [{name}]")
+    ax.set_ylabel("robots")
+    ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
     return ax

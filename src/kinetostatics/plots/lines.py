@@ -9,11 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
 from kinetostatics.plots.masks import check_numbers, common_masks, draw_masks, edges, patches_of
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select, select_each
+from kinetostatics.plots.selection import axis_of, chosen_names, in_figure_units, select, select_each
 from kinetostatics.plots.style import (
     COLOURS,
     DASHES,
@@ -28,7 +27,7 @@ from kinetostatics.plots.style import (
 )
 
 
-@told_keywords
+@styled
 def line(
     ds: xr.Dataset,
     what: str | Sequence[str] = "linear_sag",
@@ -76,11 +75,6 @@ def line(
             raise ArgumentError(f"{x} cannot be the axis and the series")
         parts = select_each(ds, names[0], (x,), series, len(DASHES), at, beyond_limits)
     check_numbers(", ".join(names), list(parts.values()), "this line" if len(parts) == 1 else "these lines")
-    with styled():
-        return _draw(parts, unit, ax)
-
-
-def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> Axes:
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across = first.axes[0]
@@ -102,8 +96,8 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
         )
     masks, borders = common_masks(list(parts.values())), edges(across.values)
     draw_masks(ax, borders, np.array([0.0, 1.0]), masks, transform=ax.get_xaxis_transform())  # over the whole height
-    names = {part.long_name for part in parts.values()}
-    text = names.pop() if len(names) == 1 else _common(list(names))
+    shown = {part.long_name for part in parts.values()}
+    text = shown.pop() if len(shown) == 1 else _common(list(shown))
     ax.set(xlabel=across.label, ylabel=label(text, unit), title=title_of(ax, first.fixed), xlim=(borders[0], borders[-1]))
     name_ticks(ax.xaxis, across)
     if len(parts) > 1 or masks:

@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Patch
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import display_unit
@@ -20,7 +19,7 @@ from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
 MOST = 1.6
 
 
-@told_keywords
+@styled
 def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
     """Draw each varied parameter between its bounds, and how much of the limit of each requirement its worst pose uses.
 
@@ -40,24 +39,23 @@ def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
         raise ArgumentError(f"{found!r} is no optimum: ks.optimize(robot, …) finds one")
     rows = [f"{name}\n{_written(value, found.units.get(name, ''))}" for name, value in found.parameters.items()]
     rows += [f"{item.text}\n{_worst(item, found.poses)}" for item in found.requirements]
-    with styled():
-        ax = new_axes(1.7 * ONE_COLUMN, 0.8 + 0.34 * len(rows)) if ax is None else ax
-        for place, (name, value) in enumerate(found.parameters.items()):
-            _parameter(ax, place, value, np.asarray(found.allowed[name]), found.units.get(name, ""))
-        seen = {_requirement(ax, len(found.parameters) + k, item) for k, item in enumerate(found.requirements)}
-        ax.axvline(100, color="0.3", linewidth=0.8, linestyle="--")
-        ax.set_yticks(range(len(rows)), rows)
-        ax.set_ylim(len(rows) - 0.4, -0.6)
-        ax.set_xlim(-4, 100 * MOST if "broken" in seen else 108)
-        ax.set_xticks(np.arange(0, 101, 25))
-        ratios = " (logarithmic)" if any(min(allowed) > 0 for allowed in found.allowed.values()) else ""
-        ax.set_xlabel(f"place between bounds{ratios}, part of the limit that is used [%]")
-        ax.set_title(_verdict(found))
-        ax.grid(axis="x", color="0.85", linewidth=0.4)
-        ax.set_axisbelow(True)
-        ways = [(words, _look(words)) for words in ("decides", "has a margin", "broken") if words in seen]
-        if len(figure_of(ax).axes) == 1:
-            legend_below(figure_of(ax), [Patch(facecolor=c, hatch=h, edgecolor="white", label=w) for w, (c, h) in ways])
+    ax = new_axes(1.7 * ONE_COLUMN, 0.8 + 0.34 * len(rows)) if ax is None else ax
+    for place, (name, value) in enumerate(found.parameters.items()):
+        _parameter(ax, place, value, np.asarray(found.allowed[name]), found.units.get(name, ""))
+    seen = {_requirement(ax, len(found.parameters) + k, item) for k, item in enumerate(found.requirements)}
+    ax.axvline(100, color="0.3", linewidth=0.8, linestyle="--")
+    ax.set_yticks(range(len(rows)), rows)
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.set_xlim(-4, 100 * MOST if "broken" in seen else 108)
+    ax.set_xticks(np.arange(0, 101, 25))
+    ratios = " (logarithmic)" if any(min(allowed) > 0 for allowed in found.allowed.values()) else ""
+    ax.set_xlabel(f"place between bounds{ratios}, part of the limit that is used [%]")
+    ax.set_title(_verdict(found))
+    ax.grid(axis="x", color="0.85", linewidth=0.4)
+    ax.set_axisbelow(True)
+    ways = [(words, _look(words)) for words in ("decides", "has a margin", "broken") if words in seen]
+    if len(figure_of(ax).axes) == 1:
+        legend_below(figure_of(ax), [Patch(facecolor=c, hatch=h, edgecolor="white", label=w) for w, (c, h) in ways])
     return ax
 
 

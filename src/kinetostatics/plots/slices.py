@@ -12,14 +12,12 @@ from matplotlib.contour import ContourSet
 from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.plots.display_units import label
 from kinetostatics.plots.masks import check_numbers, draw_masks, legend_of, masks_of
-from kinetostatics.plots.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
+from kinetostatics.plots.planes import OUTWARDS, ROUND, goes_round, label_axes, rectangle, round_a_pole
 from kinetostatics.plots.ranges import check_limits, range_of
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
+from kinetostatics.plots.selection import axis_of, chosen_names, in_figure_units, select
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled, title_of
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
@@ -28,7 +26,7 @@ VECTOR_CELLS = 10_000
 NUMBERS = 6
 
 
-@told_keywords
+@styled
 def slice(
     ds: xr.Dataset,
     what: str = "linear_sag",
@@ -80,25 +78,12 @@ def slice(
     shown = select(ds, what, (ROUND, OUTWARDS) if goes else dims, at, beyond_limits)
     check_numbers(what, [shown], "this slice")
     (values,), unit = in_figure_units([shown], unit)
-    with styled():
-        plane = (round_a_pole if goes else rectangle)(*shown.axes)
-        if ax is None:
-            height = 0.86 if plane.ratio is None else float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6))
-            ax = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="polar" if goes else None)
-            if plane.ratio is not None:
-                ax.set_aspect("equal")
-        return _draw(shown, values, plane, label(shown.long_name, unit), contours, limits, ax)
-
-
-def _draw(
-    shown: Selection,
-    values: NDArray[np.float64],
-    plane: Plane,
-    text: str,
-    contours: bool | int,
-    limits: tuple[float, float] | None,
-    ax: Axes,
-) -> Axes:
+    plane = (round_a_pole if goes else rectangle)(*shown.axes)
+    if ax is None:
+        height = 0.86 if plane.ratio is None else float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6))
+        ax = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="polar" if goes else None)
+        if plane.ratio is not None:
+            ax.set_aspect("equal")
     masked = np.ma.masked_invalid(values.T)
     figure = figure_of(ax)
     span = range_of(masked.compressed(), limits)
@@ -117,7 +102,7 @@ def _draw(
         label=shown.what,
     )
     pad = 0.11 if plane.polar else 0.02
-    bar = figure.colorbar(mesh, ax=ax, label=text + span.note, pad=pad, extend=span.extend)
+    bar = figure.colorbar(mesh, ax=ax, label=label(shown.long_name, unit) + span.note, pad=pad, extend=span.extend)
     masks = masks_of(shown.values[plane.cells], shown.status[plane.cells])
     draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
     ax.set_title(title_of(ax, shown.fixed))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import textwrap
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import ParamSpec, TypeVar
 
 import matplotlib as mpl
 from matplotlib import pyplot as plt
@@ -21,6 +22,9 @@ from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import typeset
 from kinetostatics.plots.selection import Axis
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 #: Width of a column of a journal [inch].
 ONE_COLUMN = 3.46
@@ -69,13 +73,23 @@ _FORMATS: dict[str, dict[str, None]] = {
 }
 
 
-def styled() -> AbstractContextManager[None]:
-    """Return a context in which Matplotlib draws in :data:`STYLE`."""
-    return mpl.rc_context(mpl.RcParams(STYLE))
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function in which Matplotlib draws in :data:`STYLE`, and whose keywords are told.
+
+    The function's warnings have two frames more to its caller.
+    """
+    told = told_keywords(draw)
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+        with mpl.rc_context(mpl.RcParams(STYLE)):
+            return told(*args, **kwargs)
+
+    return drawn
 
 
 def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
-    """Return axes on a figure of their own, with one of Matplotlib's projections; to be called in :func:`styled`."""
+    """Return axes on a figure of their own, with one of Matplotlib's projections; for functions that are :func:`styled`."""
     figure = plt.figure(figsize=(width, height), layout="constrained", label=OWN_PAGE)
     return figure.add_subplot(projection=projection)  # type: ignore[no-any-return, call-overload]
 
@@ -153,7 +167,7 @@ def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:
         axis.set_major_locator(MaxNLocator(7, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if wide else [1, 2, 5, 10]))
 
 
-@told_keywords
+@styled  # hatches and fonts are looked up when they are drawn
 def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
     """Write a figure.
 
@@ -167,8 +181,7 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
     """
     options = format_of(path)
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
-    with styled():  # hatches and fonts are looked up when they are drawn
-        canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
+    canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
 
 
 def format_of(path: str | os.PathLike[str]) -> dict[str, None]:

@@ -15,7 +15,6 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import label, typeset, wrapped
@@ -31,7 +30,7 @@ SURFACES = 5
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
 
-@told_keywords
+@styled
 def surface(
     ds: xr.Dataset,
     what: str = "linear_sag",
@@ -92,39 +91,7 @@ def surface(
     left_out = ""
     if third is not None and not isinstance(over, Mapping) and len(parts) < ds.sizes[third]:
         left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
-        warnings.warn(f"the figure shows surfaces of {left_out}", stacklevel=2)
-    with styled():
-        return _draw(parts, unit, limits, legend, left_out, ax)
-
-
-def _parts(
-    ds: xr.Dataset,
-    what: str,
-    dims: Sequence[str],
-    third: str | None,
-    over: str | Mapping[str, Sequence[float]] | None,
-    at: Mapping[str, float],
-    beyond_limits: bool,
-) -> dict[str, Selection]:
-    if third is None:
-        return {"": select(ds, what, dims, at, beyond_limits)}
-    axis_of(ds, third)  # complains about its name first
-    if third in dims or third in at:
-        raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
-    if isinstance(over, Mapping) and len(over) != 1:
-        raise ArgumentError("over= takes one coordinate")
-    chosen = over[third] if isinstance(over, Mapping) else SURFACES
-    return select_each(ds, what, dims, third, chosen, at, beyond_limits)
-
-
-def _draw(
-    parts: Mapping[str, Selection],
-    unit: str | None,
-    limits: tuple[float, float] | None,
-    legend: bool,
-    left_out: str,
-    ax: Axes3D | None,
-) -> Axes3D:
+        warnings.warn(f"the figure shows surfaces of {left_out}", stacklevel=4)
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across, up = first.axes
@@ -173,6 +140,26 @@ def _draw(
         ]
         legend_below(figure, [*named, *patches])
     return ax
+
+
+def _parts(
+    ds: xr.Dataset,
+    what: str,
+    dims: Sequence[str],
+    third: str | None,
+    over: str | Mapping[str, Sequence[float]] | None,
+    at: Mapping[str, float],
+    beyond_limits: bool,
+) -> dict[str, Selection]:
+    if third is None:
+        return {"": select(ds, what, dims, at, beyond_limits)}
+    axis_of(ds, third)  # complains about its name first
+    if third in dims or third in at:
+        raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
+    if isinstance(over, Mapping) and len(over) != 1:
+        raise ArgumentError("over= takes one coordinate")
+    chosen = over[third] if isinstance(over, Mapping) else SURFACES
+    return select_each(ds, what, dims, third, chosen, at, beyond_limits)
 
 
 def _cells(x: Array, y: Array, where: NDArray[np.bool_], height: float) -> list[Array]:

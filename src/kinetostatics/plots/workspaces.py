@@ -15,7 +15,6 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots import solids
@@ -23,7 +22,7 @@ from kinetostatics.plots.display_units import coordinate_unit, label, wrapped
 from kinetostatics.plots.masks import masks_of, reasons
 from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import check_limits, range_of
-from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
+from kinetostatics.plots.selection import chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import cells_of, outer_faces
 from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
@@ -33,7 +32,7 @@ POSITIONS = ("x", "y", "z")
 _PLATFORM = (*POSITIONS, "rx", "ry", "rz", "azimuth", "tilt", "torsion")
 
 
-@told_keywords
+@styled
 def workspace(
     ds: xr.Dataset,
     colour: str = "linear_sag",
@@ -95,10 +94,36 @@ def workspace(
     if cut:
         cells = _without_octant(cells)
     (values,), unit = in_figure_units([shown], unit)
-    text = label(shown.long_name, unit)
-    with styled():
-        names = dims if known else named
-        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, known, set(names) == set(POSITIONS), ax)
+    places = tuple(np.moveaxis(outer_faces(cells), -1, 0))
+    corners, levels = grid[places], values[places].mean(axis=1)
+    span = range_of(levels, limits)
+    low, high = span.low, span.high
+    ax = solid_axes(ax, 0.82, "a workspace needs")
+    reach = grid.reshape(-1, 3) if known else corners.reshape(-1, 3)
+    start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
+    flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
+    start, end = start - flat, end + flat
+    scale = np.where(end > start, end - start, 1.0)
+    norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
+    ax.add_collection3d(solids.faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
+    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
+    make_room(ax, labels)
+    if set(dims if known else named) == set(POSITIONS) and scale.max() < SLENDER * scale.min():
+        ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
+    figure = figure_of(ax)
+    bar = ScalarMappable(norm, COLOURS)
+    figure.colorbar(
+        bar, ax=ax, label=wrapped(label(shown.long_name, unit) + span.note), shrink=0.65, pad=0.17, extend=span.extend
+    )
+    masks = masks_of(shown.values, shown.status)
+    if known:
+        wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
+        ax.add_collection3d(wires)
+    if masks:
+        part = [f"{mask.label} {100 * mask.where.mean():.2g} %" for mask in masks]
+        note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
+        legend_below(figure, [note])
+    return ax
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
@@ -118,48 +143,6 @@ def _without_octant(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
     first, second, third = (size // 2 for size in cells.shape)
     kept[cells.shape[0] - first :, :second, cells.shape[2] - third :] = False
     return kept if kept.any() else cells
-
-
-def _draw(
-    shown: Selection,
-    values: Array,
-    grid: Array,
-    labels: Sequence[str],
-    faces: NDArray[np.intp],
-    text: str,
-    limits: tuple[float, float] | None,
-    box: bool,
-    in_space: bool,
-    ax: Axes3D | None,
-) -> Axes3D:
-    places = tuple(np.moveaxis(faces, -1, 0))
-    corners, levels = grid[places], values[places].mean(axis=1)
-    span = range_of(levels, limits)
-    low, high = span.low, span.high
-    ax = solid_axes(ax, 0.82, "a workspace needs")
-    reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
-    start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
-    flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
-    start, end = start - flat, end + flat
-    scale = np.where(end > start, end - start, 1.0)
-    norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
-    ax.add_collection3d(solids.faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
-    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
-    make_room(ax, labels)
-    if in_space and scale.max() < SLENDER * scale.min():
-        ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
-    figure = figure_of(ax)
-    bar = ScalarMappable(norm, COLOURS)
-    figure.colorbar(bar, ax=ax, label=wrapped(text + span.note), shrink=0.65, pad=0.17, extend=span.extend)
-    masks = masks_of(shown.values, shown.status)
-    if box:
-        wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
-        ax.add_collection3d(wires)
-    if masks:
-        part = [f"{mask.label} {100 * mask.where.mean():.2g} %" for mask in masks]
-        note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
-        legend_below(figure, [note])
-    return ax
 
 
 def _wires(start: Array, end: Array) -> list[Array]:

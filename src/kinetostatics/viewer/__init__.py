@@ -104,7 +104,14 @@ def show(
             raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another path")
         if ways:
             raise ArgumentError("ways are sliders of a page, and a visualizer has none: leave them out")
-        return _into(visualizer, result, title, pose, exaggeration, path)
+        if title is not None:
+            raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
+        if pose is None and result.twist.size != 6:
+            raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {result.shape}: say which by pose")
+        from kinetostatics.viewer.running import draw  # imports meshcat, with its server
+
+        own = f"kinetostatics/{result.robot.name.replace('/', '_') or 'robot'}"
+        return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if path is None else path)
     if path is not None:
         raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
     html = _page(result, title, pose, exaggeration, ways, compare)
@@ -199,25 +206,6 @@ def _page(
 
     with waiting("making the page"):
         return fitting_page(both)
-
-
-def _into(
-    visualizer: Any,
-    result: Result,
-    title: str | None,
-    pose: int | tuple[int, ...] | None,
-    exaggeration: float | None,
-    path: str | None,
-) -> Any:
-    """Draw one pose into a running meshcat."""
-    if title is not None:
-        raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
-    if pose is None and result.twist.size != 6:
-        raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {result.shape}: say which by pose")
-    from kinetostatics.viewer.running import draw  # imports meshcat, with its server
-
-    own = f"kinetostatics/{result.robot.name.replace('/', '_') or 'robot'}"
-    return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if path is None else path)
 
 
 def open_browser(address: str) -> None:

@@ -1,29 +1,25 @@
 /* The panel beside the robot, the line of facts above it and the legend below. */
 
+/** A number's text with the sign that is as wide as a plus. */
+const typeset = (text) => String(text).replace("-", "\u2212");
+
 /** Three significant digits. */
 function number(x) {
   const a = Math.abs(x);
-  if (a < 1e-5) return "0";
-  const text = a >= 1e6 ? x.toExponential(2) : a >= 100 ? x.toFixed(0) : x.toPrecision(3);
-  return text.replace("-", "\u2212");
+  return a < 1e-5 ? "0" : typeset(a >= 1e6 ? x.toExponential(2) : a >= 100 ? x.toFixed(0) : x.toPrecision(3));
 }
 
 /** A number with so many decimals, zero as 0. */
 function fixed(x, decimals) {
   const text = x.toFixed(decimals);
-  return Number(text) === 0 ? "0" : text.replace("-", "\u2212");
+  return Number(text) === 0 ? "0" : typeset(text);
 }
 
 /** A coordinate in mm or degrees, without zeros at the end. */
-function place(x) {
-  return String(Number(x.toFixed(2)) + 0).replace("-", "\u2212");
-}
+const place = (x) => typeset(Number(x.toFixed(2)) + 0);
 
 /** A load: up to five digits, without zeros at the end. */
-function short(x) {
-  const value = Math.abs(x) < 5e-6 ? 0 : Number(x.toPrecision(5));
-  return String(value).replace("-", "\u2212");
-}
+const short = (x) => typeset(Math.abs(x) < 5e-6 ? 0 : Number(x.toPrecision(5)));
 
 function escape(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" }[c]));
