@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import argparse
+import os
 import re
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -70,3 +73,30 @@ def write(path: Path, topics: dict[str, str]) -> None:
         if count != 1:
             raise SystemExit(f"{path} has no markers {begin} … {end}")
     path.write_text(text, encoding="utf-8")
+
+
+def measured(description: str | None, head: Sequence[str], row: Callable[[str], Sequence[str]], topic: str) -> None:
+    """Run a benchmark that has one line for each robot: print its table, or write it into a page.
+
+    Args:
+        description: of the command.
+        head: of the table.
+        row: measures a robot, whose code is compiled anew.
+        topic: between whose markers the table goes.
+    """
+    import kinetostatics as ks
+
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("robots", nargs="*", metavar="ROBOT", default=[str(robot) for robot in ks.robots()])
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="write the table between the markers of this page")
+    args, rows = parser.parse_args(), []
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["KINETOSTATICS_CACHE"] = folder
+        for name in args.robots:
+            rows.append(row(name))
+            report(" | ".join(rows[-1]))
+    found = table(head, rows)
+    if args.write:
+        write(args.write, {topic: found})
+    else:
+        print(found)

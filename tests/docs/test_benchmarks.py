@@ -91,6 +91,20 @@ def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path)
     assert not re.search(r"\b(nan|inf)\b", "".join(after.values()))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("script", "place", "topic"), [("engines", "compiled", "engines"), ("functions", "functions", "calls")])
+def test_tables_of_single_robots_are_written_into_their_pages(script, place, topic, tmp_path):
+    pytest.importorskip("llvmlite")
+    whole, copy = ROOT / "docs" / "how_to" / f"{place}.md", tmp_path / "page.md"
+    copy.write_text(whole.read_text(encoding="utf-8"), encoding="utf-8")
+    command = [sys.executable, f"benchmarks/{script}.py", "five_bar", "--write", str(copy)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (before, after) = (numbers_of(path)[topic] for path in (whole, copy))
+    assert heads(after) == heads(before) and [row[0] for row in rows(after)] == ["`five_bar`"]
+    assert not re.search(r"\b(nan|inf)\b", after)
+
+
 def test_a_page_without_markers_is_not_overwritten(tmp_path):
     path = tmp_path / "page.md"
     path.write_text("nothing to see\n", encoding="utf-8")

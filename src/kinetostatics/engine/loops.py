@@ -170,7 +170,8 @@ class CompiledSolver(Solver):
     def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
         """Return the prescribed and the orientation coordinates where lines start, and where the record holds."""
         n, N = target.shape
-        inputs = for_each(start.x, N), for_each(start.c, N), target, np.full((1, N), float(shorter))
+        x, c = (start.x, start.c) if N == 1 else (for_each(start.x, N), for_each(start.c, N))
+        inputs = x, c, target, np.full((1, N), float(shorter))
         numbers, truths = code.results(inputs, self._parameters, n + 3, 1)
         return numbers[:n], numbers[n:], truths[0]
 
@@ -184,8 +185,8 @@ class CompiledSolver(Solver):
         if code is None:
             return super().line(prescribed, start, target, shorter)
         first, c, holds = self._started(code, start, target, shorter)
-        rest = np.flatnonzero(~holds)
-        if rest.size:
+        if not holds.all():
+            rest = np.flatnonzero(~holds)
             here = start if start.x.shape[1] == 1 else start.take(rest)
             first[:, rest], c[:, rest] = super().line(prescribed, here, target[:, rest], shorter)
         return first, c
