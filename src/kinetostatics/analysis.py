@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import itertools
+import math
 from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
@@ -112,14 +113,15 @@ def analyze(
     on_links = parse_link_loads(robot.statics, loads, payload)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     arrays += [] if on_links is None else on_links.arrays()
+    shapes = {configuration.shape, *(array.shape[:-1] for array in arrays)}
     try:
-        shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
+        shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
     except ValueError:
         raise ArgumentError(
             f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
             f"gravity {field.shape[:-1]}{_shapes_of(on_links)}"
         ) from None
-    N = int(np.prod(shape))
+    N = math.prod(shape)
 
     def flat(array: Array) -> Array:
         every = array if array.shape[:-1] == shape else np.broadcast_to(array, shape + array.shape[-1:])
@@ -127,7 +129,7 @@ def analyze(
 
     which: slice | Index = slice(None)
     if shape != configuration.shape:
-        numbers = np.arange(int(np.prod(configuration.shape))).reshape(configuration.shape)
+        numbers = np.arange(math.prod(configuration.shape)).reshape(configuration.shape)
         which = np.broadcast_to(numbers, shape).ravel()
     frames = configuration.frames
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)

@@ -91,6 +91,20 @@ class LaterFrames(Frames):
         return _itself, (self.known,)
 
 
+class _Known:
+    """What a solution and its limbs know, apart from them: they need not know one another, and are gone when nobody has them."""
+
+    def __init__(
+        self, robot: RobotStatics, paths: Iterable[str], array: Callable[[str], Any], whole: Callable[[], Solution]
+    ) -> None:
+        self.robot, self.paths, self.array, self._whole = robot, paths, array, whole
+
+    @cached_property
+    def whole(self) -> Solution:
+        """The solution with all arrays."""
+        return self._whole()
+
+
 class LaterSolution(Solution):
     """A solution that knows some of its arrays, and how to compute all."""
 
@@ -115,16 +129,17 @@ class LaterSolution(Solution):
             whole: computes the whole solution.
             applied: loads on links.
         """
-        vars(self).update(given(robot, frames, load, gravity, applied), _paths=paths, _array=array, _whole=whole, _robot=robot)
-        vars(self)["statics"] = tuple([_LaterLimb(self, k) for k in range(len(robot.groups))])
+        known = _Known(robot, paths, array, whole)
+        limbs = tuple([_LaterLimb(known, k) for k in range(len(robot.groups))])
+        vars(self).update(given(robot, frames, load, gravity, applied), _known=known, statics=limbs)
         if not (applied or robot.description.springs):
             vars(self).update(applied=(), weights_alone=None)
 
-    @cached_property
-    def whole(self) -> Solution:  # type: ignore[override]
+    @property
+    def whole(self) -> Solution:
         """The same with all arrays."""
-        found: Solution = vars(self)["_whole"]()
-        return found
+        known: _Known = vars(self)["_known"]
+        return known.whole
 
     @cached_property
     def applied(self) -> Any:  # type: ignore[override]
@@ -136,27 +151,19 @@ class LaterSolution(Solution):
         """The limbs without these forces."""
         return self.whole.weights_alone
 
-    def group(self, number: int) -> Any:
-        """Return a group of the robot's limbs."""
-        return vars(self)["_robot"].groups[number]
-
-    def of_limbs(self, number: int, name: str) -> Any:
-        """Return an array of a group of limbs that is there at once."""
-        return vars(self)["_array"](f".statics.{number}.{name}")
-
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[Solution]:
             raise AttributeError(name)
         if name not in AT_ONCE:
             return getattr(self.whole, name)
-        known, array = vars(self), vars(self)["_array"]
+        mine, known = vars(self), vars(self)["_known"]
         if name == "undetermined":
-            known[name] = tuple(array(f".{name}.{k}") for k in range(len(known["_robot"].groups)))
+            mine[name] = tuple(known.array(f".{name}.{k}") for k in range(len(known.robot.groups)))
         elif name == "unbalanced":
-            known[name] = unbalanced(known["_paths"], array)
+            mine[name] = unbalanced(known.paths, known.array)
         else:
-            known[name] = array(f".{name}")
-        return known[name]
+            mine[name] = known.array(f".{name}")
+        return mine[name]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Be copied and pickled as the whole solution."""
@@ -166,22 +173,23 @@ class LaterSolution(Solution):
 class _LaterLimb(LimbStatics):
     """The statics of a group of limbs, of which most is computed when it is asked for."""
 
-    def __init__(self, solution: LaterSolution, number: int) -> None:
-        vars(self).update(_solution=solution, _number=number)
+    def __init__(self, known: _Known, number: int) -> None:
+        vars(self).update(_known=known, _number=number)
 
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[LimbStatics]:
             raise AttributeError(name)
+        known, number = vars(self)["_known"], vars(self)["_number"]
         if name == "group":
-            return vars(self)["_solution"].group(vars(self)["_number"])
+            return known.robot.groups[number]
         if name in AT_ONCE_OF_LIMBS:
-            return vars(self)["_solution"].of_limbs(vars(self)["_number"], name)
+            return known.array(f".statics.{number}.{name}")
         return getattr(self.whole, name)
 
     @property
     def whole(self) -> LimbStatics:
         """The same with all arrays."""
-        found: LimbStatics = vars(self)["_solution"].whole.statics[vars(self)["_number"]]
+        found: LimbStatics = vars(self)["_known"].whole.statics[vars(self)["_number"]]
         return found
 
     def __reduce__(self) -> tuple[Any, ...]:

@@ -305,8 +305,8 @@ class CompiledSolver(Solver):
         if x.shape[1] > 2 * BLOCK:
             return self._placed_later(x)
         found, holds = self._placed(x)
-        rest = np.flatnonzero(~holds)
-        if rest.size:
+        if not holds.all():
+            rest = np.flatnonzero(~holds)
             careful = super().place(x[:, rest])
             found.q[:, rest], found.residual[:, rest] = careful.q, careful.residual
             found.frames.put(rest, careful.frames)

@@ -86,7 +86,7 @@ def assemble(
     local = robot.mobility_analysis.local_dofs(prescribed)
     solver = chosen(robot, prescribed, local, target.shape[1])
     poses, arrived = reach(solver, prescribed, start, target, local, origin)
-    if raising and not np.all(arrived):  # nothing is complained of that is reached alone
+    if raising and not arrived.all():  # nothing is complained of that is reached alone
         left = np.flatnonzero(~arrived)
         begin = start if start.x.shape[1] == 1 else start.take(left)
         found, arrived[left], gone = follow(solver, prescribed, begin, target[:, left], local, origin)
@@ -156,9 +156,10 @@ def _configuration(
     q, frames, residual = placed
     if again is not None:
         # the last correction of some poses was not quite as small as expected
-        worst = np.max(np.abs(residual), axis=0, initial=0.0)
-        rough = np.flatnonzero(arrived & (worst > rough_residual(robot)))
-        if rough.size:
+        worst = np.abs(residual).max(axis=0, initial=0.0)
+        doubtful = arrived & (worst > rough_residual(robot))
+        if doubtful.any():
+            rough = np.flatnonzero(doubtful)
             better = again(rough)
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
             now = robot.solver.place(better.x)
@@ -169,7 +170,7 @@ def _configuration(
         worst = np.full(q.shape[1], np.inf)
     closed = np.ones(q.shape[1], dtype=bool)
     openings: dict[str, tuple[Array, Array]] = {}
-    if robot.equations.couplings.count or not np.all(2 * worst <= min(tolerance, SURELY_CLOSED)):
+    if robot.equations.couplings.count or not (2 * worst <= min(tolerance, SURELY_CLOSED)).all():
         openings = robot.equations.openings(residual, poses.x)
     for metres, radians in openings.values():
         closed &= (metres <= tolerance) & (radians <= tolerance)
@@ -179,11 +180,11 @@ def _configuration(
             wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
         if np.any(closed & wide) and not robot.accepts(tolerance):
             closed &= ~wide
-    if raising and not np.all(closed & arrived):
-        first = int(np.argmin(closed & arrived))
-        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, tolerance)
     reached = arrived & closed
-    if not np.all(reached):
+    if raising and not reached.all():
+        first = int(np.argmin(reached))
+        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, tolerance)
+    if not reached.all():
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
     return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names)

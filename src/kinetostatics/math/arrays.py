@@ -75,6 +75,8 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
 
 def chunks(poses: int) -> list[slice]:
     """Return slices of nearly the same size that together are all of so many poses."""
+    if 0 < poses <= AT_ONCE:
+        return [slice(0, poses)]
     count = -(-poses // AT_ONCE)
     ends = [poses * k // count for k in range(count + 1)] if count else []
     return [slice(first, last) for first, last in pairwise(ends)]

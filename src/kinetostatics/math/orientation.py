@@ -111,7 +111,7 @@ class Orientation:
 
     def is_unique(self, c: Array) -> bool:
         """Whether coordinates (3, N) [rad] are surely the only ones of their rotations without full turns, see :meth:`same`."""
-        return bool(np.max(np.abs(c), initial=0.0) < self.unique_below)
+        return bool(np.abs(c).max(initial=0.0) < self.unique_below)
 
     def _turns(self, c: Array) -> Array:
         """Return the angles (3, N) of the three turns, in their order."""

@@ -35,16 +35,20 @@ def groups_of_poses(
         frames, o: N poses.
         statics: of the usual groups there.
     """
+    stiffening = [k for k, item in enumerate(statics) if item.group.springs[0] and not item.group.beams[0]]
+    stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
+    if not stiffening and not any([item.doubtful.any() for item in statics]):
+        return {}
     doubtful = np.zeros(o.shape[1], dtype=bool)
     for item in statics:
         doubtful |= np.any(item.doubtful, axis=0)
     rigid: dict[int, NDArray[np.intp]] = {}
-    for k, item in enumerate(statics):
-        if item.group.springs[0] and not item.group.beams[0] and np.any(item.may_stiffen):
-            at = np.flatnonzero(np.any(item.may_stiffen, axis=0))
-            rigid[k] = np.full(item.may_stiffen.shape, item.group.rigid_directions)
-            rigid[k][:, at] = rigid_counts(item.C[..., at])
-            doubtful |= np.any(rigid[k] != item.group.rigid_directions, axis=0)
+    for k in stiffening:
+        item = statics[k]
+        at = np.flatnonzero(np.any(item.may_stiffen, axis=0))
+        rigid[k] = np.full(item.may_stiffen.shape, item.group.rigid_directions)
+        rigid[k][:, at] = rigid_counts(item.C[..., at])
+        doubtful |= np.any(rigid[k] != item.group.rigid_directions, axis=0)
     if not np.any(doubtful):
         return {}
     found = {}
