@@ -21,7 +21,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.frame_corrections import with_wrong_parent
 from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.unit_hints import odd_coordinates
+from kinetostatics.kinematics.unit_hints import odd_coordinates, odd_parameters
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
@@ -65,7 +65,10 @@ def load_robot(
         >>> round(float(ks.analyze(panda.assemble()).actuator_forces["panda_joint2"]), 3)
         -4.04
     """
-    return Robot(read_robot_file(path, parameters, platform=platform, base=base))
+    robot = Robot(read_robot_file(path, parameters, platform=platform, base=base))
+    for hint in odd_parameters(robot.description.path, parameters or {}, {"platform": platform, "base": base}):
+        warnings.warn(hint, stacklevel=3)
+    return robot
 
 
 class Robot(Shown, RobotKinematics):

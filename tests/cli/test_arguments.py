@@ -107,6 +107,16 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
     assert answered > 900 / every
 
 
+def test_options_of_other_commands_and_pages_that_are_none(capsys, tmp_path):
+    assert main(["check", "3rps", "--tool", "0", "0", "1"]) == 2
+    assert "unrecognized arguments: --tool 0 0 1; --tool belongs to analyze, compensate, " in capsys.readouterr().err
+    assert main(["check", "3rps", "--rod-diameter", "1"]) == 2
+    assert "given by --set rod_diameter=1 (see" in capsys.readouterr().err
+    assert main(["view", "3rps", "--html", str(tmp_path / "page.txt")]) == 2
+    assert "is an HTML page, which a browser prints as PDF; name it 'page.html'" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("path", [None, 3.5, {}, object()])
 def test_paths_to_write_to(path):
     with pytest.raises(ks.ArgumentError, match="must be the path of a file"):

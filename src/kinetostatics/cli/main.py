@@ -14,7 +14,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import NoReturn
 
@@ -166,9 +166,18 @@ def _unrecognized(parser: argparse.ArgumentParser, command: str, rest: Sequence[
             text += f"; a file is given by {' or '.join(files)}"
         elif near:
             text += f"; did you mean {' or '.join(near)}?"
+        elif others := [item for item in COMMANDS if item != command and name in _options(item)]:
+            text += f"; {name} belongs to {', '.join(others[:4])}{', …' * (len(others) > 4)}"
         elif "--set" in known:
             text += f"; values of a robot's file are given by --set {name[2:].replace('-', '_')}={value}"
     return f"{text} (see kinetostatics {f'{command} ' if known else ''}--help)"
+
+
+def _options(command: str) -> Mapping[str, argparse.Action]:
+    """Return the options of a command, by their names."""
+    parser = argparse.ArgumentParser()
+    importlib.import_module(f"kinetostatics.cli.{command}").add_arguments(parser)
+    return parser._option_string_actions
 
 
 def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:

@@ -66,10 +66,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the page."""
     with waiting("writing the report"):
+        from kinetostatics.printing.html import html_path
         from kinetostatics.report_page import save_report
-        from kinetostatics.report_page.write import check_page
 
-        arguments.check_folder(check_page(args.out))  # a map of the workspace may take long
+        arguments.check_folder(html_path(args.out, "a report"))  # a map of the workspace may take long
         options = {**arguments.load_options(args), "engine": args.engine}
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)

@@ -24,7 +24,7 @@ from kinetostatics.design.variables import Choice, Range, Vary, read_variables, 
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics.unit_hints import odd_coordinates, odd_range
+from kinetostatics.kinematics.unit_hints import odd_allowance, odd_coordinates, odd_range
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
@@ -164,7 +164,9 @@ def prepare(
     sizes.check_units(typed_units(ranges, choices))
     first = sizes.first
     grid, is_platform = _grid(over, first.description.driven)
-    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices)):
+    limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
+    hints = [hint for text, limit in limits for hint in odd_allowance(text, limit, first.zero_size)]
+    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
         warnings.warn(hint, stacklevel=4)
     place = tool_on_robot(tool, first, 5)
     problem = Problem(sizes, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -92,13 +93,39 @@ def _read(
     check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
+    if uses_xacro and parameters:
+        try:
+            warnings = expand(document, path, parameters)
+            found = _describe(to_elements(document), path, warnings, platform, base)
+        except RobotFileError as error:
+            raise _with_odd_parameters(error, data, path, parameters) from None
+        return known_valid(replace(found, parameters=Items(parameters)))
     if uses_xacro:
         warnings = expand(document, path, parameters)
     elif parameters:
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    found = _describe(to_elements(document), path, warnings, platform, base)
-    return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
+    return _describe(to_elements(document), path, warnings, platform, base)
+
+
+def _with_odd_parameters(error: RobotFileError, data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotFileError:
+    """Return a complaint that names the parameters that are no finite numbers although the file's own are."""
+    document = parse(data, path)[0]
+    own: dict[str, str] = {}
+    try:
+        expand(document, path, {}, own)
+    except RobotFileError:
+        return error
+    odd = [name for name, value in parameters.items() if name in own and not _is_finite(value) and _is_finite(own[name])]
+    said = "".join(f"; the parameter {name} is given as {parameters[name]!r}, the file's own is {own[name]}" for name in odd)
+    return RobotFileError(f"{error.reason}{said}", error.file, error.line)
+
+
+def _is_finite(value: object) -> bool:
+    try:
+        return math.isfinite(float(value))  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
 
 
 @told_keywords

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.unit_hints import TURN, looks_like_degrees
+from kinetostatics.files.parameter_units import parameter_unit
+from kinetostatics.files.reader import parameter_values, read_robot_file
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -56,6 +58,35 @@ def odd_point(what: str, point: ArrayLike, size: float) -> list[str]:
     ]
 
 
+def odd_parameters(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
+    """Say which parameters of a robot's file are lengths [m] far beyond the file's own; those below 1 are not looked at.
+
+    Args:
+        path, parameters, links: as :func:`kinetostatics.files.reader.read_robot_file` takes them.
+    """
+    given = {name: number for name, value in parameters.items() if (number := _number(value)) is not None and number >= 1}
+    if not given:
+        return []
+    found, texts = [], parameter_values(path, {})
+    for name, value in given.items():
+        own = _number(texts.get(name))
+        if own is None or not value > LONG * abs(own) > 0:
+            continue
+        if parameter_unit(own, lambda number, name=name: read_robot_file(path, {name: number}, **links)) == "m":
+            found.append(
+                f"{name} = {value:.6g} m is {value / abs(own):.3g} times the file's own {own:.6g} m: lengths are in m; write "
+                f"{value / 1000:.6g} for {value:.6g} mm, or {value:.6g}mm on the command line"
+            )
+    return found
+
+
+def _number(value: object) -> float | None:
+    try:
+        return None if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
+
+
 def odd_range(name: str, low: float, high: float, own: float) -> list[str]:
     """Say that a length [m] is to be varied far from what it is in the robot's file."""
     if not low > LONG * abs(own) > 0:
@@ -63,6 +94,16 @@ def odd_range(name: str, low: float, high: float, own: float) -> list[str]:
     return [
         f"{name} from {low:.6g} m is {low / abs(own):.3g} times the file's own {own:.6g} m: lengths are in m; write "
         f"{low / 1000:.6g} to {high / 1000:.6g} for {low:.6g} to {high:.6g} mm, or {low:.6g}mm:{high:.6g}mm on the command line"
+    ]
+
+
+def odd_allowance(text: str, limit: float, size: float) -> list[str]:
+    """Say that a requirement allows a displacement [m] as large as the robot."""
+    if not limit > size > 0:
+        return []
+    return [
+        f"{text} allows {limit:.6g} m, {limit / size:.3g} times the robot's size of {size:.3g} m: lengths are in m; write "
+        f"{limit:.6g}mm or {limit:.6g}um"
     ]
 
 

@@ -5,15 +5,37 @@ What ``print`` shows in columns becomes headings, tables and sentences of a page
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from itertools import groupby
+from pathlib import Path
+
+from kinetostatics.argument_checks import path_name
+from kinetostatics.exceptions import ArgumentError
 
 #: What a cell of a column of numbers begins with, or is.
 _NUMBER = re.compile(r"[-−+]?\d|[–∞]$|-∞$|rigid$")
 #: What only drawings of chains have in a line.
 _DRAWN = "—"
+
+
+def html_path(path: str | os.PathLike[str], what: str) -> str:
+    """Return the name of the file that a page is written to.
+
+    Args:
+        path: of the file.
+        what: the page is, "a report".
+
+    Raises:
+        ArgumentError: its ending promises something else than a page.
+    """
+    file = path_name("path", path)
+    if Path(file).suffix.lower() not in (".html", ".htm"):
+        right = Path(file).with_suffix(".html").name
+        raise ArgumentError(f"{file}: {what} is an HTML page, which a browser prints as PDF; name it {right!r}")
+    return file
 
 
 def html_table(title: str, header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> str:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import path_name, told_keywords, with_keywords
+from kinetostatics.argument_checks import told_keywords, with_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.printing.html import html_report
+from kinetostatics.printing.html import html_path, html_report
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import checked_map, workspace_html
 from kinetostatics.reports.tool_point import point_report
@@ -69,26 +69,13 @@ def save_report(
         KinetostaticsError: the file cannot be written.
     """
     check_keywords(save_report, analysis)
-    file = check_page(path)
+    file = html_path(path, "a report")
     given = {"load": load, "gravity": gravity, **analysis}
     html = report_html(configuration, given, workspace, title, coordinates, tool)
     try:
         Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{file}: cannot write the report: {error.strerror or error}") from None
-
-
-def check_page(path: str | os.PathLike[str]) -> str:
-    """Return the name of the file that a report is written to.
-
-    Raises:
-        ArgumentError: its ending promises something else than a page.
-    """
-    file = path_name("path", path)
-    if Path(file).suffix.lower() not in (".html", ".htm"):
-        right = Path(file).with_suffix(".html").name
-        raise ArgumentError(f"{file}: a report is an HTML page, which a browser prints as PDF; name it {right!r}")
-    return file
 
 
 def report_html(

@@ -16,6 +16,7 @@ from typing import Any, overload
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.printing.html import html_path
 from kinetostatics.printing.waiting import in_notebook, pausing, waiting
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.description import Scene
@@ -148,11 +149,12 @@ def save_html(
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: the file cannot be written.
     """
+    file = html_path(path, "the picture of a robot")
     html = _page(result, title, pose, exaggeration, ways, compare)
     try:
-        Path(path).write_text(html, encoding="utf-8")
+        Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
-        raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
+        raise KinetostaticsError(f"{file}: cannot write the page: {error.strerror or error}") from None
 
 
 @told_keywords

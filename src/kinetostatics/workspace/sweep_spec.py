@@ -21,10 +21,11 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.choice import compiled_loops
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
-from kinetostatics.robot import Robot, load_robot
+from kinetostatics.robot import Robot
 from kinetostatics.workspace.grid import Axis, Block, Field, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.
@@ -66,7 +67,7 @@ class Source:
         """
         if self.description is not None:
             return Robot(self.description)
-        robot = load_robot(self.path, parameters, **self.links)
+        robot = Robot(read_robot_file(self.path, parameters, **self.links))
         for name, known in self.files.items():
             if sha256_of(name) != known:
                 raise ArgumentError(f"{name} has changed since the sweep began; start it anew")

@@ -795,3 +795,15 @@ def test_mutated_files_are_read_or_refused(data: st.DataObject) -> None:
         assert error.line is not None or not text.strip()
     else:
         pin.buildModelFromXML(robot.urdf)
+
+
+@pytest.mark.parametrize("value", ["eighty", "80mmm", "nan", float("inf")])
+def test_parameters_that_are_no_numbers_are_named(value):
+    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+        <xacro:arg name="size" default="0.1"/><xacro:arg name="colour" default="red"/>
+        <link name="base"/><link name="tip"><inertial><mass value="$(arg size)"/></inertial></link>
+        <joint name="j" type="fixed"><parent link="base"/><child link="tip"/></joint><platform link="tip"/></robot>"""
+    with pytest.raises(RobotFileError) as raised:
+        parse_robot_text(text, parameters={"size": value, "colour": "blue"})
+    assert str(raised.value).endswith(f"; the parameter size is given as {value!r}, the file's own is 0.1")
+    assert raised.value.line is not None

@@ -192,3 +192,12 @@ def test_tolerances_in_millimetres():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ks.spread(pose, {"rod_1.outer_diameter": "30mm", "rod_2.outer_diameter": "30%", "rod_3.outer_diameter": 0.001}, robots=2)
+
+
+def test_parameters_of_a_file_in_millimetres():
+    with pytest.warns(UserWarning, match=r"^rod_diameter = 80 m is 800 times the file's own 0.1 m: ") as told:
+        ks.load_robot("3rps", {"rod_diameter": 80})
+    assert len(told) == 1 and told[0].filename == __file__ and "write 0.08 for 80 mm" in str(told[0].message)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ks.load_robot("3rps", {"rod_diameter": "0.2", "density": 8000, "youngs_modulus": 7e13, "rod_length_max": 3})
