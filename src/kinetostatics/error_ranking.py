@@ -6,6 +6,8 @@ errors add up.
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,6 +15,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, positive, told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.unit_hints import odd_angle, odd_tolerance
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import first_largest, ranked
 from kinetostatics.results.tolerances import Tolerance, Tolerances
@@ -71,6 +74,8 @@ def tolerances(
         check_choice("by", by, RANKINGS)
     length, angle, temperature = positive("length", length), positive("angle", angle), positive("temperature", temperature)
     robot = configuration.robot
+    for hint in (*odd_tolerance("length", length, 0.0, robot.zero_size), *odd_angle("angle", angle)):
+        warnings.warn(hint, stacklevel=3)
     place = tool_on_robot(tool, robot_of(configuration), 4)
     errors = _errors(configuration, length, angle, temperature)
     if not errors:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinetostatics.files.parameter_units import parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 
 if TYPE_CHECKING:
+    from kinetostatics.description.robot import RobotDescription
     from kinetostatics.kinematics.robot_kinematics import RobotKinematics
     from kinetostatics.mechanism.mechanism import Connection
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 FAR = 10.0
 #: So many times a length of the robot's file are its values too long that may be tried instead.
 LONG = 30.0
-#: Such a part of a length, or of the robot's size, is a tolerance that looks like millimetres.
+#: Such a part of a length, or of the robot's size, is a tolerance that looks like millimetres; so many rad look like mrad.
 COARSE = 0.2
 
 
@@ -72,12 +74,16 @@ def odd_parameters(path: str, parameters: Mapping[str, object], links: Mapping[s
         own = _number(texts.get(name))
         if own is None or not value > LONG * abs(own) > 0:
             continue
-        if parameter_unit(own, lambda number, name=name: read_robot_file(path, {name: number}, **links)) == "m":
+        if parameter_unit(own, partial(_with_value, path, name, links)) == "m":
             found.append(
                 f"{name} = {value:.6g} m is {value / abs(own):.3g} times the file's own {own:.6g} m: lengths are in m; write "
                 f"{value / 1000:.6g} for {value:.6g} mm, or {value:.6g}mm on the command line"
             )
     return found
+
+
+def _with_value(path: str, name: str, links: Mapping[str, str | None], value: float) -> RobotDescription:
+    return read_robot_file(path, {name: value}, **links)
 
 
 def _number(value: object) -> float | None:
@@ -104,6 +110,16 @@ def odd_allowance(text: str, limit: float, size: float) -> list[str]:
     return [
         f"{text} allows {limit:.6g} m, {limit / size:.3g} times the robot's size of {size:.3g} m: lengths are in m; write "
         f"{limit:.6g}mm or {limit:.6g}um"
+    ]
+
+
+def odd_angle(name: str, amount: float) -> list[str]:
+    """Say that an angle [rad] may be off by more than any machine is."""
+    if not amount > COARSE:
+        return []
+    return [
+        f"{name} may be off by {amount:.6g} rad, which is {math.degrees(amount):.3g}°: angles are in rad; write "
+        f"{amount / 1000:.6g} for {amount:.6g} mrad, or {amount:.6g}mrad on the command line"
     ]
 
 

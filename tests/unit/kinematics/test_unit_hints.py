@@ -189,8 +189,14 @@ def test_tolerances_in_millimetres():
     assert len(told) == 1 and told[0].filename == __file__ and "write 3e-05 for 0.03 mm, or 0.03mm on" in str(told[0].message)
     with pytest.warns(UserWarning, match=r"platform.center_of_mass.x may be off by 0.5 m, .* the robot's size of"):
         ks.spread(pose, {"platform.center_of_mass.x": "0.5"}, robots=2)
+    with pytest.warns(UserWarning) as told:
+        ks.tolerances(pose, length=1, angle=0.5)
+    assert [item.filename for item in told] == [__file__] * 2
+    assert str(told[0].message).startswith("length may be off by 1 m, 1.14 times the robot's size of 0.875 m: lengths are in m")
+    assert str(told[1].message).startswith("angle may be off by 0.5 rad, which is 28.6°: angles are in rad; write 0.0005 for")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        ks.tolerances(pose, length=0.01, angle=0.1)
         ks.spread(pose, {"rod_1.outer_diameter": "30mm", "rod_2.outer_diameter": "30%", "rod_3.outer_diameter": 0.001}, robots=2)
 
 
