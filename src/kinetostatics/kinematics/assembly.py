@@ -118,8 +118,9 @@ def closed_pose(
 ) -> Configuration:
     """Return where solved poses put everything, and which of them are reached."""
 
-    def again(which: NDArray[np.intp]) -> SolverState:
-        return solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
+    def again(which: NDArray[np.intp]) -> tuple[SolverState, Placed]:
+        found, _ = solver.newton(prescribed, poses.take(which), target[:, which], local)
+        return found, solver.place(found.x)
 
     placed = solver.place(poses.x)
     return _configuration(robot, poses, placed, shape, arrived, convention, tolerance, raising, again, names)
@@ -150,7 +151,7 @@ def _configuration(
     convention: Orientation,
     tolerance: float,
     raising: bool,
-    again: Callable[[NDArray[np.intp]], SolverState] | None = None,
+    again: Callable[[NDArray[np.intp]], tuple[SolverState, Placed]] | None = None,
     names: tuple[str, ...] = (),
 ) -> Configuration:
     q, frames, residual = placed
@@ -160,9 +161,8 @@ def _configuration(
         doubtful = arrived & (worst > rough_residual(robot))
         if doubtful.any():
             rough = np.flatnonzero(doubtful)
-            better = again(rough)
+            better, now = again(rough)
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
-            now = robot.solver.place(better.x)
             q[:, rough], residual[:, rough] = now.q, now.residual
             frames.put(rough, now.frames)
             worst[rough] = np.max(np.abs(now.residual), axis=0, initial=0.0)

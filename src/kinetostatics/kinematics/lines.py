@@ -72,12 +72,18 @@ def _follow_chunk(
         moved = solver.in_one_go(prescribed, state, target, local)
         if moved is not None:
             return moved, np.ones(1, dtype=bool), np.ones(1)
+    gone, steady, active = np.zeros(N), np.ones(N, dtype=bool), np.arange(N)
+    if N > 1 and np.max(strides, initial=0.0) <= 1:  # hardly any takes more than one step
+        moved, good = _step(solver, prescribed, state, target, local)
+        if np.all(good):
+            return moved, good, np.ones(N)
+        state.x[:, good], state.c[:, good], gone[good] = moved.x[:, good], moved.c[:, good], 1.0
+        steady, active = good, active[~good]
     turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     usual = 1 / np.maximum(1.0, np.maximum(most_turned, most_shifted))
-    gone, stride, longest, steady = np.zeros(N), np.array(usual), np.array(usual), np.ones(N, dtype=bool)
+    stride, longest = np.where(steady, usual, usual / 2), np.array(usual)
     reaches = most_shifted * (LONGEST_SHIFT * solver.length / solver.reach)
-    active = np.arange(N)
     while active.size:
         trial = np.minimum(gone[active] + stride[active], 1.0)
         with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
@@ -87,11 +93,7 @@ def _follow_chunk(
         if np.any(leaping := stride[active] > usual[active]):
             way = (trial - gone[active]) * (target[:, active] - first[:, active])
             guess, before = _predicted(solver, prescribed, here, way, local, leaping)
-        moved, good = solver.newton(prescribed, guess, goal, local, before, passing=trial < 1)
-        if not local and np.all(good):
-            good = solver.on_one_side(prescribed, here, moved, goal)
-        elif not local:
-            good[good] = solver.on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
+        moved, good = _step(solver, prescribed, here, goal, local, guess, before, trial < 1)
         if np.all(good) and np.all(trial == 1) and active.size == N:
             return moved, good, trial
         arrived = active[good]
@@ -105,6 +107,25 @@ def _follow_chunk(
         steady[active] = good  # after a step that was too long the next is not doubled at once
         active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * usual[active])]
     return state, gone >= 1, gone
+
+
+def _step(
+    solver: Solver,
+    prescribed: PrescribedCoordinates,
+    here: SolverState,
+    goal: Array,
+    local: int,
+    guess: SolverState | None = None,
+    before: Array | None = None,
+    passing: NDArray[np.bool_] | None = None,
+) -> tuple[SolverState, NDArray[np.bool_]]:
+    """Return poses at ``goal``, corrected from ``here`` or a ``guess``, and which are there with no singular pose between."""
+    moved, good = solver.newton(prescribed, here if guess is None else guess, goal, local, before, passing)
+    if not local and np.all(good):
+        good = solver.on_one_side(prescribed, here, moved, goal)
+    elif not local:
+        good[good] = solver.on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
+    return moved, good
 
 
 def _predicted(
