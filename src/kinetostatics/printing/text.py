@@ -140,6 +140,11 @@ def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5
     return Scale.of(value, units, noise, digits).with_unit(value)
 
 
+def as_told(value: float, unit: str, digits: int = 6) -> str:
+    """Write one number in the very unit that it is told in, such as ``N m``; without one where it has none."""
+    return f"{value:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
+
+
 def vector(values: Iterable[ArrayLike], scale: Scale) -> str:
     """Write the components of a vector in brackets, with the unit."""
     return "(" + ", ".join(scale(value) for value in values) + f") {scale.unit}"

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, UNITS_OF, quantity, section, table, wrapped
+from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, UNITS_OF, as_told, quantity, section, table, wrapped
 from kinetostatics.reports.json import named
 from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Unidentifiable
 
@@ -30,7 +30,7 @@ def estimate_words(item: Estimate, value: float) -> str:
         return f"× {value:.5g}" if value < RIGID else "rigid"
     if item.kind != "argument" and item.unit in ("m", "rad"):
         return quantity(value, UNITS_OF[item.unit], digits=4)
-    return f"{value:.6g} {item.unit.replace(' ', '·')}".rstrip()
+    return as_told(value, item.unit)
 
 
 def interval_words(item: Estimate) -> str:

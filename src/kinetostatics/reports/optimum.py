@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import DEGREES, MILLIMETRES, MISSING, UNITS_OF, quantity, section, table, wrapped
+from kinetostatics.printing.text import DEGREES, MILLIMETRES, MISSING, UNITS_OF, as_told, quantity, section, table, wrapped
 from kinetostatics.reports.json import named
 from kinetostatics.results.optimum import BROKEN, Optimum
 from kinetostatics.results.pareto import ParetoFront
@@ -74,7 +74,7 @@ def _value(value: float, unit: str) -> str:
         return quantity(value, MILLIMETRES)
     if unit == "rad":
         return quantity(value, DEGREES)
-    return f"{value:.6g} {unit.replace(' ', '·')}".rstrip()
+    return as_told(value, unit)
 
 
 def pose_words(pose: Mapping[str, float]) -> str:

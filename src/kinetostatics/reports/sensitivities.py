@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import LENGTHS, Column, column_table, quantity, section, wrapped
+from kinetostatics.printing.text import LENGTHS, Column, as_told, column_table, quantity, section, wrapped
 from kinetostatics.reports.json import plain
 from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.sensitivities import Sensitivities, Sensitivity, is_location, is_part
@@ -37,6 +37,11 @@ def sensitivities_report(found: Sensitivities) -> str:
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     lines = [f"Sensitivities of {robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"]
+
+    def moved_by(moves: Sequence[float]) -> list[Column]:
+        parts = [f"{100 * move / size:+.3f}" if size else "" for move in moves]
+        return [Column.of(f"moves {who} by", moves, LENGTHS), Column("of it [%]", parts, "r")]
+
     moved, sizes = "twist" in found.of, [name for name in found if not is_location(name)]
     effects = {name: found.effect(name) for name in sizes[:MOST]}
     if effects:
@@ -44,11 +49,9 @@ def sensitivities_report(found: Sensitivities) -> str:
         per_mass = [move / mass if abs(mass) > 1e-12 else None for move, mass in effects.values()]
         columns = [
             Column("parameter", list(effects)),
-            Column("value", [f"{found[name].value:.6g} {found[name].unit.replace(' ', '·')}".rstrip() for name in effects], "r"),
+            Column("value", [as_told(found[name].value, found[name].unit) for name in effects], "r"),
         ]
-        if moved:
-            columns.append(Column.of(f"moves {who} by", moves, LENGTHS))
-            columns.append(Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"))
+        columns += moved_by(moves) if moved else []
         if "mass" in found.of:
             columns.append(Column.of("adds", masses, _MASSES))
         if moved and "mass" in found.of:
@@ -59,22 +62,13 @@ def sensitivities_report(found: Sensitivities) -> str:
     shifts = [name for name in found if is_location(name)]
     if shifts and moved:
         moves = [found.shift_effect(name) for name in shifts[:MOST]]
-        columns = [
-            Column("what", shifts[:MOST]),
-            Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r"),
-            Column.of(f"moves {who} by", moves, LENGTHS),
-            Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
-        ]
+        by = Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r")
+        columns = [Column("what", shifts[:MOST]), by, *moved_by(moves)]
         title = "What a millimetre or milliradian of each placement or centre of mass does, along and about its own axes"
         lines += section(title, [*column_table(columns), *_more(shifts)])
     if found.sources:
         names = sorted(found.sources, key=found.source_effect)
-        moves = [found.source_effect(name) for name in names]
-        columns = [
-            Column("what", names),
-            Column.of(f"moves {who} by", moves, LENGTHS),
-            Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
-        ]
+        columns = [Column("what", names), *moved_by([found.source_effect(name) for name in names])]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))
     rest = [name for name in found.of if name not in ("twist", "mass")]
     if not len(found) and not found.sources:

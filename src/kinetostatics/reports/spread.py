@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
@@ -15,7 +17,9 @@ from kinetostatics.printing.text import (
     UNITS_OF,
     Column,
     Units,
+    as_told,
     column_table,
+    largest,
     quantity,
     section,
     table,
@@ -23,7 +27,7 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import named, plain
 from kinetostatics.reports.tool_point import said_of
-from kinetostatics.results.spread import COMPONENTS, Spread, SpreadQuantities
+from kinetostatics.results.spread import COMPONENTS, Spread
 from kinetostatics.results.tool_point import named_point
 
 #: What the numbers of a spread mean.
@@ -46,14 +50,20 @@ def spread_report(found: Spread) -> str:
     moves = [float(found.effects[name].displacement) for name in names]
     columns = [
         Column("parameter", names),
-        Column("value", [_number(found.parameters[name].value, found.parameters[name].unit) for name in names], "r"),
-        Column("off by ±", [_number(found.parameters[name].tolerance, found.parameters[name].unit, 4) for name in names], "r"),
+        Column("value", [as_told(found.parameters[name].value, found.parameters[name].unit) for name in names], "r"),
+        Column("off by ±", [as_told(found.parameters[name].tolerance, found.parameters[name].unit, 4) for name in names], "r"),
         Column.of(f"moves {who} by", moves, LENGTHS),
         Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"),
     ]
     lines += section("What each does alone, to first order", column_table(columns))
-    rows = [_row(found, title, name, units) for title, name, units in _quantities(found)]
-    rows += [_stiffness_row(found, k) for k in range(6)]
+    three = found.nominal, found.worst_case, found.standard_deviation
+    rows = [
+        _row(title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
+    ]
+    for k, name in enumerate(COMPONENTS):
+        values, units = found.samples.stiffness[:, k, k], STIFFNESSES if k < 3 else TURNING_STIFFNESSES
+        sampled = np.nanmean(values), np.nanstd(values, ddof=1), *np.nanpercentile(values, [2.5, 97.5])
+        rows.append(_row(f"stiffness {name}", [item.stiffness[k, k] for item in three], sampled, units))
     header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
     title = f"How far robots differ: first order (worst case, standard deviation), and {len(found):,} robots made at random"
     lines += section(title, table(header, rows, "lrrrrrr"))
@@ -70,30 +80,10 @@ def _quantities(found: Spread) -> list[tuple[str, str, Units]]:
     return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
 
 
-def _row(found: Spread, title: str, name: str, units: Units) -> tuple[str, ...]:
-    nominal, worst, deviation = (float(item.named(name)) for item in (found.nominal, found.worst_case, found.standard_deviation))
-    return _written(title, nominal, worst, deviation, found.sampled(name), units)
-
-
-def _stiffness_row(found: Spread, k: int) -> tuple[str, ...]:
-    nominal, worst, deviation = (
-        float(item.stiffness[k, k]) for item in (found.nominal, found.worst_case, found.standard_deviation)
-    )
-    values = found.samples.stiffness[:, k, k]
-    low, high = np.nanpercentile(values, [2.5, 97.5])
-    sampled = float(np.nanmean(values)), float(np.nanstd(values, ddof=1)), float(low), float(high)
-    units = STIFFNESSES if k < 3 else TURNING_STIFFNESSES
-    return _written(f"stiffness {COMPONENTS[k]}", nominal, worst, deviation, sampled, units)
-
-
-def _written(
-    title: str, nominal: float, worst: float, deviation: float, sampled: tuple[float, float, float, float], units: Units
-) -> tuple[str, ...]:
-    size = max(abs(nominal), abs(sampled[2]), abs(sampled[3]))
-    noise = 1e-9 * size
-    _, random, low, high = sampled
-    numbers = [quantity(value, units, noise, digits=4) for value in (nominal, worst, deviation, random, low, high)]
-    return (title, *numbers)
+def _row(title: str, first_order: Sequence[ArrayLike], sampled: Sequence[float], units: Units) -> tuple[str, ...]:
+    """Return nominal, worst and deviation of first order, and deviation and limits of what was sampled, in words."""
+    noise = 1e-9 * largest([first_order[0], *sampled[2:]])
+    return (title, *(quantity(value, units, noise, digits=4) for value in (*first_order, *sampled[1:])))
 
 
 def _sentences(found: Spread) -> list[str]:
@@ -113,28 +103,20 @@ def _sentences(found: Spread) -> list[str]:
     return said
 
 
-def _number(value: float, unit: str, digits: int = 6) -> str:
-    unit = "" if unit == "1" else unit
-    return f"{value:.{digits}g} {unit.replace(' ', '·')}".rstrip()
-
-
-def _plain(item: SpreadQuantities) -> dict[str, object]:
-    return named(item, ("twist", "displacement", "rotation", "stiffness", "actuator_forces"))
-
-
 @dict_of.register(Spread)
 def spread_to_dict(found: Spread) -> dict[str, object]:
     """Return a spread as plain values: what ``spread --json`` prints."""
+    numbers = ("twist", "displacement", "rotation", "stiffness", "actuator_forces")
     told = ("value", "unit", "tolerance", "standard_deviation")
     names = [name for _, name, _ in _quantities(found)]
     return {
         "robot": found.result.robot.name,
         **said_of(found.tool, UNITS),
         "parameters": {name: named(item, told) for name, item in found.parameters.items()},
-        "nominal": _plain(found.nominal),
-        "effects": {name: _plain(item) for name, item in found.effects.items()},
-        "worst_case": _plain(found.worst_case),
-        "standard_deviation": _plain(found.standard_deviation),
+        "nominal": named(found.nominal, numbers),
+        "effects": {name: named(item, numbers) for name, item in found.effects.items()},
+        "worst_case": named(found.worst_case, numbers),
+        "standard_deviation": named(found.standard_deviation, numbers),
         "random": {name: [plain(value) for value in found.sampled(name)] for name in names},
         "robots": len(found),
         "distribution": found.distribution,

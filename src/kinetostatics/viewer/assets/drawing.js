@@ -24,7 +24,7 @@ class Robot {
     meshes.forEach((spec) => spec.roots.forEach((root) => this.addSolid(`${root}/${spec.path}`, spec, root)));
     frames.forEach((spec) => this.addFrame(spec));
     arrows.forEach((spec) => this.addArrow(spec));
-    marks.forEach((spec) => this.addMark(spec));
+    marks.forEach((spec) => this.addFrame(spec));
     const present = new Set(this.scene.arrows.map((spec) => spec.path));
     for (const [path, entry] of this.arrows) entry.gone = !present.has(path);
   }
@@ -200,28 +200,26 @@ class Robot {
     entry.tip.position.set(0, inwards ? 0 : length, 0); // the label stands at the free end
   }
 
+  /** A coordinate system with axes and its name, or a name alone, which has no size. */
   addFrame(spec) {
     if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
     const object = this.put(spec.path, new THREE.Group());
+    if (spec.size) this.drawAxes(object, spec.size);
+    this.frames.set(spec.path, { spec, object });
+    addLabel(this, object, () => spec.label ?? spec.text, spec.size ? "#20262e" : "#4a5462");
+  }
+
+  drawAxes(object, size) {
     [["#d62728", [1, 0, 0]], ["#2ca02c", [0, 1, 0]], ["#1f77b4", [0, 0, 1]]].forEach(([colour, direction]) => {
-      const part = makeArrow(colour, 0.025 * spec.size, 1);
-      part.stretch(spec.size);
+      const part = makeArrow(colour, 0.025 * size, 1);
+      part.stretch(size);
       part.quaternion.setFromUnitVectors(UP, new THREE.Vector3(...direction));
       object.add(part);
     });
-    object.add(new THREE.Mesh(new THREE.SphereGeometry(0.05 * spec.size, 16, 12), new THREE.MeshPhongMaterial({ color: 0x20262e })));
+    object.add(new THREE.Mesh(new THREE.SphereGeometry(0.05 * size, 16, 12), new THREE.MeshPhongMaterial({ color: 0x20262e })));
     object.traverse((part) => { // frames are drawn over everything, or they would hide in the bodies they belong to
       if (part.material) { part.material.depthTest = false; part.material.transparent = true; part.renderOrder = 10; }
     });
-    this.frames.set(spec.path, { spec, object });
-    if (spec.label) addLabel(this, object, () => spec.label, "#20262e");
-  }
-
-  addMark(spec) {
-    if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
-    const object = this.put(spec.path, new THREE.Group());
-    this.frames.set(spec.path, { spec, object });
-    addLabel(this, object, () => spec.text, "#4a5462");
   }
 }
 
