@@ -59,10 +59,11 @@ def told_keywords(function: Callable[P, R]) -> Callable[P, R]:
             raise ArgumentError(f"{name_of} lacks {' and '.join(map(repr, missing))}: {name_of}({call})")
         if len(args) > len(placed):
             names = [*(name for name in known if name not in placed), *["NAME"] * hands_on]
-            without = f" besides {', '.join(shown)}" if shown else ""
-            raise ArgumentError(
-                f"{name_of} wants the names of its arguments{without}: {', '.join(f'{name}=…' for name in names)}"
-            )
+            without, wanted = f" besides {', '.join(shown)}" if shown else "", ", ".join(f"{name}=…" for name in names)
+            if not names:
+                only = f"nothing but {', '.join(shown)}" if shown else "no arguments"
+                raise ArgumentError(f"{name_of} takes {only}")
+            raise ArgumentError(f"{name_of} wants the names of its arguments{without}: {wanted}")
         return function(*args, **kwargs)
 
     return called

@@ -107,6 +107,33 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
     assert answered > 900 / every
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda robot: ks.save_html(robot, "x.html"), "a picture wants what analyze returns, not <Robot '3rps'"),
+        (lambda robot: ks.show(robot.assemble()), "a picture wants what analyze returns, not <Configuration"),
+        (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= wants what analyze"),
+        (
+            lambda robot: ks.save_image(ks.analyze(robot.assemble()), "x.png", size=800),
+            "size is 800; it must be width and height",
+        ),
+        (lambda robot: ks.engine_report("3rps"), "engine_report wants a robot, not '3rps'"),
+        (lambda robot: ks.indices.at_point(3, (0, 0, 0)), "this is not a Dataset of ks.sweep"),
+        (lambda robot: ks.plot.save(3, "x.svg"), "3 is no figure: functions of ks.plot return the axes of one"),
+        (lambda robot: ks.robots("delta"), "^robots takes no arguments$"),
+        (
+            lambda robot: ks.pareto("3rps", {"rod_diameter": "4cm:12cm"}, ("mass", " mass")),
+            "a front has two different quantities",
+        ),
+    ],
+)
+def test_things_of_another_kind(call, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ks.ArgumentError, match=message):
+        call(package_robots.robot("3rps"))
+    assert not list(tmp_path.iterdir())
+
+
 def test_options_of_other_commands_and_pages_that_are_none(capsys, tmp_path):
     assert main(["check", "3rps", "--tool", "0", "0", "1"]) == 2
     assert "unrecognized arguments: --tool 0 0 1; --tool belongs to analyze, compensate, " in capsys.readouterr().err

@@ -85,6 +85,8 @@ def pareto(
     given = subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
     first = prepare(robot, vary, minimize[0], *given)
     measured = parse_objective(minimize[1])
+    if measured == first.problem.objective:
+        raise ArgumentError(f'minimize is {minimize!r}; a front has two different quantities, such as ("mass", "sag")')
     second = replace(first, problem=replace(first.problem, objective=measured, known={}, count=0), minimize=minimize[1])
     unit = KINDS.get(MEASURES[measured[0]].kind, "")
     name = " ".join(minimize[1].split())

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.engine.cache import cache_folder
 from kinetostatics.engine.choice import compiled_statics, loops_of
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.model import RobotStatics
@@ -80,7 +81,9 @@ def engine_report(robot: _HasStatics) -> EngineReport:
 
     The code is made, and kept on disk, if it is not there yet: that takes a second or more.
     """
-    statics, loops = compiled_statics(robot.statics), loops_of(cast(RobotKinematics, robot))
+    if not isinstance(robot, RobotKinematics):
+        raise ArgumentError(f"engine_report wants a robot, not {robot!r}: load one with ks.load_robot(…)")
+    statics, loops = compiled_statics(robot.statics), loops_of(robot)
     reasons = [found if isinstance(found, str) else None for found in (statics, loops)]
     names = ("the equilibrium of poses", "closing the loops")
     by_numpy = [name for name, reason in zip(names, reasons, strict=True) if reason is not None]

@@ -112,7 +112,8 @@ typedef struct {{
 
 typedef struct {{
 {chr(10).join(inputs)}
-    {scalar} load[6]; /* external force and moment on the platform about o, world axes [N, N m] */
+    {scalar} load[6]; /* external force and moment on the platform about o, world axes [N, N m]; a payload of mass m, with its
+                        centre c from o, adds m gravity and c x m gravity */
     {scalar} gravity[3]; /* world axes [m/s2]: (0, 0, -9.81) where z points up */
 }} {name}_input;
 

@@ -37,9 +37,10 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
         ArgumentError: it is no point, or the map is about another point already.
     """
     place = point_of_platform("point", point)
+    size = float(variable(ds, "characteristic_length").max())
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
-    for hint in odd_point("point", place, float(variable(ds, "characteristic_length").max())):
+    for hint in odd_point("point", place, size):
         warnings.warn(hint, stacklevel=3)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]

@@ -180,6 +180,8 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
         ArgumentError: the ending is another one.
     """
     options = format_of(path)
+    if not isinstance(figure, Axes | Figure):
+        raise ArgumentError(f"{figure!r} is no figure: functions of ks.plot return the axes of one")
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
     canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
 

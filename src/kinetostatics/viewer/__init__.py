@@ -199,6 +199,10 @@ def _page(
     ways: bool,
     compare: Result | None,
 ) -> str:
+    for what, given in (("a picture", result), ("compare=", compare)):
+        if not isinstance(given, Result) and not (given is compare and given is None):
+            raise ArgumentError(f"{what} wants what analyze returns, not {given!r}: ks.analyze(robot.assemble())")
+
     def scene(one: Result, title: str | None, every: int) -> Scene:
         return describe_scene(one.by_mechanism if ways else one, title, pose=pose, exaggeration=exaggeration, every=every)
 

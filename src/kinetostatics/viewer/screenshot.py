@@ -48,7 +48,11 @@ def save_screenshot(
     for name, value, known in (("colour", colour, COLOURS), ("view", view, VIEWS)):
         if value not in known:
             raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(known)}")
-    if not all(isinstance(pixels, int) and 100 <= pixels <= 10_000 for pixels in size):
+    if (
+        not isinstance(size, (tuple, list))
+        or len(size) != 2
+        or not all(isinstance(pixels, int) and 100 <= pixels <= 10_000 for pixels in size)
+    ):
         raise ArgumentError(f"size is {size!r}; it must be width and height from 100 to 10000 pixels")
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
