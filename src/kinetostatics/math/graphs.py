@@ -18,9 +18,10 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
     seen = dict.fromkeys(starts)
     queue = list(seen)
     for node in queue:
-        found = [other for other in dict.fromkeys(neighbours(node)) if other not in seen]
-        seen.update(dict.fromkeys(found))
-        queue += found
+        for other in neighbours(node):
+            if other not in seen:
+                seen[other] = None
+                queue.append(other)
     return seen
 
 
