@@ -27,6 +27,19 @@ def test_tests_stand_where_the_page_says():
         assert not any(path.glob("test_*.py")) or f"`tests/{path.name}/" in PAGE, path
 
 
+def test_any_stands_in_aliases_that_the_page_names():
+    found = []
+    for path in sorted((ROOT / "src").rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        # of what else has the word, sentences begin with it
+        found += [f"{path.name}: {line}" for line in lines if re.search(r"\bAny\b(?! (?:other|one) )|\btyping as\b", line)]
+    uses = [line for line in found if not re.search(r": from typing import [\w, ]+$", line)]
+    aliases = [re.search(r": (\w+): TypeAlias = .*\bAny\b.*  # \w", line) for line in uses]
+    assert all(aliases), [line for line, alias in zip(uses, aliases, strict=True) if alias is None]
+    sentence = re.search(r"`Any` stands only in the aliases ([^;]+);", PAGE)[1]
+    assert sorted(alias[1] for alias in aliases) == sorted(re.findall(r"`(\w+)`", sentence))
+
+
 def test_names_are_defined_where_the_page_says():
     for name, path in re.findall(r"`([A-Z_]{4,})` of\s+`((?:src|tests)/[\w/]+)\.py`", PAGE):
         if path.startswith("src/"):

@@ -11,13 +11,14 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.printing.dispatch import Json
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
@@ -28,7 +29,7 @@ MANY = 10_000
 #: Whether code is made in a hurry at first: it takes up to a megabyte of the stack, which not all systems have.
 HURRIES = sys.platform == "linux"
 #: One of :func:`packed` and :func:`packed_for_one`.
-Packing: TypeAlias = Callable[[Mapping[str, Any], Callable[[int], str]], bytes]
+Packing: TypeAlias = Callable[[Mapping[str, Json], Callable[[int], str]], bytes]
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
 
@@ -171,7 +172,7 @@ class Bound:
         self._code.function(*self._arguments)
 
 
-def packed(table: Mapping[str, Any], text_of: Callable[[int], str]) -> bytes:
+def packed(table: Mapping[str, Json], text_of: Callable[[int], str]) -> bytes:
     """Return what is kept on disk of code for many poses: a table as JSON, its size before it, and behind it the object code.
 
     The code is made in a hurry, and behind it stands the text from which :meth:`Code.optimize` makes it anew.
@@ -185,19 +186,19 @@ def packed(table: Mapping[str, Any], text_of: Callable[[int], str]) -> bytes:
     return _joined({"lanes": llvm.LANES, **table}, content, zlib.compress(text.encode(), 1) if HURRIES else b"")
 
 
-def packed_for_one(table: Mapping[str, Any], text_of: Callable[[int], str]) -> bytes:
+def packed_for_one(table: Mapping[str, Json], text_of: Callable[[int], str]) -> bytes:
     """Return the same of code for single poses, which is optimized at once."""
     return _joined({"lanes": 1, **table}, llvm.compiled(text_of(1)))
 
 
-def _joined(table: Mapping[str, Any], content: bytes, text: bytes = b"") -> bytes:
+def _joined(table: Mapping[str, Json], content: bytes, text: bytes = b"") -> bytes:
     head = json.dumps({**table, "object": len(content)}).encode()
     return len(head).to_bytes(8, "little") + head + content + text
 
 
-def table_of(kept: bytes) -> dict[str, Any]:
+def table_of(kept: bytes) -> dict[str, Json]:
     """Return the table of what :func:`packed` returned."""
-    table: dict[str, Any] = json.loads(kept[8 : 8 + int.from_bytes(kept[:8], "little")])
+    table: dict[str, Json] = json.loads(kept[8 : 8 + int.from_bytes(kept[:8], "little")])
     return table
 
 

@@ -8,13 +8,12 @@ many poses; one sweep forwards records how fast results change with the inputs. 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine.llvm import needed_by, operands
 from kinetostatics.engine.recorder import Recorded, recording
-from kinetostatics.engine.scalars import Scalar, Tape
+from kinetostatics.engine.scalars import Number, Scalar, Tape
 from kinetostatics.math.arrays import Array
 
 #: Operations without operands.
@@ -23,7 +22,7 @@ _LEAVES = ("input", "parameter", "constant", "truth")
 
 #: The partial derivatives of an operation's result with respect to its operands, from these and the result: numbers or arrays.
 #: What is not here, as a comparison, has none; ``choose`` has those of what is chosen.
-PARTIALS: dict[str, Callable[..., tuple[Any, ...]]] = {
+PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
     "add": lambda a, b, result: (1.0, 1.0),
     "subtract": lambda a, b, result: (1.0, -1.0),
     "multiply": lambda a, b, result: (b, a),
@@ -39,7 +38,7 @@ PARTIALS: dict[str, Callable[..., tuple[Any, ...]]] = {
 _MAY_BE_INFINITE = ("divide", "square_root", "angle")
 
 #: The same operations as NumPy does them.
-_FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+_FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "add": np.add,
     "subtract": np.subtract,
     "multiply": np.multiply,
@@ -64,7 +63,7 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 }
 
 
-def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Sequence[Any] | Array) -> list[Any]:
+def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Sequence[Number] | Array) -> list[Number]:
     """Return the results of all needed operations at N poses, numbers or arrays (N,); None of the others.
 
     Args:
@@ -73,7 +72,7 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
         inputs: the arrays (components, N) of the inputs.
         parameters: (P,) the robot's numbers; or a sequence of numbers and, where every pose has another robot, of arrays (N,).
     """
-    found: list[Any] = [None] * len(needed)
+    found: list[Number] = [None] * len(needed)
     with np.errstate(all="ignore"):
         for number, is_needed in enumerate(needed):
             if not is_needed:
@@ -92,7 +91,7 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
     return found
 
 
-def gradients(tape: Tape, found: Sequence[Any], wanted: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
+def gradients(tape: Tape, found: Sequence[Number], wanted: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
     """Return the derivatives (len(wanted), N) of some results with respect to some inputs and parameters, by their numbers.
 
     What the results do not depend on is left out.
@@ -113,14 +112,14 @@ def gradients(tape: Tape, found: Sequence[Any], wanted: Sequence[int], leaves: I
                 active[number] = any(active[k] for k in operands(tape.operations[number]))
             else:
                 active[number] = number in leaves
-    adjoints: list[Any] = [None] * len(found)
+    adjoints: list[Number] = [None] * len(found)
     for row, number in enumerate(wanted):
         if active[number]:
             if adjoints[number] is None:
                 adjoints[number] = np.zeros((len(wanted), N))
             adjoints[number][row] += 1.0
 
-    def put(number: int, by: Any) -> None:
+    def put(number: int, by: Number) -> None:
         adjoints[number] = by if adjoints[number] is None else adjoints[number] + by
 
     result: dict[int, Array] = {}
@@ -159,9 +158,9 @@ def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
         wanted: the operations whose results are differentiated.
         inputs: how many input arrays there are.
     """
-    rates: dict[int, Any] = {}
+    rates: dict[int, Number] = {}
 
-    def held(number: int) -> Any:
+    def held(number: int) -> Number:
         scalar = Scalar(tape, number, tape.values[number])
         return np.array([scalar], dtype=object).view(Recorded)
 
@@ -178,7 +177,7 @@ def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
                     rates[number] = np.where(held(condition), rates.get(a, 0.0), rates.get(b, 0.0))
             elif name in PARTIALS and any(operand in rates for operand in taken):
                 partials = PARTIALS[name](*[held(operand) for operand in taken], held(number))
-                total: Any = 0.0
+                total: Number = 0.0
                 for partial, operand in zip(partials, taken, strict=True):
                     if operand in rates:
                         product = partial * rates[operand]

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -17,18 +17,26 @@ from kinetostatics.engine.record import AT_ONCE, AT_ONCE_OF_LIMBS, given, unbala
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.link_loads import AppliedLoad
+from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
 _FIELDS = {kind: frozenset(field.name for field in fields(kind)) for kind in (Solution, LimbStatics)}
 
 
+class Placed(Protocol):
+    """Where coordinates put everything."""
+
+    @property
+    def frames(self) -> Frames:
+        """Of all bodies."""
+
+
 class Placing(Protocol):
     """What knows where coordinates (nq', N) put everything."""
 
-    def place(self, x: Array, /) -> Any:
-        """Return something whose ``frames`` are those of all bodies."""
+    def place(self, x: Array, /) -> Placed:
+        """Return it."""
 
     def frames_in_blocks(self, x: Array) -> tuple[Array, Array, Callable[[slice], None]]:
         """See :meth:`LaterFrames.in_blocks`."""
@@ -86,7 +94,7 @@ class LaterFrames(Frames):
         if "known" in vars(self):
             self.known.put(poses, others)
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Be copied and pickled as what is computed."""
         return _itself, (self.known,)
 
@@ -95,7 +103,7 @@ class _Known:
     """What a solution and its limbs know, apart from them: they need not know one another, and are gone when nobody has them."""
 
     def __init__(
-        self, robot: RobotStatics, paths: Iterable[str], array: Callable[[str], Any], whole: Callable[[], Solution]
+        self, robot: RobotStatics, paths: Iterable[str], array: Callable[[str], Array], whole: Callable[[], Solution]
     ) -> None:
         self.robot, self.paths, self.array, self._whole = robot, paths, array, whole
 
@@ -115,7 +123,7 @@ class LaterSolution(Solution):
         load: Array,
         gravity: Array,
         paths: Iterable[str],
-        array: Callable[[str], Any],
+        array: Callable[[str], Array],
         whole: Callable[[], Solution],
         applied: tuple[AppliedLoad, ...] = (),
     ) -> None:
@@ -142,16 +150,16 @@ class LaterSolution(Solution):
         return known.whole
 
     @cached_property
-    def applied(self) -> Any:  # type: ignore[override]
+    def applied(self) -> tuple[AppliedStatics, ...]:  # type: ignore[override]
         """Loads on links and the springs' forces, and what they do to limbs by themselves."""
         return self.whole.applied
 
     @cached_property
-    def weights_alone(self) -> Any:  # type: ignore[override]
+    def weights_alone(self) -> tuple[LimbStatics, ...] | None:  # type: ignore[override]
         """The limbs without these forces."""
         return self.whole.weights_alone
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name not in _FIELDS[Solution]:
             raise AttributeError(name)
         if name not in AT_ONCE:
@@ -165,7 +173,7 @@ class LaterSolution(Solution):
             mine[name] = known.array(f".{name}")
         return mine[name]
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Be copied and pickled as the whole solution."""
         return _itself, (self.whole,)
 
@@ -176,7 +184,7 @@ class _LaterLimb(LimbStatics):
     def __init__(self, known: _Known, number: int) -> None:
         vars(self).update(_known=known, _number=number)
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> object:
         if name not in _FIELDS[LimbStatics]:
             raise AttributeError(name)
         known, number = vars(self)["_known"], vars(self)["_number"]
@@ -192,9 +200,9 @@ class _LaterLimb(LimbStatics):
         found: LimbStatics = vars(self)["_known"].whole.statics[vars(self)["_number"]]
         return found
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         return _itself, (self.whole,)
 
 
-def _itself(item: Any) -> Any:
+def _itself(item: Solution) -> Solution:
     return item

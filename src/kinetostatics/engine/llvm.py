@@ -9,10 +9,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from kinetostatics.engine.angles import Lines, angle_of_point, sine_or_cosine
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.scalars import Operation, Tape
+
+if TYPE_CHECKING:
+    from llvmlite.binding import TargetMachine
 
 #: Poses in an instruction, but of code for single ones, which is shorter and quicker with one.
 LANES = 8
@@ -38,7 +42,7 @@ def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
     return needed
 
 
-def operands(operation: tuple[Any, ...]) -> tuple[int, ...]:
+def operands(operation: Operation) -> tuple[int, ...]:
     """Return the numbers of the operations that one takes its operands from."""
     return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
@@ -146,7 +150,7 @@ class _Writer:
             ]
         )
 
-    def _instruction(self, number: int, operation: tuple[Any, ...], real: str, truth: str, letter: str) -> list[str]:
+    def _instruction(self, number: int, operation: Operation, real: str, truth: str, letter: str) -> list[str]:
         name, *taken = operation
         result = f"%{letter}{number}"
         if name == "input":
@@ -262,7 +266,7 @@ def processor() -> str:
     return f"{llvmlite.__version__} {binding.llvm_version_info} {host}"
 
 
-def _machine(level: int) -> Any:
+def _machine(level: int) -> TargetMachine:
     binding = _binding()
     target = binding.Target.from_triple(binding.get_process_triple())
     return target.create_target_machine(
@@ -271,7 +275,7 @@ def _machine(level: int) -> Any:
 
 
 @cache
-def _binding() -> Any:
+def _binding() -> ModuleType:
     import llvmlite.binding as binding
 
     binding.initialize_native_target()

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recorded, recording
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
@@ -89,7 +88,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     given = recorded_input(tape, 1, np.append(target, [[0.0]], axis=0))
     poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         going, passing = more[GOING] != 0, given[-1] != 0
         found = copy.correct(prescribed, poses, given[:-1], local, more[BEFORE], more[SHRUNK], passing)
         holds = held(tape)
@@ -109,7 +108,7 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     copy = _copy_of(solver, prescribed, local, tape)
     x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
         return [found & held(tape)]
 
@@ -132,7 +131,7 @@ def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> P
     examples = target, c, target + 0.1, np.ones((1, 1))
     first, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         shorter = flag[0] != 0
         known = np.where(shorter, orientation.coordinates(orientation.matrix(c)), c)
         at = prescribed.first_angle
@@ -156,7 +155,7 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     examples = example.x, example.c, solver.values(prescribed, example) + 0.1, np.ones((1, 1))
     x, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         numbers = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
         return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
 
@@ -174,7 +173,7 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     copy = _copy_of(solver, prescribed, local, tape)
     x, c = recorded_input(tape, 0, example.x), recorded_input(tape, 1, example.c)
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         poses = SolverState(x, c)
         gradient, rates = copy.rates(prescribed, poses, np.zeros((prescribed.size, 1)))
         step = -least_squares(gradient, rates, local)
@@ -207,7 +206,7 @@ def motion_record(
     examples = poses.x, frames.rotation, frames.position, np.ones((solver.tree.nv, 1))
     x, rotation, position, v = (recorded_input(tape, k, array) for k, array in enumerate(examples))
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         twists = copy.tree.twists(copy.equations.forward(x))
         turned, moved = frame_rates(moves, twists, Frames(rotation, position), v)
         actuators = actuator_rates(copy, given, SolverState(x, poses.c), v[:, None])
@@ -225,7 +224,7 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     copy = _copy_of(solver, prescribed, local, tape)
     x = recorded_input(tape, 0, example.x)
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         q, frames, residual = copy.equations.place(x)
         numbers = [q, frames.rotation.reshape(-1, 1), frames.position.reshape(-1, 1), residual]
         return [*(row for array in numbers for row in array), held(tape)]
@@ -234,12 +233,12 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     return Program(tape, tuple(numbers), (holds,))
 
 
-def held(tape: Tape) -> Any:
+def held(tape: Tape) -> Number:
     """Return whether (1,) all guards up to now are met."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 
-def recorded_rows(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
+def recorded_rows(tape: Tape, computed: Callable[[], list[Array]]) -> list[int]:
     """Return the numbers of the operations that give arrays (1,)."""
     with recording():
         return [tape.number_of(array[0]) for array in computed()]
@@ -251,7 +250,7 @@ def actuators_record(solver: Solver, given: PrescribedCoordinates, example: Solv
     copy = _copy_of(solver, given, 0, tape)
     x = recorded_input(tape, 0, example.x)
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         frames = copy.equations.forward(x)
         rows = [copy.equations.couplings.coordinate(copy.joint_of_column[column], x) for column in given.columns]
         return rows + [copy.loop_coordinate(number, frames) for number in given.loops]

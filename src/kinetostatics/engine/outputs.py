@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.record import recorded_arrays
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import KEPT as KEPT_OF_EQUILIBRIUM
 from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Mask
@@ -105,8 +104,8 @@ def output_record(
     tape = Tape()
     copy = structure_of(robot, tape, all_vary).copy
 
-    def wanted(solution: Solution) -> dict[str, Any]:
-        found: dict[str, Any] = {name: OUTPUTS[name](copy, solution) for name in names}
+    def wanted(solution: Solution) -> dict[str, Number]:
+        found: dict[str, Number] = {name: OUTPUTS[name](copy, solution) for name in names}
         if tool is not None:
             rotation, _ = copy.mechanism.platform_pose(solution.frames)
             arm = np.einsum("ijn,j->in", rotation, tool)
@@ -120,11 +119,11 @@ def output_record(
     return OutputRecord(tape, rows, shapes, tape.number_of(tape.holds()))
 
 
-def _is_unknown(array: Any) -> bool:
+def _is_unknown(array: Array) -> bool:
     """Whether all entries are NaN whatever the pose, as an infinite stiffness is: sums with it would spoil derivatives."""
     return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 
-def _numbers(tape: Tape, array: Any) -> tuple[int, ...]:
+def _numbers(tape: Tape, array: Array) -> tuple[int, ...]:
     """Return the operations that give the entries of an array (…, 1)."""
     return tuple(tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist())

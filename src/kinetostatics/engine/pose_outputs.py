@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
 from kinetostatics.engine.outputs import OUTPUTS
 from kinetostatics.engine.record import agree, by_numpy, example_of, recorded_input
-from kinetostatics.engine.scalars import NotRecordedError, Tape
+from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.joint_coordinates import JointCoordinates, widened
@@ -105,7 +104,7 @@ class CompiledOutputs:
         copy[0].solver.forget()
         inputs = [recorded_input(tape, number, array) for number, array in enumerate(self._example)]
 
-        def computed() -> list[Any]:
+        def computed() -> list[Array]:
             found, fine, within = _computed(copy, *inputs)
             return [*(row for array in found for row in array.reshape(-1, 1)), fine & held(tape), within]
 
@@ -164,7 +163,7 @@ class CompiledOutputs:
         return load, gravity, computed
 
 
-def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Any, Any]:
+def _computed(own: Number, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Number, Number]:
     """Return outputs (…, N) and the residual; which poses are as usual, and which within limits."""
     coordinates, statics, limits, (most, tolerance), names = own
     equations = coordinates.solver.equations
@@ -199,7 +198,7 @@ def limits_record(robot: RobotKinematics) -> tuple[Program, Array]:
     coordinates.solver.forget()
     x = recorded_input(tape, 0, example)
 
-    def computed() -> list[Any]:
+    def computed() -> list[Array]:
         q, frames, _ = coordinates.solver.equations.place(x)
         return [_within(coordinates, limits, q, frames), held(tape)]
 
@@ -214,9 +213,9 @@ def _limits_of(robot: RobotKinematics, x: Array) -> tuple[JointCoordinates, Arra
     return coordinates, np.array(bounds).reshape(-1, 2)
 
 
-def _within(coordinates: JointCoordinates, limits: Array, q: Array, frames: Frames) -> Any:
+def _within(coordinates: JointCoordinates, limits: Array, q: Array, frames: Frames) -> Number:
     """Return which poses (N,) are within the limits."""
-    within: Any = np.ones(q.shape[1], dtype=bool)
+    within: Number = np.ones(q.shape[1], dtype=bool)
     for (_, value, _, _), (lower, upper) in zip(coordinates.limited(q, frames), limits, strict=True):
         within = within & (value >= lower) & (value <= upper)
     return within

@@ -6,12 +6,11 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine.recorder import Recorded, recording
-from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape, value_of
+from kinetostatics.engine.scalars import NotRecordedError, Number, Scalar, Tape, value_of
 from kinetostatics.engine.structure import Structure
 from kinetostatics.limbs.compliance import LimbLoads
 from kinetostatics.limbs.statics import LimbStatics
@@ -52,9 +51,9 @@ class Place:
     shape: tuple[int, ...]
     truth: bool
     first: int | None
-    values: list[Any]
+    values: list[float | bool]
 
-    def of(self, numbers: Array, truths: Mask, N: int) -> Any:
+    def of(self, numbers: Array, truths: Mask, N: int) -> Number:
         """Return the array (*shape, N)."""
         if self.first is None:
             return self._constant if N == 1 else np.broadcast_to(self._constant, (*self.shape, N))
@@ -66,7 +65,7 @@ class Place:
         return (self.first or 0) + math.prod(self.shape)
 
     @cached_property
-    def _constant(self) -> Any:
+    def _constant(self) -> Array:
         constant = np.array(self.values, dtype=bool if self.truth else float).reshape(*self.shape, 1)
         constant.setflags(write=False)
         return constant
@@ -123,11 +122,11 @@ def record_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> Record
 def recorded_arrays(
     robot: RobotStatics,
     tape: Tape,
-    copy: Any,
-    example: tuple[Any, ...],
-    result: Callable[[Solution], Mapping[str, Any]],
+    copy: RobotStatics,
+    example: tuple[Number, ...],
+    result: Callable[[Solution], Mapping[str, Array]],
     places: LoadedPlaces | None = None,
-) -> Mapping[str, Any]:
+) -> Mapping[str, Array]:
     """Record what is wanted of a robot's equilibrium, as arrays of what the tape holds.
 
     Args:
@@ -156,7 +155,7 @@ def recorded_arrays(
         raise
 
 
-def recorded_input(tape: Tape, number: int, array: Array) -> Any:
+def recorded_input(tape: Tape, number: int, array: Array) -> Number:
     """Return what records an input array of one pose, whose values there are the example's."""
     scalars = np.empty(array.size, dtype=object)
     for k, value in enumerate(array.ravel().tolist()):
@@ -164,7 +163,7 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Any:
     return scalars.reshape(array.shape).view(Recorded)
 
 
-def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Any, ...]:
+def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:
     """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and what acts at ``places`` (6 P, 1)."""
     plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
     if places is None:
@@ -217,12 +216,12 @@ def is_at_once(path: str) -> bool:
     return first in AT_ONCE or (first == "statics" and others[1] in AT_ONCE_OF_LIMBS)
 
 
-def arrays_of(solution: Solution) -> dict[str, Any]:
+def arrays_of(solution: Solution) -> dict[str, Array]:
     """Return all arrays (…, N) that were found, by where they are."""
     return dict(_parts("", solution))
 
 
-def _parts(path: str, item: Any) -> Iterator[tuple[str, Any]]:
+def _parts(path: str, item: object) -> Iterator[tuple[str, Array]]:
     if isinstance(item, np.ndarray):
         yield path, item
     elif isinstance(item, tuple):
@@ -238,7 +237,7 @@ def _parts(path: str, item: Any) -> Iterator[tuple[str, Any]]:
                 yield from _parts(f"{path}.{field.name}", part)
 
 
-def sizes_of_applied(arrays: Mapping[str, Any]) -> dict[str, float]:
+def sizes_of_applied(arrays: Mapping[str, Array]) -> dict[str, float]:
     """Return for every array of what springs do how large the same is of any spring or weight: of one it may be rounding."""
     sizes: dict[str, float] = {}
     for path, array in arrays.items():
@@ -248,7 +247,7 @@ def sizes_of_applied(arrays: Mapping[str, Any]) -> dict[str, float]:
     return {path: sizes.get(path.rpartition(".")[2], 1e-20) for path in arrays if path.startswith(".applied.")}
 
 
-def agree(wanted: Any, found: Any, least: float = 1e-20) -> bool:
+def agree(wanted: Array, found: Array, least: float = 1e-20) -> bool:
     """Whether arrays are the same but for rounding of their largest entry, or of ``least``; NaN in the same places."""
     if wanted.shape != found.shape or wanted.dtype != found.dtype:
         return False
@@ -262,11 +261,11 @@ def solution_of(
     frames: Frames,
     load: Array,
     gravity: Array,
-    arrays: Mapping[str, Any],
+    arrays: Mapping[str, Array],
     applied: tuple[AppliedLoad, ...] = (),
 ) -> Solution:
     """Return the solution of which :func:`arrays_of` are those, under ``applied`` loads on links."""
-    found = {name: arrays[f".{name}"] for name in _FIELDS}
+    found: dict[str, Number] = {name: arrays[f".{name}"] for name in _FIELDS}
     groups = range(len(robot.groups))
     found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
     statics = _statics_of(robot, ".statics", arrays)
@@ -278,7 +277,7 @@ def solution_of(
     return Solution(statics=statics, **given(robot, frames, load, gravity, applied), **found)
 
 
-def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tuple[Any, ...]:
+def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Array]) -> tuple[Number, ...]:
     """Return the limbs at a path, group by group; None for those of which nothing is there."""
     found: list[LimbStatics | None] = []
     for k, group in enumerate(robot.groups):
@@ -286,12 +285,12 @@ def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tu
             found.append(None)
             continue
         loads = LimbLoads(*(arrays[f"{path}.{k}.loads.{field.name}"] for field in fields(LimbLoads)))
-        own = {name: arrays[f"{path}.{k}.{name}"] for name in _LIMB_FIELDS}
+        own: dict[str, Number] = {name: arrays[f"{path}.{k}.{name}"] for name in _LIMB_FIELDS}
         found.append(LimbStatics(group=group, loads=loads, **own))
     return tuple(found)
 
 
-def _applied_of(robot: RobotStatics, number: int, load: AppliedLoad, arrays: Mapping[str, Any]) -> AppliedStatics:
+def _applied_of(robot: RobotStatics, number: int, load: AppliedLoad, arrays: Mapping[str, Array]) -> AppliedStatics:
     """Return what a load does, a spring or a unit change of its force."""
     first = f".applied.{number}"
 
@@ -304,7 +303,7 @@ def _applied_of(robot: RobotStatics, number: int, load: AppliedLoad, arrays: Map
     return AppliedStatics(load, _statics_of(robot, f"{first}.statics", arrays), arrays[f"{first}.share"])
 
 
-def unbalanced(paths: Iterable[str], array: Callable[[str], Any]) -> dict[str, Any]:
+def unbalanced(paths: Iterable[str], array: Callable[[str], Array]) -> dict[str, Array]:
     """Return what is unbalanced, of the arrays at some paths."""
     first = ".unbalanced."
     return {path.removeprefix(first): array(path) for path in paths if path.startswith(first)}
@@ -312,7 +311,7 @@ def unbalanced(paths: Iterable[str], array: Callable[[str], Any]) -> dict[str, A
 
 def given(
     robot: RobotStatics, frames: Frames, load: Array, gravity: Array, applied: Iterable[AppliedLoad] = ()
-) -> dict[str, Any]:
+) -> dict[str, Number]:
     """Return of a solution what is given without assembly errors."""
     return {
         "frames": frames,

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine import scalars
 from kinetostatics.engine.scalars import NotRecordedError
 
-_ELEMENTWISE: dict[Any, Any] = {
+_ELEMENTWISE: dict[object, np.ufunc] = {
     ufunc: np.frompyfunc(function, ufunc.nin, 1)
     for ufunc, function in (
         (np.add, scalars.add),
@@ -52,10 +51,12 @@ _CHOOSE = np.frompyfunc(scalars.choose, 3, 1)
 _WITHOUT_NAN = np.frompyfunc(scalars.without_nan, 1, 1)
 
 
-class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
+class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
     """An array of recorded scalars and constants, on which NumPy's functions record what they do."""
 
-    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+    def __array_ufunc__(
+        self, ufunc: scalars.Number, method: str, *inputs: scalars.Number, **options: scalars.Number
+    ) -> scalars.Number:
         """Apply a ufunc scalar by scalar."""
         if ufunc not in _ELEMENTWISE and ufunc not in _NATIVE:
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
@@ -72,7 +73,9 @@ class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
             return out
         return recorded(found)  # in the place of an array of floats that was to be added to
 
-    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+    def __array_function__(
+        self, function: scalars.Number, types: scalars.Number, args: scalars.Number, kwargs: scalars.Number
+    ) -> scalars.Number:
         """Apply a function of NumPy, most of which move entries or apply ufuncs."""
         if function.__module__.startswith("numpy.linalg"):
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
@@ -86,7 +89,7 @@ class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
         return recorded(super().__array_function__(function, types, args, kwargs))
 
 
-def recorded(found: Any) -> Any:
+def recorded(found: scalars.Number) -> scalars.Number:
     """Return an array of objects as one that records."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
@@ -109,19 +112,19 @@ def recording() -> Iterator[None]:
         raise NotRecordedError(str(error)) from error
 
 
-def _plain(item: Any) -> Any:
+def _plain(item: scalars.Number) -> scalars.Number:
     return item.view(np.ndarray) if isinstance(item, Recorded) else item
 
 
 def _reduced(
-    function: Any,
-    array: Any,
-    identity: Any,
+    function: scalars.Number,
+    array: scalars.Number,
+    identity: scalars.Number,
     axis: int | tuple[int, ...] | None = 0,
     keepdims: bool = False,
-    initial: Any = None,
-    **_: Any,
-) -> Any:
+    initial: scalars.Number = None,
+    **_: scalars.Number,
+) -> scalars.Number:
     """Reduce an array along some axes, in order."""
     axes: Sequence[int] = range(array.ndim) if axis is None else (axis,) if isinstance(axis, int) else axis
     axes = sorted(k % array.ndim for k in axes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.engine.cache import cache_folder
@@ -69,7 +69,7 @@ class EngineReport(ShortRepr):
         lines = [f"Engine of {self.robot}", f"  {first}", f"  {second}", *(f"  by NumPy: {what}" for what in self.by_numpy)]
         return "\n".join([*lines, f"  code is kept in {self.folder}"])
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return everything as plain values."""
         own = {name: value for name, value in vars(self).items() if name != "robot"}
         return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-#: What a recorded scalar or a constant is.
-Number = Any
+Number: TypeAlias = Any  # a Scalar, a float, an array of either, or what holds such arrays: one function computes with all
+#: Name and operands.
+Operation: TypeAlias = tuple[Number, ...]
 
 
 class NotRecordedError(Exception):
@@ -32,12 +33,12 @@ class Tape:
     """
 
     def __init__(self) -> None:
-        self.operations: list[tuple[Any, ...]] = []
+        self.operations: list[Operation] = []
         self.values: list[float | bool] = []
         self.guards: dict[int, bool] = {}
-        self._known: dict[tuple[Any, ...], Scalar] = {}
+        self._known: dict[Operation, Scalar] = {}
 
-    def write(self, operation: tuple[Any, ...], value: float | bool) -> Scalar:
+    def write(self, operation: Operation, value: float | bool) -> Scalar:
         """Return the scalar that an operation gives."""
         found = self._known.get(operation)
         if found is None:
@@ -118,7 +119,7 @@ def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) 
     return tape.write((name, first, second), value)
 
 
-def value_of(a: Number) -> Any:
+def value_of(a: Number) -> Number:
     """Return the value of something at the example."""
     return a.value if isinstance(a, Scalar) else a
 
@@ -244,7 +245,7 @@ def sign(a: Number) -> Number:
     return float(np.sign(a))
 
 
-_COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
+_COMPARISONS: dict[str, Callable[[Number, Number], Number]] = {
     ">": operator.gt,
     ">=": operator.ge,
     "<": operator.lt,

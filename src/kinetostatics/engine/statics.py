@@ -6,7 +6,6 @@ What is recorded is :func:`kinetostatics.statics.springs.solve_with_springs` its
 from __future__ import annotations
 
 import weakref
-from typing import Any
 
 import numpy as np
 
@@ -156,7 +155,7 @@ class CompiledStatics:
             everything = (numbers, truths) if few else self._computed(frames, load, gravity, applied)
             return self._solution(frames, load, gravity, applied, *everything, robot)
 
-        def array(path: str) -> Any:
+        def array(path: str) -> Array:
             return self._at_once[path].of(numbers, truths, N)
 
         return truths, LaterSolution(robot, frames, load, gravity, self._at_once, array, whole, applied)

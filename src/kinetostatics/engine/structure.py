@@ -11,14 +11,13 @@ import hashlib
 import math
 from collections.abc import Mapping
 from enum import Enum
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.description import elements
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.recorder import Recorded
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
@@ -103,7 +102,7 @@ class Structure:
         self._kept, self._all_vary = kept, all_vary
         self._besides = _WITH_LOADS if _acts_on_links(robot) else {}
         self._values: list[float] = []
-        self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
+        self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
         self.key = self._hash.hexdigest()
         self.values: Array = np.array(self._values)
@@ -111,10 +110,10 @@ class Structure:
     def _say(self, *what: object) -> None:
         self._hash.update(repr(what).encode())
 
-    def _keep(self, item: Any, copy: Any) -> None:
+    def _keep(self, item: Number, copy: Number) -> None:
         self._copies[id(item)] = (len(self._copies), item, copy)
 
-    def _taken(self, item: Any) -> Any:
+    def _taken(self, item: Number) -> Number:
         if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer | Enum):
             self._say(type(item).__name__, item)
             return item
@@ -125,7 +124,7 @@ class Structure:
             self._say("again", known[0])
             return known[2]
         if isinstance(item, np.ndarray):
-            copy: Any = self._array(item)
+            copy: Number = self._array(item)
             self._keep(item, copy)
             return copy
         if isinstance(item, list | tuple):
@@ -142,7 +141,7 @@ class Structure:
             raise TypeError(f"{type(item)} has no structure")
         return self._object(item)
 
-    def _object(self, item: Any) -> Any:
+    def _object(self, item: Number) -> Number:
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
@@ -155,7 +154,7 @@ class Structure:
             object.__setattr__(copy, name, self._taken(getattr(item, name)))
         return copy
 
-    def _number(self, value: float) -> Any:
+    def _number(self, value: float) -> Number:
         if (value in (0.0, 1.0, -1.0) and not self._all_vary) or not math.isfinite(value):
             self._say("constant", value)
             return value
@@ -165,7 +164,7 @@ class Structure:
             return value
         return self._tape.write(("parameter", len(self._values) - 1), value)
 
-    def _array(self, array: Any) -> Any:
+    def _array(self, array: Number) -> Number:
         if array.dtype.kind != "f":
             self._say(array.dtype.str, array.shape, array.tobytes())
             return array

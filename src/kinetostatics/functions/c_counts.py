@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 from kinetostatics.engine.c_code import CProgram
+from kinetostatics.functions.values import Facts
 
 #: Columns of the table, and the operations of a record that count there; what is in none is a comparison or a choice.
 _KINDS = {
@@ -26,7 +26,7 @@ def counted(counts: Mapping[str, int]) -> dict[str, int]:
     return found | {_REST: sum(counts.values()) - sum(found.values())}
 
 
-def table(facts: dict[str, Any]) -> str:
+def table(facts: Facts) -> str:
     """Return a table of what is done, how often, and of how many operations it consists."""
     titles = [*_KINDS, _REST]
     rows = [f"| what | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
@@ -36,7 +36,7 @@ def table(facts: dict[str, Any]) -> str:
     return "\n".join(rows)
 
 
-def _done(facts: dict[str, Any]) -> Iterator[tuple[str, str, CProgram]]:
+def _done(facts: Facts) -> Iterator[tuple[str, str, CProgram]]:
     """Yield what is done, how often in a call, and its program."""
     parts = facts["parts"]
     search, jacobian = parts.search, parts.jacobian

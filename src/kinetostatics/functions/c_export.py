@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
 from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs, identifier
-from kinetostatics.functions.values import LOADS, Quantity
+from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference
 from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.math.arrays import Array
@@ -41,7 +41,8 @@ class Differentiated(Protocol):
     def by(self) -> tuple[str, ...]:
         """Inputs by which they are."""
 
-    def __call__(self, **inputs: Any) -> Mapping[str, Mapping[str, Any]]:
+    @property
+    def __call__(self) -> Callable[..., Mapping[str, Mapping[str, Array]]]:
         """Return the derivatives."""
 
 
@@ -100,7 +101,7 @@ def export_c(
     return CExport(where, tuple(texts), own, (parts.newton.operations, parts.operations), 8 * parts.work)
 
 
-def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
+def _facts(function: Exported, parts: Parts) -> Facts:
     """Return what the texts are made of."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
@@ -139,9 +140,7 @@ def _of_endless_actuators(parts: Parts) -> str:
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 
-def _references(
-    function: Exported, jacobian: Differentiated | None, poses: int
-) -> list[tuple[dict[str, float], Array, Array, dict[str, Array], int]]:
+def _references(function: Exported, jacobian: Differentiated | None, poses: int) -> list[Reference]:
     """Return poses around the zero pose with loads, and what Python says of them: a third of them lie far away."""
     rng = np.random.default_rng(0)
     robot = function.robot

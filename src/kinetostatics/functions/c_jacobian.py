@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from kinetostatics.engine.derivatives import tangent_record
 from kinetostatics.engine.loop_record import motion_record, rates_record, structure_of
 from kinetostatics.engine.outputs import OutputRecord
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.functions.values import LOADS, Quantity
+from kinetostatics.functions.values import LOADS, Facts, Quantity
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.kinematics.velocities import body_moves
@@ -119,7 +118,7 @@ def _size(item: Quantity) -> int:
     return int(np.prod(item.shape))
 
 
-def header(name: str, scalar: str, facts: dict[str, Any]) -> str:
+def header(name: str, scalar: str, facts: Facts) -> str:
     """Return what the header says of derivatives."""
     fields = []
     for output, value, field in facts["parts"].jacobian.pairs:
@@ -137,7 +136,7 @@ int {name}_differentiate(
 """
 
 
-def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
+def source(name: str, scalar: str, facts: Facts) -> str:
     """Return the function that computes derivatives."""
     parts = facts["parts"]
     programs: JacobianPrograms = parts.jacobian

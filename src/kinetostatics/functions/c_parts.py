@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.mechanism.tree import TreeJoint
 from kinetostatics.robot import Robot
 
 #: What Python returns that the C code does not.
@@ -53,7 +54,8 @@ class Exported(Protocol):
     inputs: Mapping[str, Quantity]
     outputs: Mapping[str, Quantity]
 
-    def __call__(self, **inputs: Any) -> Mapping[str, Any]:
+    @property
+    def __call__(self) -> Callable[..., Mapping[str, Array]]:
         """Return the outputs."""
 
 
@@ -184,7 +186,7 @@ def _imposed(function: Exported) -> Iterator[str]:
         yield f"c[{k}] = target[{prescribed.first_angle + row}];"
 
 
-def _written(joint: Any, value: str) -> Iterator[str]:
+def _written(joint: TreeJoint, value: str) -> Iterator[str]:
     if joint.type.endless:
         yield f"x[{joint.first_q}] = cos({value});"
         yield f"x[{joint.first_q + 1}] = sin({value});"

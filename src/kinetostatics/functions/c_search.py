@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 
@@ -113,7 +112,7 @@ def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., S
     tape, names = Tape(), tuple(examples)
     inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples.values())]
 
-    def rows() -> list[Any]:
+    def rows() -> list[Array]:
         return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), held(tape)]
 
     wanted = recorded_rows(tape, rows)

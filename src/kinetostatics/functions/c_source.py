@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from kinetostatics.engine.c_code import CProgram, literal
 from kinetostatics.functions import c_jacobian
+from kinetostatics.functions.values import Facts
+from kinetostatics.math.arrays import Array
 
 
-def c_array(values: Any) -> str:
+def c_array(values: Sequence[float] | Array) -> str:
     """Return an array as C spells it; there is none without entries."""
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 
-def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
+def source(name: str, scalar: str, facts: Facts) -> str:
     """Return what computes."""
     parts = facts["parts"]
     programs: list[CProgram] = parts.programs
@@ -109,7 +111,7 @@ static int followed({name}_state *pose, const double *target, double *w)
     {name}_state moved;
     {name}_state start = *pose;
     int steady = 1, k, steps;
-{_line_start(parts, facts)}    for (k = 0; k < NT; ++k) {{
+{_line_start(facts)}    for (k = 0; k < NT; ++k) {{
         const double part = fabs(target[k] - start.target[k]) / LONGEST[k];
         if (part > far) far = part;
     }}
@@ -160,7 +162,7 @@ static int analysed(
     if (result[{rows + 1}] == 0.0) return {name.upper()}_NOT_COVERED;
     return result[{rows}] != 0.0 ? {name.upper()}_SINGULAR : {name.upper()}_OK;
 }}
-{_compensated(name, parts, facts) if searched else ""}
+{_compensated(name, facts) if searched else ""}
 static void lost({name}_output *output)
 {{
     int k;
@@ -204,9 +206,9 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 {c_jacobian.source(name, scalar, facts) if parts.jacobian is not None else ""}"""
 
 
-def _line_start(parts: Any, facts: dict[str, Any]) -> str:
+def _line_start(facts: Facts) -> str:
     """Return what makes the coordinates where a line starts those that are nearest to its end, where several mean the same."""
-    if parts.line is None:
+    if facts["parts"].line is None:
         return ""
     unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
     return f"""    if ({unsure}) {{
@@ -220,8 +222,9 @@ def _line_start(parts: Any, facts: dict[str, Any]) -> str:
 """
 
 
-def _compensated(name: str, parts: Any, facts: dict[str, Any]) -> str:
+def _compensated(name: str, facts: Facts) -> str:
     """Return the function that searches where the unloaded robot is commanded."""
+    parts = facts["parts"]
     search, size = parts.search, parts.search.numbers
     at = sum(parts.rows[item] for item in itertools.takewhile(lambda item: item != "twist", parts.rows))
     return f"""
@@ -270,7 +273,7 @@ def _correction(name: str) -> str:
     if (inside[0] == 0.0) status = {name.upper()}_LIMIT_EXCEEDED;"""
 
 
-def valid(name: str, facts: dict[str, Any], status: str) -> str:
+def valid(name: str, facts: Facts, status: str) -> str:
     """Return C that tells whether outputs are valid."""
     found = f"{status} == {name.upper()}_OK"
     return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine.c_code import literal
 from kinetostatics.functions.c_source import c_array, valid
+from kinetostatics.functions.values import Facts, Reference
 
 
-def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any]) -> str:
+def test(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> str:
     """Return the program that compares with reference poses."""
     outputs = facts["parts"].outputs
     rows = []
@@ -112,7 +112,7 @@ int main(void)
 """
 
 
-def _measuring(name: str, facts: dict[str, Any], jacobian: str, call: str, count: int) -> str:
+def _measuring(name: str, facts: Facts, jacobian: str, call: str, count: int) -> str:
     """Return what measures how long calls take."""
     return f"""/* What counts up with time, where the processor has it: DWT->CYCCNT of a Cortex-M, the time stamps of an x86. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.functions import c_counts, c_jacobian
 from kinetostatics.functions.c_source import source, valid
 from kinetostatics.functions.c_test import test
+from kinetostatics.functions.values import Facts, Quantity, Reference
 
 #: Names of the statuses in C, with their numbers, which are those of Python where there is one, and what they mean.
 STATUSES = (
@@ -28,7 +28,7 @@ STATUSES_OF_COMPENSATION = (
 )
 
 
-def files(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any]) -> dict[str, str]:
+def files(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> dict[str, str]:
     """Return all files by name."""
     return {
         f"{name}.h": _header(name, scalar, facts),
@@ -40,11 +40,11 @@ def files(name: str, scalar: str, facts: dict[str, Any], references: Sequence[An
     }
 
 
-def _statuses(facts: dict[str, Any]) -> Sequence[tuple[str, int, str]]:
+def _statuses(facts: Facts) -> Sequence[tuple[str, int, str]]:
     return STATUSES_OF_COMPENSATION if facts["compensates"] else STATUSES
 
 
-def _about(facts: dict[str, Any]) -> str:
+def _about(facts: Facts) -> str:
     """Return what the function does."""
     if not facts["compensates"]:
         return "sag and forces of one pose"
@@ -55,7 +55,7 @@ def _size(shape: Sequence[int]) -> str:
     return f"[{int(np.prod(shape))}]" if shape else ""
 
 
-def _words(item: Any) -> str:
+def _words(item: Quantity) -> str:
     """Return what a quantity is: meaning, order and units."""
     units = ", ".join(dict.fromkeys(item.units))
     parts = [item.meaning, f"in the order {', '.join(item.components)}" if item.components else ""]
@@ -64,7 +64,7 @@ def _words(item: Any) -> str:
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 
-def _header(name: str, scalar: str, facts: dict[str, Any]) -> str:
+def _header(name: str, scalar: str, facts: Facts) -> str:
     parts, guard = facts["parts"], f"{name.upper()}_H"
     inputs = []
     for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
@@ -136,7 +136,7 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 """
 
 
-def _evaluates(facts: dict[str, Any]) -> str:
+def _evaluates(facts: Facts) -> str:
     if not facts["compensates"]:
         return (
             "/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */"
@@ -146,7 +146,7 @@ def _evaluates(facts: dict[str, Any]) -> str:
  * compute the outputs there; returns the status. The state goes to the wanted pose; where that is out of reach it stays. */"""
 
 
-def _wrapper(name: str, facts: dict[str, Any]) -> str:
+def _wrapper(name: str, facts: Facts) -> str:
     return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics. It knows nothing of any middleware.
 #ifndef {name.upper()}_HPP
 #define {name.upper()}_HPP
@@ -177,7 +177,7 @@ private:
 """
 
 
-def _differentiates(name: str, facts: dict[str, Any]) -> str:
+def _differentiates(name: str, facts: Facts) -> str:
     if facts["parts"].jacobian is None:
         return ""
     return f"""    int differentiate(const Input &input, Output &output, ::{name}_jacobian &jacobian)
@@ -207,7 +207,7 @@ add_test(NAME {name} COMMAND {name}_test)
 """
 
 
-def _readme(name: str, scalar: str, facts: dict[str, Any]) -> str:
+def _readme(name: str, scalar: str, facts: Facts) -> str:
     parts = facts["parts"]
     inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
     outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
@@ -281,7 +281,7 @@ In your own program read the counter before and behind a call.
 """
 
 
-def _derivatives(name: str, facts: dict[str, Any]) -> str:
+def _derivatives(name: str, facts: Facts) -> str:
     """Return what is said of derivatives."""
     programs = facts["parts"].jacobian
     if programs is None:
@@ -293,7 +293,7 @@ output's components first: {fields}.
 """
 
 
-def _searching(facts: dict[str, Any]) -> str:
+def _searching(facts: Facts) -> str:
     """Return what is said of the search."""
     parts = facts["parts"]
     if parts.search is None:

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +19,7 @@ from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.engine.choice import compiled_loops
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.pose_outputs import CompiledOutputs
-from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.functions.values import Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
@@ -101,7 +100,7 @@ class Direct:
         self._lock = threading.Lock()  # calls share their arrays
 
     def at(
-        self, coordinates: Mapping[str, Any], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
+        self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
         """Return the outputs at one pose, if arguments, the way there and all that is found there are beyond doubt."""
         start = self._zero
@@ -136,10 +135,10 @@ class Direct:
         values["status"] = _STATUSES[within]
         return Values(values, lambda: self._configuration(there), there)
 
-    def _target(self, coordinates: Mapping[str, Any]) -> tuple[float, ...]:
+    def _target(self, coordinates: Mapping[str, Number]) -> tuple[float, ...]:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
 
-    def closed(self, pose: Configuration, coordinates: Mapping[str, Any]) -> _Closed | None:
+    def closed(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
         """Return where the next line may begin: at a single pose that is reached."""
         if pose.shape or not pose.reached.all():
             return None

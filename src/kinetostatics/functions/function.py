@@ -7,13 +7,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import finite_numbers, names_in, told_keywords
+from kinetostatics.argument_checks import finite_numbers, names_in, told_keywords, with_keywords
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -30,6 +30,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.printing.mappings import Named
+from kinetostatics.results.compensation import Compensation
 from kinetostatics.robot import Robot
 from kinetostatics.status import WITHOUT_NUMBERS
 
@@ -210,22 +211,24 @@ class Function:
         except NotRecordedError:
             return None
 
-    def __getstate__(self) -> dict[str, Any]:
+    def __getstate__(self) -> dict[str, object]:
         """Leave out code, which another process finds on the disk."""
         return {name: value for name, value in vars(self).items() if name != "_direct"}
 
-    def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
-        how: dict[str, Any] = {"on_failure": "nan", "engine": self._engine}
-        corrected: Any = None
+    def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
+        how = {"on_failure": "nan", "engine": self._engine}
+        corrected: Compensation | None = None
         if not self.compensates:
-            result = analyze(pose, load, gravity, **how)
+            result = with_keywords(analyze)(pose, load, gravity, **how)
         else:
-            corrected = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
+            corrected = with_keywords(compensated)(
+                pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how
+            )
             result = corrected.result
         arrays = {}
         for name in self.outputs:
             if name == "residual":
-                value: Any = np.broadcast_to(result.configuration.residual, result.shape)
+                value: Array | Mapping[str, Array] = np.broadcast_to(result.configuration.residual, result.shape)
             elif corrected is not None and name in ("status", "actuators", "remaining"):
                 value = getattr(corrected, name)
             else:

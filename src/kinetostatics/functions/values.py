@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 
+Facts: TypeAlias = dict[str, Any]  # what the texts in C are filled in with, by name
+#: A pose with loads, and what Python says of it: coordinates, load, gravity, outputs, status.
+Reference: TypeAlias = tuple[dict[str, float], Array, Array, dict[str, Array], int]
 #: What every function takes besides coordinates, and returns besides what was asked for.
 LOADS = ("load", "gravity")
 ALWAYS = ("status", "residual")
@@ -50,7 +53,7 @@ class Values(Mapping[str, Array]):
         origin: what the function knows of the pose without making it: where its next line may begin.
     """
 
-    def __init__(self, arrays: Mapping[str, Any], pose: Callable[[], Configuration], origin: object = None) -> None:
+    def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
         self._arrays, self._made, self.origin = Named(arrays), pose, origin
 
     @cached_property
@@ -58,16 +61,16 @@ class Values(Mapping[str, Array]):
         """The pose or poses; ``near=`` of the next call."""
         return self._made()
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Take the pose along, not what makes it."""
         return _known, (dict(self._arrays), self.pose)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Array:
         if name not in self._arrays:
             raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
         return self._arrays[name]
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
 
     def __len__(self) -> int:
@@ -77,5 +80,5 @@ class Values(Mapping[str, Array]):
         return f"<Values: {', '.join(self._arrays)}>"
 
 
-def _known(arrays: Mapping[str, Any], pose: Configuration) -> Values:
+def _known(arrays: Mapping[str, Array], pose: Configuration) -> Values:
     return Values(arrays, lambda: pose)

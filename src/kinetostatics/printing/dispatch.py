@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import singledispatch
 from importlib import import_module
-from typing import TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 R = TypeVar("R")
+Json: TypeAlias = Any  # what json.loads returns, and what is changed before json.dumps takes it
 
 #: Modules that register reports. They are imported when something is printed for the first time: importing the package is quick.
 LATE_MODULES: list[str] = []

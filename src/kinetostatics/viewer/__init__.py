@@ -12,7 +12,7 @@ import tempfile
 import webbrowser
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, overload
+from typing import TYPE_CHECKING, overload
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
@@ -23,6 +23,9 @@ from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import fitting_page, iframe_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.screenshot import save_screenshot
+
+if TYPE_CHECKING:
+    import meshcat
 
 
 class View:
@@ -61,9 +64,9 @@ def show(
     *,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
-    visualizer: Any,
+    visualizer: meshcat.Visualizer,
     path: str | None = None,
-) -> Any: ...
+) -> meshcat.Visualizer: ...
 
 
 @told_keywords
@@ -75,9 +78,9 @@ def show(
     exaggeration: float | None = None,
     ways: bool = False,
     compare: Result | None = None,
-    visualizer: Any = None,
+    visualizer: meshcat.Visualizer | None = None,
     path: str | None = None,
-) -> Any:
+) -> View | meshcat.Visualizer:
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale
+from kinetostatics.printing.text import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale, Units
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.json import actuator_unit
 from kinetostatics.reports.pose import actuator_coordinates
@@ -29,7 +28,7 @@ class Row:
     scale: Scale
     values: Array
 
-    def plain(self, packing: Packing) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, object]:
         """Return it as JSON wants it."""
         width = self.values[0].size
         return {
@@ -55,7 +54,7 @@ class Card:
     first: int = 0
     lines: dict[str, Array] = field(default_factory=dict)
 
-    def plain(self, packing: Packing) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, object]:
         """Return it as JSON wants it."""
         lines = {name: packing.path(values) for name, values in self.lines.items()}
         return {
@@ -74,7 +73,7 @@ class Quantity:
     largest: float
     signed: bool = False
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self) -> dict[str, object]:
         """Return it as JSON wants it."""
         return {
             "key": self.key, "words": self.words, **plain_scale(self.scale), "largest": self.largest, "signed": self.signed
@@ -144,7 +143,7 @@ class Cards:
         shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]
         force, shift = noise.scale("force", axial), noise.scale("displacement", shifts)
 
-        def scaled(values: ArrayLike, units: Any, digits: int = 5) -> Scale:
+        def scaled(values: ArrayLike, units: Units, digits: int = 5) -> Scale:
             return Scale.of(values, units, digits=digits)
 
         columns = [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +91,7 @@ class Mesh:
     roots: tuple[str, ...]
     colour: str | Array = "deflection"
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self) -> dict[str, object]:
         """Return it as JSON wants it."""
         wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"
         colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
@@ -139,7 +138,7 @@ class Arrow:
         """The longest it gets with all shares at one [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
-    def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, Any]:
+    def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:
         """Return it as JSON wants it."""
         return {
             "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
@@ -184,9 +183,9 @@ class Scene:
     notes: list[str] = field(default_factory=list)
     cards: dict[str, Card] = field(default_factory=dict)
     compare: Scene | None = None
-    live: dict[str, Any] | None = None
+    live: dict[str, object] | None = None
 
-    def plain(self, packing: Packing = EXACT) -> dict[str, Any]:
+    def plain(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
 
         Args:
@@ -215,7 +214,7 @@ class Scene:
             "hidden": [f"Arrows/{group}" for group in HIDDEN],
         }  # fmt: skip
 
-    def moving(self, packing: Packing = EXACT) -> dict[str, Any]:
+    def moving(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return what another pose or load changes of :meth:`plain`, but for notes and cards."""
         stations = self.stations
         return {
@@ -231,7 +230,7 @@ class Scene:
             "live": self.live,
         }  # fmt: skip
 
-    def told(self, packing: Packing = EXACT) -> dict[str, Any]:
+    def told(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return notes and cards of :meth:`plain`."""
         return {
             "notes": self.notes,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -39,7 +38,7 @@ class Facts:
     displacement: Scale
     rotation: Scale
 
-    def plain(self, packing: Packing) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, object]:
         """Return it as JSON wants it."""
         return {
             "pose": [{"name": name, "unit": unit, "values": np.round(values, 6).tolist()} for name, unit, values in self.pose],
@@ -48,12 +47,12 @@ class Facts:
             "payload": None if self.payload is None else self._plain_payload(packing),
         }  # fmt: skip
 
-    def _plain_payload(self, packing: Packing) -> dict[str, Any]:
+    def _plain_payload(self, packing: Packing) -> dict[str, object]:
         assert self.payload is not None
         mass, center, link = self.payload
         return {"mass": packing.path(mass), "center": packing.path(center, 3), "link": link}
 
-    def units(self) -> dict[str, Any]:
+    def units(self) -> dict[str, object]:
         """Return the units as JSON wants them."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 

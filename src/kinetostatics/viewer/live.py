@@ -15,15 +15,16 @@ import secrets
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import with_keywords
 from kinetostatics.engine.choice import check_engine, compiled_statics, is_installed
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.screws import WRENCH_COMPONENTS
+from kinetostatics.printing.dispatch import Json
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
 from kinetostatics.viewer.description import Scene
@@ -81,7 +82,7 @@ class LiveRobot:
         self._control(self.scene, self.result)
         self.first = self.scene.plain()
 
-    def answer(self, question: Mapping[str, Any]) -> dict[str, Any]:
+    def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
         """Return what of the scene changes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
 
         Notes and cards take as long as all the rest: they come along with ``"told": true``. ``"groups": [...]`` says which arrows
@@ -102,7 +103,7 @@ class LiveRobot:
         """Have compiled code made of what answers take, as long as one may go on: until it is there NumPy answers."""
         if check_engine("auto") == "numpy" or not is_installed():
             return
-        asked: list[dict[str, Any]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
+        asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
         if self.coordinates:
             present = self.configuration.platform_coordinates(self.orientation)
             asked.insert(0, {"platform": {name: present[name] for name in self.coordinates}})
@@ -113,10 +114,10 @@ class LiveRobot:
                 with contextlib.suppress(KinetostaticsError):
                     self._assembled(coordinates, engine="compiled")
 
-    def _told(self) -> dict[str, Any]:
+    def _told(self) -> dict[str, object]:
         return describe_scene(self.result, visuals=self.visuals).told()
 
-    def _moved(self, kind: str, shown: Mapping[str, Any], groups: set[str] | None) -> dict[str, Any]:
+    def _moved(self, kind: str, shown: Mapping[str, float], groups: set[str] | None) -> dict[str, object]:
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
         if kind == "load" and self.load is not None:
             before = self.load
@@ -139,9 +140,9 @@ class LiveRobot:
     def _analyzed(self, configuration: Configuration) -> Result:
         return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
 
-    def _assembled(self, asked: Mapping[str, Any], engine: str = "auto") -> Configuration:
-        rules: dict[str, Any] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
-        return self.robot.assemble(**asked, **rules, engine=engine)
+    def _assembled(self, asked: Mapping[str, object], engine: str = "auto") -> Configuration:
+        rules: dict[str, object] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
+        return with_keywords(self.robot.assemble)(**asked, **rules, engine=engine)
 
     def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
         """Return the last pose that is reached on the straight way to coordinates that are not; the present one if none is."""
@@ -155,7 +156,7 @@ class LiveRobot:
                     return self._assembled({kind: way})
         return self.configuration
 
-    def _scene(self, result: Result, groups: set[str] | None = None) -> dict[str, Any]:
+    def _scene(self, result: Result, groups: set[str] | None = None) -> dict[str, object]:
         scene = describe_scene(result, visuals=self.visuals, like=self.scene, groups=groups)
         self._control(scene, result)
         self.result = result
@@ -199,17 +200,17 @@ class LiveRobot:
         good = [names for names in sets if independence(names) > 0.3 * best]
         return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
 
-    def _actuator(self, name: str) -> dict[str, Any]:
+    def _actuator(self, name: str) -> dict[str, Json]:
         connection = self.robot.mechanism.connections[name]
         slides = connection.type.is_slide
         value = float(self.configuration.actuators[name])
         return self._slider("actuators", name, f"actuator: {name}", slides, value, connection.lower, connection.upper)
 
-    def _platform(self, name: str) -> dict[str, Any]:
+    def _platform(self, name: str) -> dict[str, Json]:
         value = float(self.configuration.platform_coordinates(self.orientation)[name])
         return self._slider("platform", name, f"platform: {name}", name in "xyz", value, -math.inf, math.inf)
 
-    def _load(self, k: int, name: str, result: Result) -> dict[str, Any]:
+    def _load(self, k: int, name: str, result: Result) -> dict[str, Json]:
         """Return the slider of a component of the load: up to twice the given load, or to the robot's weight."""
         assert self.load is not None
         weight = float(np.nan_to_num(np.linalg.norm(result.base_wrench[:3] + result.load[:3])))
@@ -224,7 +225,7 @@ class LiveRobot:
 
     def _slider(
         self, kind: str, coordinate: str, title: str, is_length: bool, value: float, lower: float, upper: float
-    ) -> dict[str, Any]:
+    ) -> dict[str, Json]:
         factor, unit, reach, step = (1e-3, "mm", REACH * self.size, 0.1) if is_length else (math.pi / 180, "°", TURN, 0.01)
         low, high = max(lower, value - reach), min(upper, value + reach)
         if not low < high:  # beyond its limits to begin with
@@ -325,7 +326,7 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
             self.end_headers()
             self.wfile.write(body)
 
-        def log_message(self, format: str, *args: Any) -> None:
+        def log_message(self, format: str, *args: object) -> None:
             pass
 
     return Handler

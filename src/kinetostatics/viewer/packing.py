@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import gzip
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,7 +37,7 @@ class Packing:
 
     bits: int | None = None
 
-    def path(self, values: ArrayLike, width: int = 1) -> str | dict[str, Any]:
+    def path(self, values: ArrayLike, width: int = 1) -> str | dict[str, object]:
         """Return numbers of every frame; those of one frame alone are plain base64.
 
         Args:
@@ -98,6 +97,6 @@ def _less(numbers: NDArray[np.int32], times: int) -> NDArray[np.int32]:
     return numbers
 
 
-def plain_scale(scale: Scale) -> dict[str, Any]:
+def plain_scale(scale: Scale) -> dict[str, object]:
     """Return how numbers are written, as JSON wants it."""
     return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}

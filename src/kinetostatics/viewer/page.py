@@ -12,7 +12,6 @@ from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.viewer.description import Scene
@@ -54,11 +53,11 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
     return fitting_page(describe, 2 * every)
 
 
-def page_html(scene: dict[str, Any]) -> str:
+def page_html(scene: dict[str, object]) -> str:
     """Return the page of a scene (:meth:`Scene.plain`)."""
     held = {"meshcat": _meshcat(), "scene": scene}
     parts = {
-        "title": html.escape(scene["title"]),
+        "title": html.escape(str(scene["title"])),
         "style": _asset("page.css"),
         "packed": zipped(json.dumps(held, allow_nan=False, separators=(",", ":"))),
         "unpacking": _asset("unpacking.js"),

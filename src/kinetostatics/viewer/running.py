@@ -6,7 +6,6 @@ import contextlib
 import io
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import zmq
@@ -127,7 +126,7 @@ class _Drawing:
     def _mesh(self, mesh: Mesh, root: str) -> None:
         vertices, colours = mesh.surface.vertices, None
         poses = self.deformed if root == "Deformed" else self.rest
-        look: dict[str, Any] = {"color": 0xFFFFFF, "vertexColors": True, "shininess": 12, "specular": 0x222222}
+        look: dict[str, object] = {"color": 0xFFFFFF, "vertexColors": True, "shininess": 12, "specular": 0x222222}
         if root == "Rest":
             look = {"color": _integer(RESTING[0]), "opacity": RESTING[1], "depthWrite": False, "shininess": 5}
         elif not isinstance(mesh.colour, str):

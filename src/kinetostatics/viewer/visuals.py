@@ -9,7 +9,7 @@ import os
 import warnings
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
+    import trimesh
+    import yourdfpy
+
     from kinetostatics.description.robot import RobotDescription
 
 #: Colour of visuals without a material.
@@ -81,7 +84,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     return result
 
 
-def _meshes(visual: Any, folder: str, link: str, missing: list[str]) -> list[Surface]:
+def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[Surface]:
     """Return the triangles of a visual as they are, in the link's frame."""
     import trimesh
 
@@ -118,7 +121,7 @@ def _smoothed(vertices: bytes, faces: bytes) -> Surface:
     return Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
-def _read_mesh(mesh: Any, folder: str, link: str, missing: list[str]) -> list[Any]:
+def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) -> list[trimesh.Trimesh]:
     """Return the triangles of a mesh file, or say in ``missing`` why there are none."""
     import trimesh
 
@@ -157,7 +160,7 @@ def _mesh_path(filename: str, folder: str) -> str | None:
     return None if found is None else str(found)
 
 
-def _colour(material: Any, palette: dict[str, Any]) -> tuple[float, float, float]:
+def _colour(material: yourdfpy.Material | None, palette: dict[str, yourdfpy.Material]) -> tuple[float, float, float]:
     colour = None if material is None else material.color or palette.get(material.name)
     if colour is None:
         return GREY

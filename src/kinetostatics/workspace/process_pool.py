@@ -24,7 +24,7 @@ from kinetostatics.workspace.sweep_spec import SweepSpec
 if TYPE_CHECKING:
     from loky.process_executor import ProcessPoolExecutor
 
-#: What comes of a piece of work: a partial function, called with what is asked for and the labels, which goes to other processes.
+#: What comes of a piece of work: a partial function, called with what is asked for and the labels, maybe in another process.
 T = TypeVar("T")
 #: How often one after the other a process may die before any has done its work.
 ATTEMPTS = 3

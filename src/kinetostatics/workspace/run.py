@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from numpy.typing import ArrayLike
 
@@ -21,7 +21,7 @@ from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.block import block_numbers, read_part
 from kinetostatics.workspace.grid import Block, block_sizes, cut, sizes_of
-from kinetostatics.workspace.process_pool import ProcessPool, T
+from kinetostatics.workspace.process_pool import ProcessPool
 from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, check_disk, check_memory, open_map, store_of
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from kinetostatics.description.robot import RobotDescription
+
+T = TypeVar("T")
 
 #: Poses of a block, at most; with beams or ways, whose numbers are many, fewer.
 BLOCK, BLOCK_OF_MORE = 32_000, 2000

@@ -18,7 +18,7 @@ from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 if TYPE_CHECKING:
     import xarray as xr
 
-Stored: TypeAlias = Any  # arrays and groups of NumPy, h5netcdf and zarr, whose types have nothing in common
+Stored: TypeAlias = Any  # arrays and groups of NumPy, h5netcdf and zarr: their types have nothing in common
 #: Arrays of a file, and what writes its attributes and closes it.
 Created: TypeAlias = tuple[dict[str, Stored], Callable[[Mapping[str, object]], None]]
 
