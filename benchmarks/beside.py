@@ -13,7 +13,7 @@ from kinetostatics.math.orientation import orientation_named
 #: Poses of a map, and half its width along lengths, in characteristic lengths, and angles [rad].
 MANY, WIDE = 20_000, (0.05, 0.1)
 #: Where poses lie of robots whose zero pose is singular or has stretched legs, so that hardly a pose around it can be reached:
-#: coordinates of the platform, or of the drives in their order.
+#: coordinates of the platform, or of the actuators in their order.
 MIDDLES = {
     "anymal_standing": {"x": 0.0, "y": 0.0, "z": 0.45, "rx": 0.0, "ry": 0.0, "rz": 0.0},
     "ur10": (0.3, -1.0, 1.2, -0.9, -1.2, 0.4),
@@ -27,8 +27,8 @@ def middle_of(name: str) -> tuple[ks.Robot, ks.Configuration]:
     robot, middle = ks.load_robot(name), MIDDLES.get(name)
     if isinstance(middle, dict):
         return robot, robot.assemble(platform=middle, orientation=ORIENTATION, engine="numpy")
-    drives = None if middle is None else dict(zip(robot.description.driven, middle, strict=True))
-    return robot, robot.assemble(actuators=drives, engine="numpy")
+    actuators = None if middle is None else dict(zip(robot.description.driven, middle, strict=True))
+    return robot, robot.assemble(actuators=actuators, engine="numpy")
 
 
 @dataclass(frozen=True)
