@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +70,11 @@ class Member:
     ends: tuple[MemberEnd, MemberEnd]
     stiffness: Array
 
+    @cached_property
+    def _weakest(self) -> float:
+        """The smallest bending stiffness of all its beams [N·m²]."""
+        return float(np.min(np.linalg.eigvalsh(self.stiffness)))
+
     @property
     def words(self) -> str:
         """How its ends are held."""
@@ -112,8 +118,7 @@ class Member:
         forces = np.stack([axial[name][:2][:: 1 if way else -1].T for name, way in ways], axis=1)
         most = np.maximum(-forces.min(axis=(1, 2)), 0)
         if not any(end.slides for end in self.ends):
-            weakest = float(np.min(np.linalg.eigvalsh(self.stiffness)))
-            most = most * 4 * lengths.sum(axis=1) ** 2 / (np.pi**2 * weakest)  # clamped and free: none buckles earlier
+            most = most * 4 * lengths.sum(axis=1) ** 2 / (np.pi**2 * self._weakest)  # clamped and free: none buckles earlier
         else:
             most = np.where(most > 0, np.inf, 0)
         looked = np.flatnonzero((most > 0) & (most >= least))

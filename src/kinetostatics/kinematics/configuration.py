@@ -191,12 +191,16 @@ class Configuration(Shown):
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
         """The joints beyond their limits or cones in at least one pose, by name."""
+        limited = list(self.robot.limited(self.model_q, self.frames))
+        if not limited:
+            return Named({})
+        values = np.stack([value for _, value, _, _ in limited])
+        least, most = np.array([widened(lower, upper) for _, _, lower, upper in limited]).T[:, :, None]
+        beyond = self.reached & ((values < least) | (values > most))
         found: dict[str, LimitExceeded] = {}
-        for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
-            least, most = widened(lower, upper)
-            where = self.reached & ((value < least) | (value > most))
-            if np.any(where):
-                found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
+        for k in np.flatnonzero(beyond.any(axis=1)):
+            name, value, lower, upper = limited[k]
+            found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, beyond[k].reshape(self.shape))
         return Named(found)
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -56,7 +57,7 @@ class JointCoordinates:
 
 def widened(lower: float, upper: float) -> tuple[float, float]:
     """Return the limits beyond which a coordinate is by more than rounding."""
-    slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if np.isfinite(limit))])
+    slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
     return lower - slack, upper + slack
 
 

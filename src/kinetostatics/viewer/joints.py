@@ -46,7 +46,7 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
         loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
         if connection.type.is_fixed or loose:
             continue  # the one does not move, the other does not join
-        centre, axis = _centre_and_axis(poses, connection)
+        centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
         turning = connection.type.is_hinge and not connection.driven
         before = found[-1] if found else None
@@ -59,7 +59,7 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
             common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
             found[-1] = Joint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
-        single = axis if connection.type.is_on_axis else None
+        single = _axis(poses, connection) if connection.type.is_on_axis else None
         found.append(
             Joint(
                 connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),
@@ -69,18 +69,23 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
     return found
 
 
-def _centre_and_axis(poses: ShownPoses, connection: Connection) -> tuple[Array, Array]:
-    """Return centre (F, 3), on the successor's side, and axis (F, 3), on the predecessor's."""
+def _centre(poses: ShownPoses, connection: Connection) -> Array:
+    """Return the centre (F, 3), on the successor's side."""
+    successor = poses.frame(connection.successor)
+    if not connection.is_loop:
+        return successor[:, :3, 3]
+    outer = poses.result.robot.description.loops[connection.name].successor_origin.matrix[:3, 3]
+    return np.asarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
+
+
+def _axis(poses: ShownPoses, connection: Connection) -> Array:
+    """Return the axis (F, 3), on the predecessor's side."""
     description = poses.result.robot.description
     if connection.is_loop:
-        loop = description.loops[connection.name]
-        inner, outer = loop.predecessor_origin.matrix, loop.successor_origin.matrix[:3, 3]
+        inner = description.loops[connection.name].predecessor_origin.matrix
     else:
-        inner, outer = description.joints[connection.name].origin.matrix, np.zeros(3)
-    successor = poses.frame(connection.successor)
-    centre = successor[:, :3, :3] @ outer + successor[:, :3, 3]
-    axis = poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis)
-    return centre, axis
+        inner = description.joints[connection.name].origin.matrix
+    return np.asarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
 
 
 def _twist(poses: ShownPoses, connection: Connection, centre: Array) -> Array:

@@ -97,6 +97,8 @@ class ShownPoses:
 
     def of_configuration(self, array: Array, components: int) -> Array:
         """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
+        if self._one:
+            return self.take(array)
         shape = self.result.shape + array.shape[array.ndim - components :]
         return self.take(np.broadcast_to(array, shape))
 

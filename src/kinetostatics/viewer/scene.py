@@ -202,8 +202,8 @@ class _Builder:
             rest = np.zeros((self.poses.count, count, 4, 4))
             rest[..., :3, :3], rest[..., :3, 3], rest[..., 3, 3] = axes[:, None], points, 1
             first = len(self.stations.rest)
-            for n in range(count):
-                self.stations.add(rest[:, n], twists[:, :, n])
+            self.stations.rest.extend(np.swapaxes(rest, 0, 1))
+            self.stations.twists.extend(np.moveaxis(twists, 2, 0))
             self.at[f"middle of {name}"] = first + count // 2
             self.at[f"label of {name}"] = first + count // 3  # off the middle, where an actuator's arrow may stand
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
