@@ -316,6 +316,9 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake('`<spring … free_length="150">`', "0.15.",
             more('<spring name="s" stiffness="1e-3" free_length="150"><predecessor link="ground"/>'
                  '<successor link="plate"><origin xyz="0.2 0 0"/></successor></spring>')),
+    Mistake('`<spring … preload="-100e3">` above the plate', "-100, if it was meant so.", more(
+        '<spring name="s" stiffness="0" free_length="0" preload="-100e3"><predecessor link="ground"><origin xyz="0.2 0 0.6"/>'
+        '</predecessor><successor link="plate"><origin xyz="0.2 0 0"/></successor></spring>'), code="result = ks.analyze(pose)"),
     swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
     swap(CIRCLE, '<circle diameter="20"/>', "0.02."),
     swap(CIRCLE, '<circle diameter="2e-5"/>', "0.02."),
@@ -329,13 +332,12 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake("1 kg in the `<inertial>` of a rod whose beam has `density=\"0\"`", "Leave the density out.",
             (('<link name="left"/>', f'<link name="left">{HEAVY}</link>'), (LEFT, LEFT.replace("7850", "0")))),
     Mistake("all origins in mm", "Millimetres in xacro: `${300 * mm}`, with a property `mm`.",
-            (("0 0 0.3", "0 0 300"), ("0.4 0 0", "400 0 0"), ("0 0 0.3", "0 0 300"), ("0.4 0 0", "400 0 0"))),
+            (("0 0 0.3", "0 0 300"), ("0.4 0 0", "400 0 0")) * 2),
     Mistake('`<origin xyz="0.4 0 0.1"/>` at the loop\'s successor', "Where it is wrong is in the message; what closes it, in the "
             "picture.", ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0 0.1")),)),
     Mistake('`<origin xyz="0.9 0 0"/>` there', "Turn the frames so that zero is within reach.",
             ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.9 0 0")),)),
-    Mistake('`<limit lower="0.2" upper="1" …/>` in a', "Turn its frame, or widen the limits.",
-            (('lower="-1"', 'lower="0.2"'),)),
+    Mistake('`<limit lower="0.2" upper="1" …/>` in a', "Turn its frame, or widen the limits.", (('lower="-1"', 'lower="0.2"'),)),
     Mistake("no `<joint_stiffness>`", "Their stiffnesses, if they matter.", code="result = ks.analyze(pose)"),
     add('<joint_stiffness joint="a" drive="20"/>', "20e3, if it was meant in N·m/mrad."),
     add('<joint_stiffness joint="a" drive="1e15"/>', "inf, or leave it out."),
@@ -363,8 +365,7 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
                  + '<loop name="f" type="continuous"><predecessor link="third"><origin xyz="0 0 0.3"/></predecessor>'
                  '<successor link="plate"><origin xyz="0.2 0 0"/></successor><axis xyz="0 1 0"/></loop>')),
     Mistake("d driven too", "An actuator that follows another one is a `<mimic>`.", more(SECOND_MOTOR)),
-    Mistake("a lamp on a driven hinge of the plate", "Right, if that is meant.",
-            more(LAMP + SECOND_MOTOR.replace('"d"', '"e"'))),
+    Mistake("a lamp on a driven hinge of the plate", "Right, if that is meant.", more(LAMP + SECOND_MOTOR.replace('"d"', '"e"'))),
     Mistake("a load of 1 MN, or another slip in the units", "Look at moduli, diameters, masses, loads.",
             code="result = ks.analyze(pose, load=[0, 1e6, 0, 0, 0, 0])"),
     Mistake('`robot.assemble(actuators={"a": 1.2})`', "The numbers are right all the same.",
@@ -385,8 +386,7 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             more(joint("e", "plate", "lamp", 0.1, "prismatic", HEAVY, "0 0 1").replace(
                 "</joint>", '<limit lower="-50" upper="50" effort="0" velocity="0"/></joint>')
                 + SECOND_MOTOR.replace('"d"', '"e"'))),
-    Mistake('`robot.assemble(actuators={"a": 10})`', "Radians.",
-            code='robot.assemble(actuators={"a": 10}, on_failure="nan")'),
+    Mistake('`robot.assemble(actuators={"a": 10})`', "Radians.", code='robot.assemble(actuators={"a": 10}, on_failure="nan")'),
     Mistake('`robot.assemble(platform={"x": 20})`', "Metres.", code='robot.assemble(platform={"x": 20}, on_failure="nan")'),
     Mistake('`ks.save_html(result, "page.html")` of a large robot at 1,000 poses that lie anywhere',
             "Fewer poses, or one path through them.", code=LARGE_PAGE),

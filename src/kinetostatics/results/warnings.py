@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinetostatics.kinematics.unit_hints import odd_limits, odd_springs
+from kinetostatics.math.screws import describe_twist
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.results.result import Result
@@ -25,7 +26,14 @@ OPEN_LOOPS = 1e-9
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot and of its poses under their loads."""
     robot = result.robot
-    found = [*_buckling(result), *robot.description.warnings, *robot.topology.warnings, *odd_limits(robot), *odd_springs(robot)]
+    found = [
+        *_tipping(result),
+        *_buckling(result),
+        *robot.description.warnings,
+        *robot.topology.warnings,
+        *odd_limits(robot),
+        *odd_springs(robot),
+    ]
     found += _open_loops(result) + _large_motions(result)
     near = near_singular_words(result)
     found += [near] if near else []
@@ -38,6 +46,24 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     if np.any(result.indeterminate):
         found.append(undetermined_parts(result))
     return tuple(found)
+
+
+def _tipping(result: Result) -> list[str]:
+    """Say where springs that push make the platform's stiffness negative."""
+    if not result.robot.description.springs:
+        return []
+    scale = np.repeat([1.0, result.robot.length], 3)
+    values, vectors = np.linalg.eigh(np.nan_to_num(result.compliance.reshape(-1, 6, 6)) * scale[:, None] * scale)
+    where = values[:, 0] < -NOTHING * values[:, -1]
+    if not np.any(where):
+        return []
+    motion = describe_twist(vectors[int(np.argmax(where)), :, 0] / scale, result.robot.length)
+    poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
+    at = "" if result.shape == () else ", at the first of them"
+    return [
+        f"{poses} unstable: springs push harder than the platform is held against {motion}{at}; it tips over, and the numbers "
+        "mean nothing there"
+    ]
 
 
 def _ratios(result: Result) -> Iterator[tuple[str, float]]:

@@ -267,3 +267,19 @@ def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
     parts = found.by_mechanism.contributions
     np.testing.assert_allclose(parts["misfit"], found.contributions["misfit"], rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(parts.values()), found.twist, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("push", "unstable"), [(0.99, False), (1.01, True)])
+def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unstable):
+    """A drive of k on an arm of l below a constant force F, straight above its tip at a distance h: k = F l²/h."""
+    F = push * 1e4 * 0.6 / LENGTH**2
+    text = f"""<spring name="press" stiffness="0" free_length="0" preload="{-F}">
+<predecessor link="ground"><origin xyz="{LENGTH} 0 0.6"/></predecessor><successor link="tip"/></spring>"""
+    text = (
+        pendulum(text)
+        .replace(f'<origin xyz="{LENGTH} 0 0"/>', f'<origin xyz="0 0 {LENGTH}"/>')
+        .replace(f'xyz="{LENGTH} 0 0.6"', f'xyz="0 0 {LENGTH + 0.6}"')
+    )
+    found = ks.analyze(loaded(text).assemble(actuators={"hinge": 0.0}))
+    assert any("the pose is unstable: springs push harder" in item for item in found.warnings) == unstable
+    assert bool(found.compliance[4, 4] < 0) == unstable
