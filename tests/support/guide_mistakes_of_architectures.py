@@ -76,6 +76,7 @@ ARCHITECTURES = (
     code("ks.new_robot('3-RPS', placements='none.csv')", "The path of the table."),
     table("", "The columns."),
     table("base_x,base_y,base\n1,2,3", "Columns end in _x, _y, _z."),
+    table("base_x,base_y,base_z\n1,2,3", "The columns of the platform, too."),
     table(f"{POINTS}\n1,2", "Six cells."),
     table(f"{POINTS}\n0.3,0,0,0.2,0,zero", "Metres."),
     built("3-RPS", "A mapping.", "sections='tube'"),
