@@ -104,6 +104,8 @@ XACROS = (
          "`--set d=30mm` for a plain URDF"),
     add('<xacro:arg name="diameter" default="0.02"/>', "Use a name that the file has.", "`--set diametre=30mm`",
         'ks.load_robot(file, parameters={"diametre": 0.03})', xacro=True),
+    add('<xacro:arg name="size" default="0.02"/><link name="l"><inertial><mass value="$(arg size)"/></inertial></link>',
+        "A number, or one with a unit.", "`--set size=20mmm`", 'ks.load_robot(file, parameters={"size": "20mmm"})', xacro=True),
     add('<xacro:arg name="diameter" default="0.02"/>', "One number or text for each; load a robot for each size.",
         '`parameters={"diameter": [0.02, 0.03]}`', 'ks.load_robot(file, parameters={"diameter": [0.02, 0.03]})', xacro=True),
     add('<xacro:arg name="length" default="1"/><link name="$(arg lenght)"/>', "Declare it before it is used.", xacro=True),
