@@ -106,7 +106,7 @@ def draw_masks(
             hatch=mask.hatch,
             zorder=0.5 if mask.where.ndim == 1 else 2,
             label=mask.label,
-            transform=transform,
+            transform=transform or ax.transData,
         )
         ax.add_collection(cells, autolim=False)
 
