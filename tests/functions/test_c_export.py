@@ -63,6 +63,31 @@ def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver
     np.testing.assert_allclose(found[1, :-1], found[3, :-1], rtol=1e-9, atol=1e-18)
 
 
+def test_a_state_may_start_at_another_pose_where_the_zero_pose_is_singular(tmp_path):
+    """An arm that is stretched at zero: from a bent pose C finds what Python finds from there, and from zero nothing."""
+    robot = package_robots.robot("ur10")
+    bent = robot.assemble(actuators=dict(zip(robot.description.driven, (0.3, -1.0, 1.2, -0.9, -1.2, 0.4), strict=True)))
+    f = ks.compile(robot, ("x", "y", "z", "rx", "ry", "rz"), outputs=("twist", "actuators"), engine="numpy")
+    N, rng = 24, np.random.default_rng(2)
+    middle = bent.platform_coordinates("XYZ")
+    at = {name: float(middle[name]) + np.where(np.arange(N) % 6 == 5, 9.0, 0.1) * rng.uniform(-1, 1, N) for name in f.names}
+    inputs = np.column_stack([*at.values(), np.tile([5.0, 3, -20, 1, -2, 3, 0, 0, -9.81], (N, 1))])
+    program = c_programs.driver(f.export_c(tmp_path, near=bent))
+    status, found = run(program, inputs)
+    wanted = f(**at, load=inputs[0, 6:12], near=bent)
+    here = np.isin(wanted["status"], (0, ks.Status.LIMIT_EXCEEDED))
+    assert np.array_equal(status == 0, here) and here.sum() > 12 and not here.all()
+    expected = np.column_stack([wanted["twist"], wanted["actuators"]])
+    for part in np.split(np.arange(12), 2):
+        size = np.max(np.abs(expected[here][:, part]), axis=1)
+        assert np.max(np.abs(found[here][:, part] - expected[here][:, part]) / size[:, None]) < 1e-9
+    assert np.any(f(**at)["status"][here] == ks.Status.UNREACHABLE)
+    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+        f.export_c(tmp_path, near=robot.assemble(actuators={name: [0.1, 0.2] for name in robot.description.driven}))
+    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+        f.export_c(tmp_path, near={"x": 0.5})
+
+
 def test_azimuth_and_tilt_also_upright(tmp_path):
     """At tilt 0 the azimuth means nothing: lines begin and end there as in Python, and azimuths go the shorter way."""
     f = ks.compile(package_robots.robot("3rps"), ("z", "azimuth", "tilt"), orientation="tilt_torsion", outputs="twist")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 
 from kinetostatics.cli.answers import print_report
-from kinetostatics.cli.arguments import add_robot_arguments, load
-from kinetostatics.cli.poses import add_orientation_argument
+from kinetostatics.cli.arguments import SEVERAL, add_robot_arguments, load
+from kinetostatics.cli.poses import add_orientation_argument, near_pose
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -23,6 +23,7 @@ examples:
   kinetostatics export 3rps --platform z rx ry --compensate --out controller
   kinetostatics export 3rps --platform z rx ry --jacobian actuator_forces twist --by z rx ry load --out controller
   kinetostatics export 3rps --platform z azimuth tilt --orientation tilt_torsion --out controller
+  kinetostatics export 3rps --platform z rx ry --near z=0.6 rx=0 ry=5deg --out controller
 """
 
 
@@ -34,6 +35,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         metavar="NAME",
         help="platform coordinates that are inputs, as many as the mobility (default: the actuators' coordinates)",
+    )
+    parser.add_argument(
+        "--near",
+        metavar="NAME=VALUE",
+        **SEVERAL,
+        help="the pose, of the platform or of the actuators, where a state in C starts; it tells the assembly mode (default: the "
+        "closed zero pose, which must not be singular)",
     )
     add_orientation_argument(parser)
     parser.add_argument(
@@ -68,8 +76,10 @@ def run(args: argparse.Namespace) -> int:
         from kinetostatics.functions.function import Function, Jacobian, compile
 
         usual = ("actuators", "actuator_forces", "remaining") if args.compensate else ("actuator_forces", "twist")
+        robot = load(args)
+        near = near_pose(robot, args.near, {"orientation": args.orientation}) if args.near else None
         function = compile(
-            load(args),
+            robot,
             args.platform,
             orientation=args.orientation,
             outputs=args.outputs or usual,
@@ -79,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
         if args.jacobian:
             by = args.by or [name for name in function.inputs if name not in ("load", "gravity")]
             exported = function.jacobian(args.jacobian, by)
-        found = exported.export_c(args.out, args.scalar, args.name)
+        found = exported.export_c(args.out, args.scalar, args.name, near)
     lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
     lines.append(
         f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "

@@ -97,17 +97,20 @@ def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
     options: dict[str, object] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
     options["engine"] = getattr(args, "engine", "auto")
-    start = None
-    if args.near:
-        items = parse_items("--near", args.near)
-        of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
-        begin = single_values(robot, f"--{of}", args.near, "--near")
-        try:
-            start = with_keywords(robot.assemble)(**{of: begin}, **options)
-        except KinetostaticsError as error:
-            raise ArgumentError(f"--near: {error}") from error
+    start = near_pose(robot, args.near, options) if args.near else None
     poses = {option[2:]: coordinates or None}
     return with_keywords(robot.assemble)(**poses, near=start, **options)
+
+
+def near_pose(robot: Robot, near: list[str], options: Mapping[str, object]) -> Configuration:
+    """Return the pose that ``--near`` says; ``options`` are other arguments of :meth:`Robot.assemble`."""
+    items = parse_items("--near", near)
+    of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
+    begin = single_values(robot, f"--{of}", near, "--near")
+    try:
+        return with_keywords(robot.assemble)(**{of: begin}, **options)
+    except KinetostaticsError as error:
+        raise ArgumentError(f"--near: {error}") from error
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], said: str | None = None) -> dict[str, float]:

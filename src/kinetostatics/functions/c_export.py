@@ -17,9 +17,10 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
 from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs, identifier
-from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference
+from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference, Values
 from kinetostatics.kinematics.assembly import rough_residual
-from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.status import WITHOUT_NUMBERS, Status
@@ -71,6 +72,7 @@ def export_c(
     scalar: str = "double",
     name: str | None = None,
     jacobian: Differentiated | None = None,
+    near: Configuration | Values | None = None,
 ) -> CExport:
     """Write a function of a robot as C99: no heap, nothing but libm, bounded iterations, all state passed in.
 
@@ -80,9 +82,11 @@ def export_c(
         scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
         name: what all names in C begin with; default: the robot's.
         jacobian: derivatives of the function, which are written too.
+        near: one pose, where a state starts; default: the zero pose.
 
     Raises:
-        ArgumentError: the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
+        ArgumentError: ``near`` is not one pose of the robot;
+            the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
         OSError: a file cannot be written.
     """
     check_choice("scalar", scalar, SCALARS)
@@ -90,18 +94,23 @@ def export_c(
     if where.exists() and not where.is_dir():
         raise ArgumentError(f"{where} is a file: the C code takes a folder")
     own = identifier(function.robot.name if name is None else name)
+    start = near.pose if isinstance(near, Values) else near
+    mine = isinstance(start, Configuration) and start.robot is function.robot
+    if start is not None and not (mine and start.shape == () and bool(start.reached[0])):
+        raise ArgumentError("near= of what is exported wants one closed pose of the robot: make it with robot.assemble(…)")
+    begin = function.robot.zero_poses if start is None else start.poses
     try:
-        parts = Parts(function, None if jacobian is None else (jacobian.of, jacobian.by))
+        parts = Parts(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
-    texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, jacobian, REFERENCES))
+    texts = c_texts.files(own, scalar, _facts(function, parts, begin), _references(function, jacobian, start, REFERENCES))
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
     return CExport(where, tuple(texts), own, (parts.newton.operations, parts.operations), 8 * parts.work)
 
 
-def _facts(function: Exported, parts: Parts) -> Facts:
+def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
     """Return what the texts are made of."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
@@ -117,7 +126,8 @@ def _facts(function: Exported, parts: Parts) -> Facts:
         "names": [parts.c_names[item.name] for item in coordinates],
         "order": [[item.name for item in coordinates].index(name) for name in function.names],
         "ranges": ranges,
-        "zero": {name: round(value, 9) + 0.0 for name, value in _zero_pose(function).items()},
+        "start": {name: round(value, 9) + 0.0 for name, value in _coordinates_at(function, begin).items()},
+        "from_zero": begin is function.robot.zero_poses,
         "limits": limits,
         "orientation": function.orientation or "rotation_vector",
         "by_actuators": function.by_actuators,
@@ -140,12 +150,12 @@ def _of_endless_actuators(parts: Parts) -> str:
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 
-def _references(function: Exported, jacobian: Differentiated | None, poses: int) -> list[Reference]:
-    """Return poses around the zero pose with loads, and what Python says of them: a third of them lie far away."""
+def _references(function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int) -> list[Reference]:
+    """Return poses around the one where a state starts, with loads, and what Python says: a third lie far away."""
     rng = np.random.default_rng(0)
     robot = function.robot
     coordinates = _coordinates(function)
-    start = _zero_pose(function)
+    start = _coordinates_at(function, robot.zero_poses if near is None else near.poses)
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6))
@@ -153,13 +163,13 @@ def _references(function: Exported, jacobian: Differentiated | None, poses: int)
     for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: until many of them are in reach
         spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
         at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
-        values = function(**at, load=load, gravity=gravity)
+        values = function(**at, load=load, gravity=gravity, near=near)
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break
     found = []
     arrays = {item.name: values[item.name] for item in asked_outputs(function)}
     if jacobian is not None:
-        for output, columns in jacobian(**at, load=load, gravity=gravity).items():
+        for output, columns in jacobian(**at, load=load, gravity=gravity, near=near).items():
             arrays |= {f"{output} by {name}": array for name, array in columns.items()}
     for k in range(poses):
         expected = {name: np.ravel(array[k]) for name, array in arrays.items()}
@@ -170,10 +180,9 @@ def _references(function: Exported, jacobian: Differentiated | None, poses: int)
     return found
 
 
-def _zero_pose(function: Exported) -> dict[str, float]:
-    """Return the coordinates of the robot's zero pose."""
-    robot = function.robot
-    return dict(zip(function.names, robot.solver.values(function.prescribed, robot.zero_poses)[:, 0].tolist(), strict=True))
+def _coordinates_at(function: Exported, pose: SolverState) -> dict[str, float]:
+    """Return the function's coordinates of a pose."""
+    return dict(zip(function.names, function.robot.solver.values(function.prescribed, pose)[:, 0].tolist(), strict=True))
 
 
 def _coordinates(function: Exported) -> list[Quantity]:

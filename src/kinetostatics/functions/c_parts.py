@@ -82,7 +82,7 @@ class Parts:
         c_names: names of the coordinates in C.
     """
 
-    def __init__(self, function: Exported, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
+    def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
         robot = function.robot
         self.outputs = asked_outputs(function)
         for item in self.outputs:
@@ -139,9 +139,8 @@ class Parts:
             pairs = pairs_of(function.outputs, function.inputs, self.c_names, *jacobian)
             self.jacobian = jacobian_programs(robot, prescribed, example, self.local, record, numbers, pairs)
         self.strides = longest_strides(solver, prescribed)
-        zero = robot.zero_poses
-        first, c0 = solver.origin(prescribed, zero)
-        self.zero = zero.x[:, 0], c0[:, 0], first[:, 0]
+        first, c0 = solver.origin(prescribed, begin)
+        self.start = begin.x[:, 0], c0[:, 0], first[:, 0]
         self.search = None
         if function.compensates:
             convention = orientation_named(function.orientation)

@@ -60,9 +60,9 @@ enum {{ NX = {nx}, NT = {nt}, WORK = {parts.work}, MOST_CORRECTIONS = {facts["co
 #define {name.upper()}_MOST_STEPS 200 /* of a line, those that were too long included */
 #endif
 
-static const double ZERO_X[{max(nx, 1)}] = {c_array(parts.zero[0])};
-static const double ZERO_C[3] = {c_array(parts.zero[1])};
-static const double ZERO_TARGET[{max(nt, 1)}] = {c_array(parts.zero[2])};
+static const double START_X[{max(nx, 1)}] = {c_array(parts.start[0])};
+static const double START_C[3] = {c_array(parts.start[1])};
+static const double START_TARGET[{max(nt, 1)}] = {c_array(parts.start[2])};
 static const double LONGEST[{max(nt, 1)}] = {c_array(parts.strides)}; /* of a line in one go */
 
 {chr(10).join(item.text for item in programs)}
@@ -172,10 +172,10 @@ static void lost({name}_output *output)
 
 void {name}_start({name}_state *state)
 {{
-    memcpy(state->x, ZERO_X, sizeof state->x);
-    memcpy(state->c, ZERO_C, sizeof state->c);
-    memcpy(state->target, ZERO_TARGET, sizeof state->target);
-    state->moved = 0.0;
+    memcpy(state->x, START_X, sizeof state->x);
+    memcpy(state->c, START_C, sizeof state->c);
+    memcpy(state->target, START_TARGET, sizeof state->target);
+    state->moved = {0.0 if facts["from_zero"] else 1.0};
     state->corrections = 0;
 }}
 

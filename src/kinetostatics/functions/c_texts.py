@@ -70,7 +70,7 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
     for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
         limits = facts["ranges"][item.name]
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
-        zero = f"{facts['zero'][item.name]:.6g} at the zero pose"
+        zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
@@ -122,7 +122,7 @@ typedef struct {{
     {scalar} residual; /* how far the worst equation of the loops is open [m or rad] */
 }} {name}_output;
 
-/* Put the state at the robot's zero pose. */
+/* Put the state at the robot's {"zero pose" if facts["from_zero"] else "start pose, near which it was exported"}. */
 void {name}_start({name}_state *state);
 
 {_evaluates(facts)}
@@ -213,7 +213,7 @@ def _readme(name: str, scalar: str, facts: Facts) -> str:
     outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
     example = "\n".join(
-        f"input.{c} = {facts['zero'][item.name]:.6g}; /* {item.units[0]} */"
+        f"input.{c} = {facts['start'][item.name]:.6g}; /* {item.units[0]} */"
         for c, item in zip(facts["names"], facts["coordinates"], strict=True)
     )
     where = " at the corrected pose" if facts["compensates"] else ""

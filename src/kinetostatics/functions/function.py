@@ -153,7 +153,13 @@ class Function:
         parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
         return Jacobian(self, outputs, names, parameters)
 
-    def export_c(self, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
+    def export_c(
+        self,
+        folder: str | os.PathLike[str],
+        scalar: str = "double",
+        name: str | None = None,
+        near: Configuration | Values | None = None,
+    ) -> CExport:
         """Write the function as C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README.
 
         No heap, no library but libm, bounded iterations; the state is passed in. What is followed, and what is computed where the
@@ -163,15 +169,17 @@ class Function:
             folder: where the files go; it is made if there is none.
             scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
             name: what all names in C begin with; default: the robot's.
+            near: one pose, or what a call returned, where a state in C starts; default: the zero pose, which may be singular.
 
         Returns:
             What was written.
 
         Raises:
-            ArgumentError: the robot's rigid limbs overconstrain one another, or the scalar is none of the two.
+            ArgumentError: ``near`` is not one closed pose of the robot,
+                the robot's rigid limbs overconstrain one another, or the scalar is none of the two.
             OSError: the folder cannot be written.
         """
-        return export_c(self, folder, scalar, name)
+        return export_c(self, folder, scalar, name, near=near)
 
     # ---- poses ------------------------------------------------------------------------------------------------------
 
@@ -306,14 +314,20 @@ class Jacobian:
                 found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
         return Named({output: Named(parts) for output, parts in found.items()})
 
-    def export_c(self, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
+    def export_c(
+        self,
+        folder: str | os.PathLike[str],
+        scalar: str = "double",
+        name: str | None = None,
+        near: Configuration | Values | None = None,
+    ) -> CExport:
         """Write the function and these derivatives as C99, see :meth:`Function.export_c`.
 
         Raises:
             ArgumentError: as there; or derivatives are by the robot's parameters, which are constants in C.
             OSError: the folder cannot be written.
         """
-        return export_c(self.function, folder, scalar, name, self)
+        return export_c(self.function, folder, scalar, name, self, near)
 
 
 def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, ...]:
