@@ -401,13 +401,4 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             'ks.calibrate(robot, rows, ["payload.mass"])'),
     Mistake('`ks.optimize("3rps", {"rod_diameter": "40:120"})`', "Metres, or `\"40mm:120mm\"`.",
             code='robot = ks.optimize("3rps", {"rod_diameter": "40:120"}, starts=1).robot'),
-    Mistake('`ks.optimize(…, subject_to=["sag < 20"])`', "`sag < 20um`.",
-            code='robot = ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, "mass", ["sag < 20"], starts=1).robot'),
-    Mistake("`--set rod_diameter=80`", "`--set rod_diameter=80mm`.", code='robot = ks.load_robot("3rps", {"rod_diameter": 80})'),
-    Mistake('`ks.spread(pose, {"rod_1.outer_diameter": 0.03})`', "`\"0.03mm\"`.",
-            code='robot = ks.load_robot("3rps")\nks.spread(robot.assemble(), {"rod_1.outer_diameter": 0.03}, robots=2)'),
-    Mistake("`kinetostatics tolerances 3rps --length 1`", "`--length 1mm`.",
-            code='robot = ks.load_robot("3rps")\nks.tolerances(robot.assemble(), length=1)'),
-    Mistake("`kinetostatics tolerances 3rps --angle 1`", "`--angle 1mrad`.",
-            code='robot = ks.load_robot("3rps")\nks.tolerances(robot.assemble(), angle=1)'),
 ))  # fmt: skip
