@@ -11,6 +11,7 @@ from kinetostatics.engine.cache import cache_folder
 from kinetostatics.engine.choice import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.printing.dispatch import Json
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.model import RobotStatics
 
@@ -69,7 +70,7 @@ class EngineReport(ShortRepr):
         lines = [f"Engine of {self.robot}", f"  {first}", f"  {second}", *(f"  by NumPy: {what}" for what in self.by_numpy)]
         return "\n".join([*lines, f"  code is kept in {self.folder}"])
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, Json]:
         """Return everything as plain values."""
         own = {name: value for name, value in vars(self).items() if name != "robot"}
         return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}

@@ -79,6 +79,6 @@ class Told(Shown):
     def __str__(self) -> str:
         return text_of(self)
 
-    def to_dict(self) -> dict[str, object]:
+    def to_dict(self) -> dict[str, Json]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
         return dict_of(self)
