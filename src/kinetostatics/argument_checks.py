@@ -9,7 +9,7 @@ import inspect
 import operator
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import ParamSpec, SupportsFloat, SupportsIndex, TypeAlias, TypeVar
+from typing import Any, ParamSpec, SupportsFloat, SupportsIndex, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ R = TypeVar("R")
 C = TypeVar("C")
 #: What ``float`` takes.
 FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
+Keyword: TypeAlias = Any  # the value of a keyword that is handed on to the function that looks at it
 
 #: Keywords that other functions have, and what does the same where they are missing.
 _INSTEAD = {
@@ -73,11 +74,6 @@ def told_fields(cls: type[C]) -> type[C]:
     """Decorate a public dataclass so that fields that it does not have are told in words, as :func:`told_keywords` does."""
     cls.__init__ = told_keywords(cls.__init__)  # type: ignore[method-assign]
     return cls
-
-
-def with_keywords(function: Callable[..., R]) -> Callable[..., R]:
-    """Return a function itself, for a call with keywords whose names and values it looks at when it runs."""
-    return function
 
 
 def need_scipy(what: str) -> None:

@@ -6,7 +6,7 @@ import inspect
 import os
 from collections.abc import Mapping, Sequence
 
-from kinetostatics.argument_checks import path_name, told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, path_name, told_keywords
 from kinetostatics.authoring.designing import design_robot
 from kinetostatics.authoring.file_text import file_text
 from kinetostatics.exceptions import ArgumentError
@@ -29,7 +29,7 @@ def new_robot(
     axis: str | None = None,
     sections: Mapping[str, str] | None = None,
     name: str | None = None,
-    **values: object,
+    **values: Keyword,
 ) -> Robot:
     """Build a robot from the field's notation, such as ``"3-R[P]S"``; ``docs/start/robot_by_name.md`` tells the conventions.
 
@@ -86,12 +86,12 @@ def new_robot(
 
 
 @told_keywords
-def robot_text(architecture: str, **options: object) -> str:
+def robot_text(architecture: str, **options: Keyword) -> str:
     """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
     known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
     values = {key: options.pop(key) for key in list(options) if key not in known}
     defaults = {"arrangement": "symmetric"}
-    return file_text(with_keywords(design_robot)(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
+    return file_text(design_robot(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
 
 
 def write_new(text: str, path: str | os.PathLike[str]) -> None:

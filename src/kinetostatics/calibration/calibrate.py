@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, finite_numbers, need_scipy, told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers, need_scipy, told_keywords
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
@@ -46,7 +46,7 @@ def calibrate(
     level: float = 0.95,
     leave_out_outliers: bool = False,
     tolerance: float = 1e-10,
-    **analysis: object,
+    **analysis: Keyword,
 ) -> Calibration:
     """Find stiffnesses, payload and offsets from measured deflections, with how sure they are and what cannot be told.
 
@@ -242,7 +242,7 @@ def check_predicted(model: Model, values: Array) -> None:
         result = model.result(values)
         only = result.robot.configuration(result.configuration.q[row])
         try:
-            with_keywords(analyze)(only, on_failure="raise", **model.analysis)
+            analyze(only, on_failure="raise", **model.analysis)
         except StaticsError as error:
             raise StaticsError(f"{where}readings cannot be computed: {error}") from error
         raise StaticsError(f"{where}readings cannot be computed")

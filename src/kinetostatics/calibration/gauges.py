@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice, check_mapping, finite_numbers, positive, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, finite_numbers, positive
 from kinetostatics.description.gauges import COMPONENTS, Gauge
 from kinetostatics.design.requirements import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -73,7 +73,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     found: dict[str, tuple[str, Gauge]] = {}
     for number, row in rows[1:]:
         where = f"{path}:{number}"
-        cells: dict[str, str | float] = {}
+        cells: dict[str, Keyword] = {}
         for (name, unit), cell in zip(titles, row, strict=True):
             kind = COLUMNS[name]
             if not cell.strip():
@@ -86,11 +86,11 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
         name = str(cells.pop("name", ""))
         if not name or any(name == known for known, _ in found.values()):
             raise ArgumentError(f"{where}: a gauge has a name of its own, not {name!r}")
-        direction = tuple(cells.pop(axis, 0.0) for axis in ("ux", "uy", "uz"))
+        direction = cells.pop("ux", 0.0), cells.pop("uy", 0.0), cells.pop("uz", 0.0)
         point = tuple(cells.pop(axis) for axis in "xyz" if axis in cells)
         if len(point) in (1, 2):
             raise ArgumentError(f"{where}: of the point x, y, z a number is missing; leave all three out for o")
-        found[where] = (name, with_keywords(Gauge)(direction, point=point or None, **cells))
+        found[where] = (name, Gauge(direction, point=point or None, **cells))
     return found
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.analysis import analyze, load_at_o
-from kinetostatics.argument_checks import check_choice, finite_numbers, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers
 from kinetostatics.calibration.gauges import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
@@ -74,7 +74,7 @@ class Model:
         orientation: str | None,
         point: Array | None = None,
         frame: str = "world",
-        analysis: Mapping[str, object] | None = None,
+        analysis: Mapping[str, Keyword] | None = None,
         rows: Sequence[str] | None = None,
         tolerance: float = 1e-10,
     ) -> None:
@@ -145,7 +145,7 @@ class Model:
                 else replace(self.pose, robot=robot)
             )
             load = self._load + self._weight(pose, values)
-            self._known = key, with_keywords(analyze)(pose, load, self.gravity, on_failure="nan", **self.analysis)
+            self._known = key, analyze(pose, load, self.gravity, on_failure="nan", **self.analysis)
         return self._known[1]
 
     def _weight(self, pose: Configuration, values: Array) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
@@ -49,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)
-        result = with_keywords(analyze)(configuration, **options, engine=args.engine)
+        result = analyze(configuration, **options, engine=args.engine)
         axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
         tool = arguments.tool(args)
         seen = None if tool is None else result.at_point(tool)

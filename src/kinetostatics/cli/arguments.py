@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, TypedDict
 
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError
 
@@ -170,7 +171,7 @@ def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def parse_parameters(items: Iterable[str]) -> dict[str, object]:
+def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
     """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
     values = parse_items("--set", items)
     return {name: value if unit_of(value) is None else parse_quantity(value) for name, value in values.items()}
@@ -298,7 +299,7 @@ def tool(args: argparse.Namespace) -> list[float] | None:
     return None if args.tool is None else [number_of("--tool", text, "length") for text in args.tool]
 
 
-def load_options(args: argparse.Namespace) -> dict[str, object]:
+def load_options(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
     load = [number_of("--load", text, "force" if k < 3 else "moment") for k, text in enumerate(args.load)]
     point = None if args.point is None else [number_of("--point", text, "length") for text in args.point]
@@ -306,7 +307,7 @@ def load_options(args: argparse.Namespace) -> dict[str, object]:
     return {"load": load, "point": point, "frame": args.frame, "gravity": gravity, **_options_of_links(args)}
 
 
-def _options_of_links(args: argparse.Namespace) -> dict[str, object]:
+def _options_of_links(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return loads on links and the payload, as far as they are given."""
     loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:

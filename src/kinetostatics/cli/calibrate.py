@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -98,18 +98,16 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, object]) -> Calibration:
+def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Keyword]) -> Calibration:
     from kinetostatics.calibration import calibrate
 
     level = arguments.number_of("--level", args.level)
-    found = with_keywords(calibrate)(
-        robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options
-    )
+    found = calibrate(robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options)
     answers.save_figure(args.plot, "calibration", found)
     return found
 
 
-def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, object]) -> MeasurementPlan:
+def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Keyword]) -> MeasurementPlan:
     from kinetostatics.calibration import plan_measurements
 
     if args.plot is not None:
@@ -123,7 +121,7 @@ def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, object])
             raise ArgumentError(f"--loads: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'")
         loads.append([arguments.number_of("--loads", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
     _, over = poses.grid(robot, args)
-    return with_keywords(plan_measurements)(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
+    return plan_measurements(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:

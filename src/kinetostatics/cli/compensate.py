@@ -6,7 +6,6 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.tables import check_brackets, table_rows, title_of
@@ -79,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, axes, warnings = _poses(robot, args)
-        found = with_keywords(compensate)(
+        found = compensate(
             configuration,
             **options,
             coordinates=args.coordinates,

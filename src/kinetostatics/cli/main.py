@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from types import ModuleType
 from typing import NoReturn
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.exceptions import KinetostaticsError, near_names
 from kinetostatics.printing.colour import for_stream
 
@@ -59,10 +59,10 @@ class UsageError(Exception):
 class Parser(argparse.ArgumentParser):
     """A parser that raises instead of printing the usage, and that keeps the help's line breaks."""
 
-    def __init__(self, **options: object) -> None:
+    def __init__(self, **options: Keyword) -> None:
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
         options.setdefault("allow_abbrev", False)
-        with_keywords(super().__init__)(**options)
+        super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
         """Raise what is wrong."""
@@ -74,7 +74,7 @@ class Parser(argparse.ArgumentParser):
 class Version(argparse.Action):
     """Print the version, which is looked up only then."""
 
-    def __init__(self, option_strings: Sequence[str], dest: str, **_more: object) -> None:
+    def __init__(self, option_strings: Sequence[str], dest: str, **_more: Keyword) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
 
     def __call__(self, parser: argparse.ArgumentParser, *_more: object) -> NoReturn:
@@ -205,7 +205,7 @@ def _prepare_output() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _warn(message: Warning | str, *_where: object, **_more: object) -> None:
+def _warn(message: Warning | str, *_where: object, **_more: Keyword) -> None:
     """Print a warning in one line, at once."""
     if sys.stderr is not None:
         print(for_stream(f"kinetostatics: warning: {' '.join(str(message).split())}", sys.stderr), file=sys.stderr)

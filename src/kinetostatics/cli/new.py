@@ -6,7 +6,7 @@ import argparse
 import os
 import sys
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.authoring.arguments_of_file import odd_lengths
 from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.cli.answers import print_warnings
@@ -136,7 +136,7 @@ def _by_name(args: argparse.Namespace) -> int:
         if args.out is None:
             sys.stdout.write(robot_text(args.architecture, **options))
             return 0
-        robot = with_keywords(new_robot)(args.architecture, args.out, **options)
+        robot = new_robot(args.architecture, args.out, **options)
     driven, mobility = ", ".join(robot.description.driven), robot.mobility.platform
     chosen = " (the usual ones, as none was marked)" if architecture.actuators_chosen else ""
     print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
@@ -202,7 +202,7 @@ def _stiffnesses(items: list[str]) -> dict[str, float]:
     return found
 
 
-def _options(args: argparse.Namespace) -> dict[str, object]:
+def _options(args: argparse.Namespace) -> dict[str, Keyword]:
     typed = {name: getattr(args, name) for name in LENGTHS}
     # lengths without a unit that would make a robot larger than any are in mm
     plain = {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}

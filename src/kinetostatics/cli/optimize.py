@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
@@ -88,11 +87,11 @@ def run(args: argparse.Namespace) -> int:
         found: Optimum | ParetoFront
         feasible = True
         if args.pareto is None:
-            found = with_keywords(optimize)(args.robot, vary, args.minimize, args.subject_to, over or None, **options)
+            found = optimize(args.robot, vary, args.minimize, args.subject_to, over or None, **options)
             feasible = found.feasible
         else:
             both = args.minimize, args.pareto
-            found = with_keywords(pareto)(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
+            found = pareto(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
         if draws:
             answers.save_figure(args.out, "pareto", found)
         elif args.out is not None:

@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items, parse_values
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
@@ -95,20 +95,20 @@ def grid(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
-    options: dict[str, object] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
+    options: dict[str, Keyword] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
     options["engine"] = getattr(args, "engine", "auto")
     start = near_pose(robot, args.near, options) if args.near else None
-    poses = {option[2:]: coordinates or None}
-    return with_keywords(robot.assemble)(**poses, near=start, **options)
+    options[option[2:]] = coordinates or None
+    return robot.assemble(near=start, **options)
 
 
-def near_pose(robot: Robot, near: list[str], options: Mapping[str, object]) -> Configuration:
+def near_pose(robot: Robot, near: list[str], options: Mapping[str, Keyword]) -> Configuration:
     """Return the pose that ``--near`` says; ``options`` are other arguments of :meth:`Robot.assemble`."""
     items = parse_items("--near", near)
     of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
     begin = single_values(robot, f"--{of}", near, "--near")
     try:
-        return with_keywords(robot.assemble)(**{of: begin}, **options)
+        return robot.assemble(**{**options, of: begin})
     except KinetostaticsError as error:
         raise ArgumentError(f"--near: {error}") from error
 

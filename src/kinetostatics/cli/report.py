@@ -7,7 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.waiting import pausing, waiting
@@ -83,12 +83,12 @@ def run(args: argparse.Namespace) -> int:
                 draw_into_files()
             workspace = _map(configuration, args, options)
         page = {"title": args.title, "coordinates": args.coordinates, "tool": arguments.tool(args)}
-        with_keywords(save_report)(configuration, args.out, **options, workspace=workspace, **page)
+        save_report(configuration, args.out, **options, workspace=workspace, **page)
     print(f"wrote {args.out}")
     return 0
 
 
-def _map(configuration: Configuration, args: argparse.Namespace, options: dict[str, object]) -> xr.Dataset:
+def _map(configuration: Configuration, args: argparse.Namespace, options: dict[str, Keyword]) -> xr.Dataset:
     """Return the map over the coordinates of ``--sweep``, the others as the pose has them."""
     from kinetostatics.kinematics.coordinate_choices import choices
     from kinetostatics.robot import robot_of
@@ -112,8 +112,8 @@ def _map(configuration: Configuration, args: argparse.Namespace, options: dict[s
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
         values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}
     grid = {name: arguments.parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}
-    of = {option[2:]: {**grid, **{name: value for name, value in values.items() if name not in grid}}}
-    return with_keywords(sweep)(
+    of: dict[str, Keyword] = {option[2:]: {**grid, **{name: value for name, value in values.items() if name not in grid}}}
+    return sweep(
         robot,
         **of,
         **options,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.argument_checks import with_keywords
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
@@ -56,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
         seed = arguments.whole_number_of("--seed", args.seed, 0)
         off = arguments.parse_items("--off", args.off)
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = with_keywords(spread)(
+        found = spread(
             configuration, off, robots=robots, distribution=args.distribution, seed=seed, tool=arguments.tool(args), **options
         )
         answers.save_figure(args.out, "spread", found, args.what)

@@ -9,7 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
@@ -101,7 +101,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
     need("xarray")
     options = {**arguments.load_options(args), **_grid(args)}
-    return with_keywords(sweep)(
+    return sweep(
         args.robot,
         **options,
         tolerance=poses.tolerance_of(args),
@@ -119,7 +119,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     )
 
 
-def _grid(args: argparse.Namespace) -> dict[str, object]:
+def _grid(args: argparse.Namespace) -> dict[str, Keyword]:
     """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
     parameters = {name: _parameter(name, text) for name, text in arguments.parse_items("--set", args.parameters).items()}
     found: dict[str, object] = {"parameters": parameters, "orientation": args.orientation}

@@ -7,7 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import pausing, waiting
@@ -115,7 +115,7 @@ def _page(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, found = (_swept(robot, args), []) if args.sweep else poses.assemble(robot, args)
-        result = with_keywords(analyze)(configuration, **options)
+        result = analyze(configuration, **options)
         second = _second(robot, args) if args.compare else None
         with pausing():
             answers.print_warnings([*found, *result.warnings])
@@ -151,7 +151,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
     if coordinates:
         other.platform, other.actuators = coordinates, []
     pose, _ = poses.assemble(robot, other)
-    return with_keywords(analyze)(pose, **arguments.load_options(other))
+    return analyze(pose, **arguments.load_options(other))
 
 
 def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:
@@ -197,12 +197,12 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     options = arguments.load_options(args)
     configuration, found = poses.assemble(arguments.load(args), args)
 
-    def analyzed(pose: Configuration, **changed: object) -> Result:
-        result = with_keywords(analyze)(pose, **{**options, **changed})
+    def analyzed(pose: Configuration, **changed: Keyword) -> Result:
+        result = analyze(pose, **{**options, **changed})
         return result.by_mechanism if args.ways else result
 
     at_o = args.point is None and args.frame == "world"  # else the load goes with the platform, and sliders would not
-    server = with_keywords(serve)(
+    server = serve(
         configuration,
         analyzed,
         orientation=args.orientation,

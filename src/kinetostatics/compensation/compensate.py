@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, names_in, told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
@@ -41,7 +41,7 @@ def compensate(
     on_failure: str | None = None,
     tolerance: float = 1e-10,
     tool: ArrayLike | None = None,
-    **analysis: object,
+    **analysis: Keyword,
 ) -> Compensation:
     """Find where to command the actuators so that the loaded platform stands where it was asked to, and what they must hold.
 
@@ -97,14 +97,14 @@ def compensate(
     if not robot.description.driven:
         raise ArgumentError(f"{robot.name!r} has no actuators, so that nothing can be corrected")
 
-    uncorrected = with_keywords(analyze)(configuration, load, gravity, on_failure=on_failure, **analysis)
+    uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
     place = tool_on_robot(tool, robot)
     names = _controlled(robot, configuration, convention, coordinates, place)
     shape = uncorrected.shape
     wanted = replace(spread(configuration, shape), orientation=convention)
     if shape != configuration.shape:
-        uncorrected = with_keywords(analyze)(wanted, load, gravity, on_failure="nan", **analysis)
+        uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
     of_o, of_tool = (Coordinates(*_well_conditioned(wanted, given), robot.length) for given in (commanded, names))
     problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
@@ -157,7 +157,7 @@ class _Problem:
         tool: Array | None,
         load: ArrayLike,
         gravity: ArrayLike,
-        analysis: Mapping[str, object],
+        analysis: Mapping[str, Keyword],
         tolerance: float,
     ) -> None:
         self.robot, self.wanted, self.commanded, self.controlled, self.tool = robot, wanted, commanded, controlled, tool
@@ -221,7 +221,7 @@ class _Problem:
         return np.moveaxis(inverse, 0, 2)
 
     def _analyzed(self, pose: Configuration) -> Result:
-        return with_keywords(analyze)(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
+        return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
 
     def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
         """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
@@ -243,7 +243,7 @@ class _Problem:
                 error.mobility,
                 error.reached,
             ) from error
-        with_keywords(analyze)(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
+        analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
             f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
             f"{names}: the sag changes too much from pose to pose, as beside a singular pose"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import NoReturn, TypeVar
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.elements import (
     IN_PYTHON,
     Beam,
@@ -37,7 +37,7 @@ Part = TypeVar("Part", Link, Joint, Loop, Beam, Spring)
 class Items(dict[str, Item]):
     """A dict that cannot be changed, as everything in a description."""
 
-    def _refuse(self, *_arguments: object, **_more: object) -> NoReturn:
+    def _refuse(self, *_arguments: object, **_more: Keyword) -> NoReturn:
         raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
@@ -131,7 +131,7 @@ class RobotDescription(Shown):
         beams: Iterable[Beam] = (),
         joint_stiffness: Iterable[JointStiffness] = (),
         springs: Iterable[Spring] = (),
-        **more: object,
+        **more: Keyword,
     ) -> RobotDescription:
         """Make a description from lists instead of dicts; ``more`` are further attributes, as ``driven`` and ``platform_origin``.
 
@@ -144,7 +144,7 @@ class RobotDescription(Shown):
             if item.joint in stiff:
                 raise item.place.error(f"the joint {item.joint!r} has two stiffnesses")
             stiff[item.joint] = item
-        return with_keywords(cls)(
+        return cls(
             name,
             by_name("link", links),
             joints_by_name,
@@ -230,7 +230,7 @@ class RobotDescription(Shown):
         weight = Link(name, mass, inertia=inertia or Inertia())
         return self.with_link(weight).with_joint(Joint(mount, "fixed", link, name, Origin(at)))
 
-    def changed(self, name: str, /, **values: object) -> RobotDescription:
+    def changed(self, name: str, /, **values: Keyword) -> RobotDescription:
         """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
 
         ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. A link and a beam may have the same
@@ -259,9 +259,9 @@ class RobotDescription(Shown):
         mine = {key: value for key, value in values.items() if key not in _MATERIAL}
         if len(mine) < len(values):
             material = {key: value for key, value in values.items() if key in _MATERIAL}
-            mine["material"] = with_keywords(replace)(mine.get("material", item.material), **material)
-        tables = {table: {**getattr(self, table), name: replace(item, **mine)}}
-        return with_keywords(replace)(self, **tables)
+            mine["material"] = replace(mine.get("material", item.material), **material)
+        tables: dict[str, Keyword] = {table: {**getattr(self, table), name: replace(item, **mine)}}
+        return replace(self, **tables)
 
 
 _TABLES = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.design.requirements import MEASURES, Requirement
 from kinetostatics.design.sizes import Sizes
 from kinetostatics.exceptions import RobotFileError, StaticsError
@@ -70,7 +70,7 @@ class Problem:
     over: Mapping[str, Array]
     is_platform: bool
     orientation: str | None
-    analysis: Mapping[str, object]
+    analysis: Mapping[str, Keyword]
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
     tool: Array | None = None
@@ -92,7 +92,7 @@ class Problem:
             pose = assemble(robot, None, self.over, self.orientation, None, self.tolerance, "nan")
         else:
             pose = assemble(robot, self.over, None, None, None, self.tolerance, "nan")
-        return with_keywords(analyze)(pose, on_failure="nan", **self.analysis)
+        return analyze(pose, on_failure="nan", **self.analysis)
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:

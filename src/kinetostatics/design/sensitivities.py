@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, names_in, told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
 from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
@@ -50,7 +50,7 @@ def sensitivities(
     of: Sequence[str] = QUANTITIES,
     *,
     tool: ArrayLike | None = None,
-    **analysis: object,
+    **analysis: Keyword,
 ) -> Sensitivities:
     """Find what each parameter of the robot does to twist, stiffness, actuator forces and mass: what to stiffen first.
 
@@ -104,7 +104,7 @@ def sensitivities(
     changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
     asked = _quantities(of)
     place = tool_on_robot(tool, robot)
-    result = with_keywords(analyze)(configuration, **analysis)
+    result = analyze(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis, place, asked)
     if derivatives is not None and derivatives.N and not _has_record(derivatives):
         derivatives = None
@@ -194,7 +194,7 @@ def _arrays(quantity: Array | Mapping[str, Array]) -> list[Array]:
 def _sensitivity(
     change: Change,
     nominal: Result,
-    analysis: Mapping[str, object],
+    analysis: Mapping[str, Keyword],
     exact: Mapping[str, Array] | None,
     tool: Array | None,
     asked: Sequence[str],
@@ -208,7 +208,7 @@ def _sensitivity(
         found = _of_pose(pose, asked)
         if set(asked) <= OF_POSES:
             return found
-        return {**found, **_of_result(with_keywords(analyze)(pose, on_failure="nan", **given), tool, asked)}
+        return {**found, **_of_result(analyze(pose, on_failure="nan", **given), tool, asked)}
 
     def differenced() -> dict[Key, Array]:
         above = numbers(step)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, told_keywords, whole_number, with_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, told_keywords, whole_number
 from kinetostatics.design.changes import Change, changed_description, opens_loops, read_changes
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
@@ -51,7 +51,7 @@ def spread(
     distribution: str = "normal",
     seed: int = 0,
     tool: ArrayLike | None = None,
-    **analysis: object,
+    **analysis: Keyword,
 ) -> Spread:
     """Find how much robots of one design differ: worst case and standard deviation to first order, and robots made at random.
 
@@ -103,7 +103,7 @@ def spread(
     robot = robot_of(configuration)
     place = tool_on_robot(tool, robot)
     changes, amounts = read_changes(robot, tolerances)
-    result = with_keywords(analyze)(configuration, **analysis)
+    result = analyze(configuration, **analysis)
     if result.shape != ():
         raise ArgumentError("spread wants a single pose and a single load")
     given = {name: value for name, value in analysis.items() if name != "on_failure"}
@@ -152,7 +152,7 @@ def _first_order(
     derivatives: Derivatives | None,
     changes: Sequence[Change],
     amounts: Array,
-    analysis: Mapping[str, object],
+    analysis: Mapping[str, Keyword],
     tool: Array | None,
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
@@ -214,7 +214,7 @@ def _samples(
     derivatives: Derivatives | None,
     changes: Sequence[Change],
     values: Array,
-    analysis: Mapping[str, object],
+    analysis: Mapping[str, Keyword],
     deviation: float,
     tool: Array | None,
 ) -> tuple[SpreadQuantities, float]:
@@ -255,10 +255,10 @@ def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts:
         return None
 
 
-def _of(pose: Configuration | None, analysis: Mapping[str, object], tool: Array | None) -> tuple[Array, Array, Array]:
+def _of(pose: Configuration | None, analysis: Mapping[str, Keyword], tool: Array | None) -> tuple[Array, Array, Array]:
     """Return twist, stiffness and actuator forces, NaN where there is no pose."""
     if pose is None:
         return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
-    result = with_keywords(analyze)(replace(pose), on_failure="nan", **analysis)
+    result = analyze(replace(pose), on_failure="nan", **analysis)
     tip = seen(result, tool)
     return tip.twist, tip.stiffness, np.array([float(force) for force in result.actuator_forces.values()])

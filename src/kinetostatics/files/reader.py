@@ -21,7 +21,7 @@ from kinetostatics.files.loops import read_loops
 from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
 from kinetostatics.files.springs import read_springs, with_counterweights
 from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import Element, parse, to_elements
+from kinetostatics.files.xml import Element, parse, shortened, to_elements
 from kinetostatics.files.xml_values import allow, new_name, origin, reference
 
 
@@ -117,7 +117,8 @@ def _with_odd_parameters(error: RobotFileError, data: bytes | str, path: str, pa
     except RobotFileError:
         return error
     odd = [name for name, value in parameters.items() if name in own and not _is_finite(value) and _is_finite(own[name])]
-    said = "".join(f"; the parameter {name} is given as {parameters[name]!r}, the file's own is {own[name]}" for name in odd)
+    given = {name: shortened(repr(parameters[name])) for name in odd}
+    said = "".join(f"; the parameter {name} is given as {value}, the file's own is {own[name]}" for name, value in given.items())
     return RobotFileError(f"{error.reason}{said}", error.file, error.line)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import finite_numbers, names_in, told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, finite_numbers, names_in, told_keywords
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -224,14 +224,12 @@ class Function:
         return {name: value for name, value in vars(self).items() if name != "_direct"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
-        how = {"on_failure": "nan", "engine": self._engine}
+        how: dict[str, Keyword] = {"on_failure": "nan", "engine": self._engine}
         corrected: Compensation | None = None
         if not self.compensates:
-            result = with_keywords(analyze)(pose, load, gravity, **how)
+            result = analyze(pose, load, gravity, **how)
         else:
-            corrected = with_keywords(compensated)(
-                pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how
-            )
+            corrected = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
             result = corrected.result
         arrays = {}
         for name in self.outputs:

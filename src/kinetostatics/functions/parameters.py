@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.elements import Beam, Joint, Link, Loop, Origin, Spring
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -94,7 +94,7 @@ def _of_link(robot: Robot, link: Link) -> Iterator[Parameter]:
 
     def with_centre(there: RobotDescription, k: int, by: float) -> RobotDescription:
         own = there.links[link.name]
-        return there.with_link(with_keywords(replace)(own, center_of_mass=_moved(own.center_of_mass, k, by)))
+        return there.with_link(replace(own, center_of_mass=_moved(own.center_of_mass, k, by)))
 
     yield _single(robot, f"{link.name}.mass", "kg", link.mass, with_mass)
     steps, values = (_STEP * robot.length,) * 3, tuple(link.center_of_mass)
@@ -180,7 +180,8 @@ def _of_stiffnesses(robot: Robot) -> Iterator[Parameter]:
 
             def change(there: RobotDescription, k: int, by: float, joint: str = item.joint, name: str = name) -> RobotDescription:
                 own = there.joint_stiffness[joint]
-                return there.with_joint_stiffness(with_keywords(replace)(own, **{name: _moved(getattr(own, name), k, by)}))
+                moved: dict[str, Keyword] = {name: _moved(getattr(own, name), k, by)}
+                return there.with_joint_stiffness(replace(own, **moved))
 
             steps = tuple(_STEP * value if 0 < value < np.inf else None for value in values)
             title = f"{item.joint}.{name}_stiffness"
@@ -205,8 +206,9 @@ def _of_spring(robot: Robot, spring: Spring) -> Iterator[Parameter]:
             yield _single(robot, f"{spring.name}.{name}", unit, value, partial(with_number, name))
 
 
-def _moved(vector: Sequence[float], k: int, by: float) -> tuple[float, ...]:
-    return tuple(value + by * (j == k) for j, value in enumerate(vector))
+def _moved(vector: Sequence[float], k: int, by: float) -> tuple[float, float, float]:
+    x, y, z = (value + by * (j == k) for j, value in enumerate(vector))
+    return x, y, z
 
 
 def _displaced(origin: Origin, k: int, by: float) -> Origin:

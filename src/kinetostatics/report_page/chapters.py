@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.math.arrays import Array
@@ -63,22 +63,22 @@ def sag_html(result: Result, tip: PointResult | None = None) -> str:
 
 
 def compensation_html(
-    result: Result, arguments: dict[str, object], coordinates: Sequence[str] | None, tool: Array | None = None
+    result: Result, arguments: dict[str, Keyword], coordinates: Sequence[str] | None, tool: Array | None = None
 ) -> str:
     """Return what the actuators are to do so that the loaded platform stands at the pose."""
     try:
-        return html_report(str(with_keywords(compensate)(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
+        return html_report(str(compensate(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
     except KinetostaticsError as error:
         if coordinates is not None and isinstance(error, (ArgumentError, CoordinatesError)):
             raise  # what was asked for makes no sense
         return f"<p>No correction: {escape(str(error))}.</p>"
 
 
-def verification_html(result: Result, arguments: dict[str, object]) -> str:
+def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
     """Return the verdict of finite elements, or why there is none."""
     known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
     try:
-        found = with_keywords(verify)(result.configuration, **known)
+        found = verify(result.configuration, **known)
     except KinetostaticsError as error:
         return f"<p>No verdict: {escape(str(error))}.</p>"
     return html_report(str(found))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import told_keywords, with_keywords
+from kinetostatics.argument_checks import Keyword, told_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.html import html_path, html_report
@@ -39,7 +39,7 @@ def save_report(
     title: str | None = None,
     coordinates: Sequence[str] | None = None,
     tool: ArrayLike | None = None,
-    **analysis: object,
+    **analysis: Keyword,
 ) -> None:
     """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
 
@@ -80,7 +80,7 @@ def save_report(
 
 def report_html(
     configuration: Configuration,
-    arguments: dict[str, object],
+    arguments: dict[str, Keyword],
     workspace: xr.Dataset | None,
     title: str | None,
     coordinates: Sequence[str] | None,
@@ -89,7 +89,7 @@ def report_html(
     """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"a report wants a pose, not {configuration!r}: make one with robot.assemble(…)")
-    result = with_keywords(analyze)(configuration, **arguments)
+    result = analyze(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
     place = tool_on_robot(tool, result.robot, 5)

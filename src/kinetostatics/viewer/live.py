@@ -19,7 +19,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.engine.choice import check_engine, compiled_statics, is_installed
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
@@ -140,9 +140,9 @@ class LiveRobot:
     def _analyzed(self, configuration: Configuration) -> Result:
         return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
 
-    def _assembled(self, asked: Mapping[str, object], engine: str = "auto") -> Configuration:
-        rules: dict[str, object] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
-        return with_keywords(self.robot.assemble)(**asked, **rules, engine=engine)
+    def _assembled(self, asked: Mapping[str, Keyword], engine: str = "auto") -> Configuration:
+        rules: dict[str, Keyword] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
+        return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
         """Return the last pose that is reached on the straight way to coordinates that are not; the present one if none is."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, check_mapping, positive, with_keywords
+from kinetostatics.argument_checks import check_choice, check_mapping, positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
@@ -205,7 +205,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         warnings.warn(hint, stacklevel=4)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)
-    with_keywords(analyze)(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
+    analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
 
 
 def try_robots(spec: SweepSpec) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import with_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Index, Values
@@ -82,7 +82,7 @@ def pose_numbers(
             return values if which is None else values[..., which, :]
         return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
 
-    given: dict[str, object] = {
+    given: dict[str, Keyword] = {
         "load": spread(spec.load.of(spec.axes, at)),
         "gravity": spread(spec.gravity.of(spec.axes, at)),
         "point": None if spec.point is None else spread(spec.point.of(spec.axes, at)),
@@ -91,15 +91,15 @@ def pose_numbers(
         "on_failure": "nan",
         "engine": spec.engine,
     }
-    result = with_keywords(analyze)(configuration, **given)
+    result = analyze(configuration, **given)
     found = _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
     if spec.compensated:
-        wanted: dict[str, object] = {
+        wanted: dict[str, Keyword] = {
             "coordinates": spec.compensated,
             "orientation": spec.orientation,
             "tolerance": spec.tolerance,
         }
-        corrected = with_keywords(compensate)(configuration, **given, **wanted)
+        corrected = compensate(configuration, **given, **wanted)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "remaining": corrected.remaining}
         found |= {name: np.broadcast_to(value, (*counts, *value.shape[-2:])) for name, value in more.items()}

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import with_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
@@ -172,7 +171,7 @@ def numbered(labels: Iterable[str]) -> list[str]:
 def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
     """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
-    result = with_keywords(analyze)(generic, **spec.extras, on_failure="nan")
+    result = analyze(generic, **spec.extras, on_failure="nan")
     wrenches: list[tuple[str, str, str]] = []
     attached: list[tuple[str, str, str]] = []
     for limb in result.limbs.values():

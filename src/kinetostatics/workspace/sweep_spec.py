@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.choice import compiled_loops
@@ -116,7 +117,7 @@ class SweepSpec:
     payload: Payload | None = None
 
     @property
-    def extras(self) -> dict[str, object]:
+    def extras(self) -> dict[str, Keyword]:
         """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: misfits, loads on links, payload."""
         return {"misfits": self.misfits, "loads": self.loads, "payload": self.payload}
 
