@@ -1,8 +1,7 @@
 """The guide: every block is run and every answer compared, and every error of the code is in the tables of messages.
 
 Where an answer or a message has changed, ``python tests/support/guide_pages.py`` writes the pages anew; look at the difference.
-An error that is new in the code needs a mistake that provokes it in ``guide_mistakes_of_files.py`` or
-``guide_mistakes_of_robots.py``.
+An error that is new in the code needs a mistake that provokes it in one of ``guide_mistakes_of_*.py``.
 """
 
 from __future__ import annotations
@@ -234,7 +233,7 @@ def warning_patterns() -> dict[str, list[re.Pattern[str]]]:
 
 @pytest.mark.slow
 def test_every_warning_of_the_code_is_in_the_table():
-    said = [message for _, messages, _ in provoked()["WARNINGS"] for message in messages]
+    said = [message for name in ("WARNINGS", "UNITS") for _, messages, _ in provoked()[name] for message in messages]
     patterns = warning_patterns()
     assert {
         "checks/warnings",

@@ -22,6 +22,7 @@ import guide_mistakes_of_designs as of_designs
 import guide_mistakes_of_files as of_files
 import guide_mistakes_of_measurements as of_measurements
 import guide_mistakes_of_robots as of_robots
+import guide_mistakes_of_units as of_units
 from guide_mistakes import ROOT, Mistake, provoke
 from page_code import DOCS, Block, blocks
 
@@ -33,6 +34,7 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
     for module, names in (
         (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
         (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
+        (of_units, ("UNITS",)),
         (of_designs, ("DESIGN", "OPTIMA")),
         (of_architectures, ("ARCHITECTURES",)),
         (of_measurements, ("MEASUREMENTS",)),
