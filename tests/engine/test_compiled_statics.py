@@ -131,11 +131,14 @@ def test_a_solution_is_gone_when_nobody_has_it(compiled):
     given = robot.zero_frames, np.ones((6, 1)), np.ones((3, 1))
     limbs = compiled.solve(*given).statics
     np.testing.assert_array_equal(limbs[0].C, compiled.solve(*given).statics[0].C)
-    gc.collect()
     gc.disable()
     try:
-        compiled.solve(*given).twists.sum()
-        assert gc.collect() == 0
+        left = []
+        for _ in range(3):  # what other tests have left may take several collections
+            gc.collect()
+            compiled.solve(*given).twists.sum()
+            left.append(gc.collect())
+        assert min(left) == 0
     finally:
         gc.enable()
 
