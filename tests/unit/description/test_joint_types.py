@@ -118,6 +118,7 @@ class New(Held):
         return np.array([*slides, *(np.append(np.cross(axis, o - centre), axis) for axis in np.eye(3))]).T
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("name", "slides"), [("ball_on_line", Axes.AXIS), ("ball_on_plane", Axes.ACROSS)])
 def test_a_row_is_enough_for_a_new_type_of_loop(name, slides, monkeypatch):
     """Reader, writer, kinematics, statics, reports, finite elements and Pinocchio's constraints take it from the table."""

@@ -136,6 +136,7 @@ def test_text_is_never_stale() -> None:
     assert max(placement.translation[2] for placement in robot.model.jointPlacements) == 0.35
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
 def test_another_diameter_is_what_the_files_parameter_makes(name: str) -> None:
     path = ROOT / "robots" / f"{name}.urdf.xacro"

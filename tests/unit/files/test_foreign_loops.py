@@ -158,12 +158,14 @@ def close(found, expected, name):
 # ---- the same robot ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
 def test_closing_frames_give_the_robot(actuators):
     made = elastic(ks.import_robot(FIVE_BAR, **HINGE), "crank_1", "crank_2", "rod_2")
     assert_same(made, five_bar(), actuators, {"motor_2": -1})
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
 def test_pair_of_whole_frames_gives_the_robot(actuators):
     """One side of the weld is a revolute's own frame, so the weld closes the same five-bar."""
@@ -173,6 +175,7 @@ def test_pair_of_whole_frames_gives_the_robot(actuators):
     assert_same(made, five_bar(), actuators, {"motor_2": -1})
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("actuators", [(0.0, 0.0, 0.0), (0.1, -0.05, 0.15)])
 def test_pairs_of_points_and_a_spherical_joint_give_the_robot(actuators):
     made = elastic(ks.import_robot(*RRS, platform="platform"), *(f"{part}_{i}" for part in ("crank", "rod") for i in (1, 2, 3)))
@@ -181,6 +184,7 @@ def test_pairs_of_points_and_a_spherical_joint_give_the_robot(actuators):
     assert_same(made, rrs(), {f"mot{i}": value for i, value in enumerate(actuators, 1)})
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("angle", [0.0, 0.4])
 @pytest.mark.parametrize("kind", ["revolute", "spherical"])
 def test_loop_joints_give_the_robot(tmp_path, kind, angle):
@@ -782,6 +786,7 @@ def test_missing_files_and_libraries(tmp_path, monkeypatch):
         ks.import_robot(*GEPETTO, platform="tool")
 
 
+@pytest.mark.further
 def test_command_in_a_process_of_its_own(tmp_path):
     command = [sys.executable, "-m", "kinetostatics", "import", str(FIVE_BAR), "--types", "revolute", "--platform", "tool"]
     done = subprocess.run([*command, "--driven", "motor_1", "motor_2"], capture_output=True, text=True, cwd=tmp_path)

@@ -63,7 +63,7 @@ def test_a_parallelograms_rods_pull_alike():
     assert not re.search(r"force along (rod|arm|bar)", report) and "force component on the line of rod_3a" in limbs
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 def test_arrows_are_true_forces(result):
     scene = describe_scene(result)
     assert not COMPONENTS & {arrow.group for arrow in scene.arrows}
@@ -91,6 +91,7 @@ def test_arrows_are_true_forces(result):
             )
 
 
+@pytest.mark.few(1)
 def test_arrows_of_networks_superpose(result):
     """The part of the load is what an analysis without gravity gives."""
     scene = describe_scene(result)

@@ -221,7 +221,7 @@ def test_poses_are_assembled_from_their_own_reports(rpy):
                 np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-5, 1e-2])
 def test_a_tool_that_points_straight_down(distance):
     arm = package_robots.robot("ur10")

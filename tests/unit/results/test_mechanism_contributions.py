@@ -28,6 +28,7 @@ def test_the_paper_s_3rps():
     assert 1e9 * found.contributions["platform_weight"][2] + sum(nm) == pytest.approx(-74.110, abs=1e-3)
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", NAMES)
 def test_both_ways_are_those_of_equation_12(name):
     found = result(name)
