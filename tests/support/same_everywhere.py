@@ -114,7 +114,9 @@ def _run(kernel, threads):
     done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", check=False)
     if done.returncode:
         sys.exit(f"{kernel}, {threads} threads: {done.stderr}")
-    return done.stdout.splitlines(), done.stderr.strip().splitlines()[-1]
+    return done.stdout.splitlines(), next(
+        line for line in done.stderr.splitlines() if line.startswith("kernel ")
+    )  # beside warnings
 
 
 def main():
