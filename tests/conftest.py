@@ -73,7 +73,7 @@ def pytest_collection_modifyitems(items):
         quick = [item for item in tests if not item.get_closest_marker("slow")]
         number = min(*tests[0].get_closest_marker("few").args, len(quick))
         kept = {quick[round(k * (len(quick) - 1) / max(number - 1, 1))] for k in range(number)}
-        for item in tests:
+        for item in quick:
             if item not in kept:
                 item.add_marker("further")
     for item in items:
