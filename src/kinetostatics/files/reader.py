@@ -61,11 +61,14 @@ def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, obje
         path: as in :func:`read_robot_file`.
         parameters: those that are given; the others are the file's own.
     """
-    data, name = read_robot(path)
-    document, uses_xacro = parse(data, name)
+    return _values_of(*read_robot(path), parameters)
+
+
+def _values_of(data: bytes | str, path: str, parameters: Mapping[str, object]) -> dict[str, str]:
+    document, uses_xacro = parse(data, path)
     values: dict[str, str] = {}
     if uses_xacro:
-        expand(document, name, parameters, values)
+        expand(document, path, parameters, values)
     return values
 
 
@@ -110,10 +113,8 @@ def _read(
 
 def _with_odd_parameters(error: RobotFileError, data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotFileError:
     """Return a complaint that names the parameters that are no finite numbers although the file's own are."""
-    document = parse(data, path)[0]
-    own: dict[str, str] = {}
     try:
-        expand(document, path, {}, own)
+        own = _values_of(data, path, {})
     except RobotFileError:
         return error
     odd = [name for name, value in parameters.items() if name in own and not _is_finite(value) and _is_finite(own[name])]
