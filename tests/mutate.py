@@ -1,7 +1,7 @@
 """Small mistakes, put into the numeric code one at a time: which of them do the tests notice?
 
-    python tests/mutate.py                       # a sample from every module of the core
-    python tests/mutate.py sections/kinds statics/solution   # from these modules
+    python tests/mutate.py                       # a sample from every folder that computes numbers
+    python tests/mutate.py engine statics/solution           # from this folder and this module
     python tests/mutate.py statics/solution --count 40 --seed 3 --jobs 2
     python tests/mutate.py --map                 # find out again which test reaches which line: some minutes
     python tests/mutate.py --map test_screws     # the same for some files of tests, say new ones
@@ -44,28 +44,15 @@ PACKAGE = ROOT / "src" / "kinetostatics"
 MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
-#: The modules in which a mistake makes a wrong number.
-CORE = """analysis error_ranking robot status calibration/calibrate calibration/fit calibration/gauges
-calibration/identifiability calibration/measurements calibration/model calibration/plan calibration/unknowns
-compensation/compensate description/joint_types description/loads functions/derivatives functions/direct functions/function
-functions/parameters functions/values functions/variation indices/sag indices/stiffness kinematics/assembly
-kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics/frame_corrections kinematics/generic_poses
-kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic kinematics/mobility
-kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes kinematics/solver
-kinematics/zero_pose limbs/basis_choice limbs/beam limbs/compliance limbs/force_method limbs/geometry limbs/group
-limbs/grouping limbs/statics limbs/wrench_candidates limbs/wrenches math/graphs math/linalg math/ordering math/orientation
-math/rotations math/screws mechanism/beam_geometry mechanism/beam_model mechanism/edge_directions mechanism/inertias
-mechanism/joint_compliance mechanism/limb_joints mechanism/limbs mechanism/mechanism mechanism/rigid_bodies
-mechanism/topology mechanism/tree mechanism/weights printing/text results/batch results/beam results/calibration
-results/compensation results/contributions results/gravity_ways results/limb results/near_singular results/payload
-results/result results/warnings sections/kinds sections/shear sections/von_mises statics/assembly_errors statics/deformation
-statics/joint_table statics/joint_wrenches statics/limb_ranks statics/link_loads statics/loaded_beams
-statics/platform_equilibrium statics/singularity statics/solution statics/springs""".split()
+#: The folders in which a mistake makes a wrong number, and the modules beside them.
+FOLDERS = """math sections description mechanism kinematics limbs statics buckling engine functions compensation results checks
+indices workspace calibration design verification""".split()
+MODULES = ["analysis", "error_ranking", "robot", "status", "printing/text"]
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(
-    r"test_(viewer|sweep|plots|fuzz|solid|workspace|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api"
-    r"|random|rewritings|verification|mutate)"
+    r"test_(viewer|plots|fuzz|solid|workspace_figures|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api"
+    r"|random|rewritings|mutate)"
 )
 
 _SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
@@ -311,6 +298,11 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
     for name in names:
         found |= _tests_of_name(name, known, set(names))
     found.discard("")
+    if not found:  # what runs in processes of its own: by tests of the same folder
+        beside = mutant.module.rpartition("/")[0] + "/"
+        found = {
+            test for name, reached in known["lines"].items() if name.startswith(beside) for t in reached.values() for test in t
+        }
     # those of the module itself, then those that reach the very line; of them the quickest of every file, then the second
     # quickest: files have subjects of their own
     files: dict[str, list[str]] = {}
@@ -375,6 +367,7 @@ def _try(folder: str, tests: list[str], seconds: int) -> None:
         os.dup2(nowhere, stream)
     os.environ["PYTHONPATH"] = f"{folder}/src"
     os.environ["CI"] = "true"  # the same examples every time
+    os.environ["KINETOSTATICS_CACHE"] = f"{folder}/code"  # which mutants make, too
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # which takes longer than most tests
     sys.path.insert(0, f"{folder}/src")
     os.chdir(ROOT)
@@ -388,9 +381,9 @@ def _try(folder: str, tests: list[str], seconds: int) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument(
-        "modules", nargs="*", help="modules of the package (with --map: files of tests); default: all of the core"
+        "places", nargs="*", help="folders or modules of the package (with --map: files of tests); default: what makes numbers"
     )
-    parser.add_argument("--count", type=int, default=8, help="mutants of each module")
+    parser.add_argument("--count", type=int, default=20, help="mutants of each folder or module")
     parser.add_argument("--seed", type=int, default=0, help="which ones are drawn")
     parser.add_argument("--seconds", type=float, default=40.0, help="of tests that each mutant meets at most")
     parser.add_argument("--jobs", type=int, default=1, help="how many are tried at a time")
@@ -399,28 +392,32 @@ def main() -> int:
     sys.path.insert(0, str(ROOT / "tests" / "support"))
     every = [path.stem for path in sorted((ROOT / "tests").rglob("test_*.py")) if not SLOW.match(path.name)]
     if options.map or not MAP.exists():
-        make_map(options.modules or every)
+        make_map(options.places or every)
     if options.map:
         return 0
-    modules = options.modules or CORE
+    places = options.places or [*FOLDERS, *MODULES]
     known = read_map()
     excused = {line.rpartition("  # ")[0].strip() for line in _excuses()}
     drawn: list[Mutant] = []
-    for module in modules:
-        every_one = list(mutants(module))
-        possible = [mutant for mutant in every_one if not {mutant.name, mutant.line_name} & excused]
-        names = {name for mutant in every_one for name in (mutant.name, mutant.line_name)}
-        for name in sorted(excused - names):
-            if name.startswith(f"{module}: "):
-                print(f"excused, but not there any more: {name}", flush=True)
-        drawn += random.Random(f"{options.seed} {module}").sample(possible, min(options.count, len(possible)))
+    counts: dict[str, Counter[str]] = {place: Counter() for place in places}
+    place_of: dict[str, str] = {}
+    for place in places:
+        possible = []
+        for module in _modules(place):
+            place_of[module] = place
+            every_one = list(mutants(module))
+            possible += [mutant for mutant in every_one if not {mutant.name, mutant.line_name} & excused]
+            names = {name for mutant in every_one for name in (mutant.name, mutant.line_name)}
+            for name in sorted(excused - names):
+                if name.startswith(f"{module}: "):
+                    print(f"excused, but not there any more: {name}", flush=True)
+        drawn += random.Random(f"{options.seed} {place}").sample(possible, min(options.count, len(possible)))
     random.Random(options.seed).shuffle(drawn)  # so that a part of them is a fair sample, too
-    counts: dict[str, Counter[str]] = {module: Counter() for module in modules}
 
     def judge(mutant: Mutant) -> None:
         tests = tests_of(mutant, known)
         outcome = "survived" if not tests or survives(mutant, tests, options.seconds, known) else "noticed"
-        counts[mutant.module][outcome] += 1
+        counts[place_of[mutant.module]][outcome] += 1
         print("." if outcome == "noticed" else "S", end="", file=sys.stderr, flush=True)
         if outcome == "survived":
             reached = f"{len(tests)} tests reach it" if tests else "no test reaches it"
@@ -435,11 +432,18 @@ def main() -> int:
 
     with ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(judge, drawn))
-    for module, found in counts.items():
-        print(f"{module:28} {found['noticed']:4} of {found.total():4} noticed")
+    for place, found in counts.items():
+        print(f"{place:28} {found['noticed']:4} of {found.total():4} noticed")
     noticed, total = sum(found["noticed"] for found in counts.values()), len(drawn)
     print(f"{noticed} of {total} mutants noticed: {100 * noticed / max(total, 1):.1f} %")
     return 0
+
+
+def _modules(place: str) -> list[str]:
+    """Return the modules of a folder, or the one of that name."""
+    if not (PACKAGE / place).is_dir():
+        return [place]
+    return [f"{place}/{path.stem}" for path in sorted((PACKAGE / place).glob("*.py"))]
 
 
 def _excuses() -> list[str]:
