@@ -3,6 +3,7 @@
 import base64
 import re
 import signal
+import socket
 import subprocess
 import sys
 
@@ -20,6 +21,7 @@ import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.description import HIDDEN
+from kinetostatics.viewer.running import connected
 from kinetostatics.viewer.scene import describe_scene
 
 LOAD = [100, 50, -500, 10, 20, -5]
@@ -255,6 +257,18 @@ def test_command_starts_a_server_and_ends_it(tmp_path):
     process.send_signal(signal.SIGINT)
     rest, _ = process.communicate(timeout=60)
     assert process.returncode == 0 and rest == ""
+
+
+def test_the_server_of_the_command_listens_on_this_machine_only():
+    """As whatever reaches the first of its addresses alone; meshcat's own server would answer at all of 127.0.0.0/8, too."""
+    with connected(None) as visualizer:
+        port = int(visualizer.url().split(":")[2].partition("/")[0])
+        with socket.create_connection(("127.0.0.1", port), timeout=5):
+            pass
+        with pytest.raises(OSError):
+            socket.create_connection(("127.0.0.2", port), timeout=5)
+        server = visualizer.window.server_proc
+    assert server.poll() is not None
 
 
 @pytest.mark.parametrize(

@@ -453,22 +453,6 @@ def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
         assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)
 
 
-def test_live_server_answers_only_those_who_know_its_key(root):
-    from urllib.error import HTTPError
-    from urllib.request import Request, urlopen
-
-    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
-    with serve(robot.assemble(), ks.analyze) as server:
-        address = server.url.rsplit("/", 2)[0]
-        for request in (address + "/", Request(address + "/analyze", data=b"{}")):
-            with pytest.raises(HTTPError, match="404"):
-                urlopen(request)
-        with urlopen(Request(server.url + "analyze", data=b"{}")) as answer:
-            assert b"makes no sense" in answer.read()
-        with pytest.raises(ks.KinetostaticsError, match="cannot serve"):
-            serve(robot.assemble(), ks.analyze, port=int(address.rpartition(":")[2]))
-
-
 @pytest.mark.slow
 def test_a_meshcat_scene_is_that_of_the_page(visit, browser, one, tmp_path):
     """Where motion.js puts every solid and arrow, meshcat has it, moved and hidden by meshcat's own calls."""

@@ -2,7 +2,8 @@
 
 meshcat's own socket only carries commands to the page. The page therefore asks by HTTP: a slider that moved is a POST to
 the address the page came from, and the answer is what changes of the scene. The standard library's server is enough for
-that. It listens on this machine only, and at an address that contains a random key, so that no other page can talk to it.
+that. It listens on this machine only, and at an address that contains a random key, which only the page knows. A request is read
+no further than it is needed: its key and where it comes from are looked at first, then the length that it says it has.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import itertools
 import json
 import math
+import re
 import secrets
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -36,6 +38,10 @@ from kinetostatics.viewer.visuals import link_visuals
 REACH, TURN = 0.15, math.radians(30)
 #: Parts of the way to the rim of reach where a pose is tried: on the rim itself actuators and platform part company.
 NEARLY = (0.999, 0.99, 0.9)
+#: Names by which this machine may be asked, or else a page elsewhere could let its own name lead here.
+LOCAL_NAMES = ("127.0.0.1", "localhost")
+#: The longest question [bytes], and how long the server waits for the next part of a request [s].
+LONGEST, PATIENCE = 1 << 16, 10
 
 
 class LiveRobot:
@@ -295,36 +301,51 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
     page = page_html(robot.first)
 
     class Handler(BaseHTTPRequestHandler):
+        timeout = PATIENCE
+
         def do_GET(self) -> None:
-            if self.path == f"/{key}/":
+            if self._is_asked_for(""):
                 self._reply(200, page, "text/html")
             elif self.path == "/favicon.ico":
                 self._reply(200, "", "image/x-icon")
             else:
-                self._reply(404, "nothing here", "text/plain")
+                self._reply(404, "nothing here")
 
         def do_POST(self) -> None:
-            question = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-            if self.path != f"/{key}/analyze":
-                self._reply(404, "nothing here", "text/plain")
-                return
-            try:
-                with lock:
-                    answer = robot.answer(json.loads(question))
-            except KinetostaticsError as error:  # the page shows it; it is an answer like any other
-                answer = {"error": str(error)}
-            except (ValueError, KeyError, TypeError, AttributeError) as error:
-                answer = {"error": f"the page asked for something that makes no sense: {error!r}"}
-            self._reply(200, json.dumps(answer, allow_nan=False), "application/json")
+            length = self.headers.get("Content-Length", "")
+            if not self._is_asked_for("analyze"):
+                self._reply(404, "nothing here")
+            elif not re.fullmatch("[0-9]{1,9}", length) or int(length) > LONGEST:
+                self._reply(413, f"a question tells its length, of at most {LONGEST} bytes")
+            else:
+                self._reply(200, self._answer(self.rfile.read(int(length))), "application/json")
 
-        def _reply(self, status: int, text: str, kind: str) -> None:
+        def _is_asked_for(self, name: str) -> bool:
+            """Return whether a page of this server asks for something by its key."""
+            host = self.headers.get("Host", "")
+            here = host.partition(":")[0] in LOCAL_NAMES and self.headers.get("Origin", f"http://{host}") == f"http://{host}"
+            return here and self.path == f"/{key}/{name}"
+
+        def _answer(self, question: bytes) -> str:
+            try:
+                asked = json.loads(question)
+                with lock:
+                    answer = robot.answer(asked)
+                return json.dumps(answer, allow_nan=False)
+            except KinetostaticsError as error:  # the page shows it; it is an answer like any other
+                return json.dumps({"error": str(error)})
+            except Exception as error:  # whatever was asked gets an answer
+                return json.dumps({"error": f"the page asked for something that makes no sense: {error!r}"})
+
+        def _reply(self, status: int, text: str, kind: str = "text/plain") -> None:
             body = text.encode()
-            self.send_response(status)
-            self.send_header("Content-Type", f"{kind}; charset=utf-8")
-            self.send_header("Content-Length", str(len(body)))
-            self.send_header("Cache-Control", "no-store")
-            self.end_headers()
-            self.wfile.write(body)
+            with contextlib.suppress(ConnectionError):  # who asked may have gone
+                self.send_response(status)
+                self.send_header("Content-Type", f"{kind}; charset=utf-8")
+                self.send_header("Content-Length", str(len(body)))
+                self.send_header("Cache-Control", "no-store")
+                self.end_headers()
+                self.wfile.write(body)
 
         def log_message(self, format: str, *args: object) -> None:
             pass

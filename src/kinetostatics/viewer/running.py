@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import io
 import math
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import numpy as np
@@ -22,6 +24,13 @@ from kinetostatics.viewer.shapes import frames_along
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
 #: How long a server may take to answer [ms].
 PATIENCE = 10_000
+#: Runs meshcat's server on this machine only: by itself it takes commands from here alone, but shows the scene to every network.
+LOCAL_SERVER = """
+import functools, tornado.web
+tornado.web.Application.listen = functools.partialmethod(tornado.web.Application.listen, address="127.0.0.1")
+from meshcat.servers.zmqserver import main
+main()
+"""
 
 
 def draw(scene: Scene, visualizer: Visualizer, path: str) -> Visualizer:
@@ -53,27 +62,38 @@ def draw(scene: Scene, visualizer: Visualizer, path: str) -> Visualizer:
 
 @contextlib.contextmanager
 def connected(url: str | None) -> Iterator[Visualizer]:
-    """Give the visualizer of the meshcat-server at a ZeroMQ address, or of a new one, which ends with the block.
+    """Give the visualizer of the meshcat-server at a ZeroMQ address, or of a new one on this machine, which ends with the block.
 
     Raises:
         KinetostaticsError: no server answers, or none can be started.
     """
-    with contextlib.redirect_stdout(io.StringIO()):  # it prints its address, which is for the caller to tell
-        if url is None:
-            try:
-                visualizer = Visualizer()
-            except RuntimeError as error:
-                raise KinetostaticsError(str(error)) from None
-        else:
-            visualizer = _reached(url)
+    with contextlib.ExitStack() as stack:
+        server, address = (None, url) if url else stack.enter_context(_local_server())
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address, which is for the caller to tell
+            visualizer = _reached(address)
+        visualizer.window.server_proc = server
+        try:
+            yield visualizer
+        except zmq.ZMQError as error:
+            raise KinetostaticsError(f"the meshcat-server does not answer any more: {error}") from None
+
+
+@contextlib.contextmanager
+def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run a server, and give its process and its ZeroMQ address."""
+    command = [sys.executable, "-u", "-c", LOCAL_SERVER]
+    server = subprocess.Popen(  # in a session of its own, so that Ctrl+C ends it by us
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
+    )
     try:
-        yield visualizer
-    except zmq.ZMQError as error:
-        raise KinetostaticsError(f"the meshcat-server does not answer any more: {error}") from None
+        assert server.stdout is not None
+        told = server.stdout.readline().strip()
+        if not told.startswith("zmq_url="):
+            raise KinetostaticsError("meshcat's server does not start; python -m meshcat.servers.zmqserver says why")
+        yield server, told.removeprefix("zmq_url=")
     finally:
-        if url is None:
-            visualizer.window.server_proc.terminate()
-            visualizer.window.server_proc.wait()
+        server.terminate()
+        server.wait()
 
 
 def _reached(url: str) -> Visualizer:

@@ -1,0 +1,94 @@
+"""What the server of a live page answers, and to whom: asked by sockets, as any program of the machine could."""
+
+import json
+import re
+import socket
+import time
+
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.viewer import live
+from kinetostatics.viewer.live import serve
+
+
+@pytest.fixture(scope="module")
+def server():
+    with serve(package_robots.robot("3rps").assemble(), ks.analyze) as server:
+        yield server
+
+
+def asked(server, head, body=b"", **headers):
+    """Return status and text of what the server answers to a request, ``KEY`` in which is its key."""
+    port, key = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/(.+)/", server.url).groups()
+    headers = {"Host": f"127.0.0.1:{port}", "Content_Length": len(body), **headers}
+    lines = [f"{head} HTTP/1.1".replace("KEY", key)]
+    lines += [f"{name.replace('_', '-')}: {value}".replace("PORT", port) for name, value in headers.items() if value is not None]
+    with socket.create_connection(("127.0.0.1", int(port)), timeout=5) as connection:
+        connection.sendall("\r\n".join([*lines, "", ""]).encode() + body)
+        answer = b"".join(iter(lambda: connection.recv(1 << 16), b""))
+    head, _, text = answer.partition(b"\r\n\r\n")
+    return int(head.split()[1]), text.decode()
+
+
+@pytest.mark.parametrize(
+    ("head", "headers", "status"),
+    [
+        ("GET /KEY/", {}, 200),
+        ("GET /KEY/", {"Host": "localhost:1234"}, 200),  # through a tunnel
+        ("GET /favicon.ico", {}, 200),
+        ("GET /", {}, 404),
+        ("GET /KEY/", {"Host": "evil.example:PORT"}, 404),  # a name elsewhere that leads here
+        ("GET /KEY/", {"Host": None}, 404),
+        ("POST /KEY/analyze", {"Origin": "http://127.0.0.1:PORT"}, 200),
+        ("POST /KEY/analyze", {"Origin": "http://evil.example"}, 404),
+        ("POST /KEY/analyze", {"Origin": "null"}, 404),
+        ("POST /KEY/analyze", {"Host": "evil.example", "Origin": "http://evil.example"}, 404),
+        ("POST /analyze", {"Content_Length": 300_000_000}, 404),  # without a word of these
+        ("POST /analyze", {"Content_Length": -1}, 404),
+        ("POST /KEY/analyze", {"Content_Length": live.LONGEST + 1}, 413),
+        ("POST /KEY/analyze", {"Content_Length": -1}, 413),
+        ("POST /KEY/analyze", {"Content_Length": None, "Transfer_Encoding": "chunked"}, 413),
+        ("POST /KEY/analyze", {"Content_Length": "9" * 5000}, 413),
+    ],
+)
+def test_a_request_is_read_no_further_than_its_key_its_origin_and_its_length(server, head, headers, status):
+    start = time.perf_counter()
+    assert asked(server, head, **headers)[0] == status
+    assert time.perf_counter() - start < 2  # it does not wait for more
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        b"", b"{", b"{}", b"[]", b"null", b"\xff", b"[" * 50_000, b'{"kind":' * 8_000, b'{"kind": [[]], "values": {"z": 1}}',
+        b'{"kind": "platform", "values": 3}', b'{"kind": "platform", "values": {"z": {}, "rx": 0, "ry": 0}}',
+        b'{"kind": "platform", "values": {"z": 1' + b"0" * 400 + b', "rx": 0, "ry": 0}}',
+        b'{"kind": "told", "groups": [[]]}' + b" " * 60_000 + b"?",
+    ],
+)  # fmt: skip
+def test_whatever_makes_no_sense_gets_an_answer(server, question):
+    status, text = asked(server, "POST /KEY/analyze", question)
+    assert status == 200 and "makes no sense" in json.loads(text)["error"]
+
+
+@pytest.mark.parametrize("z", ["1e7", "NaN", "1e999"])
+def test_a_pose_far_away_does_not_keep_others_waiting(server, z):
+    """A question answers in a while that a person waits, and the next one with numbers."""
+    start = time.perf_counter()
+    answer = json.loads(
+        asked(server, "POST /KEY/analyze", b'{"kind": "platform", "values": {"z": %b, "rx": 0, "ry": 0}}' % z.encode())[1]
+    )
+    assert "error" in answer or "stations" in answer
+    assert time.perf_counter() - start < 5
+    assert json.loads(asked(server, "POST /KEY/analyze", b'{"kind": "told"}')[1])["stations"]
+
+
+def test_who_sends_less_than_announced_is_not_waited_for_long(monkeypatch):
+    monkeypatch.setattr(live, "PATIENCE", 0.1)
+    with serve(package_robots.robot("3rps").assemble(), ks.analyze) as server:
+        with pytest.raises(IndexError):  # the connection ends without an answer
+            asked(server, "POST /KEY/analyze", b"{}", Content_Length=100)
+        with pytest.raises(ks.KinetostaticsError, match="cannot serve"):
+            serve(package_robots.robot("3rps").assemble(), ks.analyze, port=int(server.url.split(":")[2].split("/")[0]))
