@@ -69,9 +69,9 @@ class Section:
         """Return the largest von Mises stress [Pa] that a section wrench causes.
 
         All six components count: axial force and bending by Navier's formula, torsion and transverse forces by Saint-Venant's
-        exact theory, which knows ν. Of circles and tubes it is at most 1 % below the largest, of rectangles and rectangular
-        tubes at most 2 %; exact where one component acts alone. Sharp inner corners of rectangular tubes do not count: there the
-        stress grows without bound, and a fillet decides how far.
+        solutions (constant shear force, free warping), which depend on ν. Of circles and tubes it is at most 1 % below the
+        largest, of rectangles and rectangular tubes at most 2 %; the theory's own where one component acts alone. Sharp inner
+        corners of rectangular tubes do not count: there the stress grows without bound, and a fillet decides how far.
 
         Args:
             wrench: (6, …) section wrench in beam axes: N, V_y, V_z [N], T, M_y, M_z [N·m].
