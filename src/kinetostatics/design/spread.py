@@ -1,15 +1,16 @@
 """How much robots of one design differ: tolerances of their parameters, to first order and by robots made at random.
 
 First order: the derivatives of :mod:`kinetostatics.functions.derivatives`, their sizes added for the worst case and their squares
-for the standard deviation. At random: each robot is computed in full, all of them as one batch
+for the standard deviation; of a vector the longest sum that signs can make, and the root mean square of its length. At random: each robot is computed in full, all of them as one batch
 (:mod:`kinetostatics.design.many_robots`), or one after the other where that cannot be recorded.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -30,7 +31,7 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
-from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced, quantities
+from kinetostatics.results.spread import LENGTHS, Spread, SpreadQuantities, Toleranced, quantities
 from kinetostatics.results.tool_point import seen, tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
@@ -55,6 +56,8 @@ def spread(
 ) -> Spread:
     """Find how much robots of one design differ: worst case and standard deviation to first order, and robots made at random.
 
+    Every parameter is off by itself: errors are independent of one another.
+
     Args:
         configuration: one pose. While parameters change, the coordinates stay that it was assembled with: the platform's, or the
             actuators'.
@@ -65,7 +68,8 @@ def spread(
             ``*`` in it stands for anything: ``"rod_*.outer_diameter"`` are several parameters, each off by itself.
         robots: how many are made at random; default: 10,000, or 300 where they have to be made one by one, as with rigid
             limbs that overconstrain one another, a payload or loads on links.
-        distribution: "normal", with a standard deviation of a third of the tolerance, or "uniform" within it.
+        distribution: "normal", with a standard deviation of a third of the tolerance and not cut off at it, so that three robots
+            in a thousand exceed each tolerance; or "uniform" within it.
         seed: of the random numbers: the same robots for the same seed.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are told;
             default: o. Where ``load`` acts is ``point``.
@@ -121,14 +125,14 @@ def spread(
     count = count or (10_000 if derivatives is not None else ONE_BY_ONE)
     units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
     values = sigma[:, None] * units((len(changes), count))
-    deviation = _summed(list(effects.values()), sigma, amounts, 2)
-    samples, difference = _samples(configuration, derivatives, changes, values, given, float(deviation.displacement), place)
+    worst, deviation = _worst(list(effects.values())), _deviation(list(effects.values()), sigma / amounts)
+    samples, difference = _samples(result, derivatives, changes, values, given, float(deviation.displacement), place)
     nominal = np.array([item.value for item in changes])
     return Spread(
         result,
         Named(parameters),
         Named(effects),
-        _summed(list(effects.values()), amounts, amounts, 1),
+        worst,
         deviation,
         samples,
         Named({item.name: frozen(row) for item, row in zip(changes, values + nominal[:, None], strict=True)}),
@@ -156,12 +160,11 @@ def _first_order(
     tool: Array | None,
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
-    configuration, found = nominal.configuration, {}
-    twist = seen(nominal, tool).twist
+    configuration, driven, found = nominal.configuration, nominal.robot.description.driven, {}
     for change, amount in zip(changes, amounts.tolist(), strict=True):
         if derivatives is None:
             after, before = (
-                _of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis, tool) for sign in (1, -1)
+                _of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis, tool, len(driven)) for sign in (1, -1)
             )
             slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
         else:
@@ -175,42 +178,63 @@ def _first_order(
             slopes = [amount * own[name][..., 0] for name in ("twist", "stiffness")] + [amount * forces[..., 0]]
         if not np.all(np.isfinite(slopes[0])):
             raise opens_loops(change.name)
-        found[change.name] = _effect(nominal, twist, *slopes)
+        twist, stiffness, own_forces = map(frozen, slopes)
+        found[change.name] = quantities(
+            twist, stiffness, Named(dict(zip(driven, map(frozen, own_forces), strict=True))), np.zeros(6)
+        )
     return found
 
 
-def _effect(nominal: Result, nominal_twist: Array, twist: Array, stiffness: Array, forces: Array) -> SpreadQuantities:
-    actuators = dict(zip(nominal.robot.description.driven, forces, strict=True))
-    lengths = []
-    for part in (slice(3), slice(3, 6)):
-        whole, own = nominal_twist[part], twist[part]
-        size = np.linalg.norm(whole)
-        lengths.append(np.asarray(own @ whole / size if size > 0 else np.linalg.norm(own)))
-    return SpreadQuantities(frozen(twist), lengths[0], lengths[1], frozen(stiffness), Named(actuators))
+def _worst(effects: Sequence[SpreadQuantities]) -> SpreadQuantities:
+    """Return Σ |effect|, and how far the platform is off at most."""
+    furthest = (longest_sum(np.array([item.twist[part] for item in effects])) for part in LENGTHS.values())
+    return _combined(effects, lambda parts: np.abs(parts).sum(axis=0), *furthest)
 
 
-def _summed(effects: Sequence[SpreadQuantities], amounts: Array, tolerances: Array, power: int) -> SpreadQuantities:
-    """Return Σ |effect| (power 1) or √Σ effect² (power 2), of effects scaled from tolerances to amounts."""
+def _deviation(effects: Sequence[SpreadQuantities], ratios: Array) -> SpreadQuantities:
+    """Return √Σ (ratio · effect)²; of displacement and rotation that is the root mean square of their lengths."""
 
-    def total(parts: Sequence[Array]) -> Array:
-        scaled = [np.abs(part) * (amount / t) for part, amount, t in zip(parts, amounts, tolerances, strict=True)]
-        return frozen(np.asarray(np.sum(np.power(scaled, power), axis=0) ** (1 / power)))
+    def total(parts: Array) -> Array:
+        return np.asarray(np.linalg.norm(parts * ratios.reshape(-1, *(1,) * (parts.ndim - 1)), axis=0))
 
+    lengths = (float(total(np.array([getattr(item, name) for item in effects]))) for name in LENGTHS)
+    return _combined(effects, total, *lengths)
+
+
+def _combined(
+    effects: Sequence[SpreadQuantities], total: Callable[[Array], Array], displacement: float, rotation: float
+) -> SpreadQuantities:
+    twist, stiffness = (frozen(total(np.array([getattr(item, name) for item in effects]))) for name in ("twist", "stiffness"))
     actuators = effects[0].actuator_forces
-    return SpreadQuantities(
-        total([item.twist for item in effects]),
-        total([item.displacement for item in effects]),
-        total([item.rotation for item in effects]),
-        total([item.stiffness for item in effects]),
-        Named({name: total([item.actuator_forces[name] for item in effects]) for name in actuators}),
-    )
+    forces = {name: frozen(total(np.array([item.actuator_forces[name] for item in effects]))) for name in actuators}
+    return SpreadQuantities(twist, np.asarray(displacement), np.asarray(rotation), stiffness, Named(forces))
+
+
+def longest_sum(vectors: Array) -> float:
+    """Return the length of the longest sum Σ ± v of vectors (n, 3), each taken with one of two signs.
+
+    All such sums lie in a zonotope, of which two vectors span a face: the longest one is a corner, where the others have the sign
+    of their component along the face's normal. (G. M. Ziegler, Lectures on Polytopes, 1995, section 7.3.)
+    """
+    largest, n = float(np.abs(vectors).max(initial=0.0)), len(vectors)
+    own = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)
+    # vectors in a plane or along a line have faces too, if they are ever so little off
+    general = own + 1e-9 * np.random.default_rng(0).uniform(-1, 1, own.shape)
+    longest = 0.0
+    for k in range(n + 1):
+        signs = np.sign(np.cross(general[k], general[k + 1 :]) @ general.T)
+        for first, second in itertools.product((-1, 1), repeat=2):
+            signs[:, k] = first
+            signs[np.arange(n + 1 - k), np.arange(k + 1, n + 2)] = second
+            longest = max(longest, float(np.linalg.norm(signs @ own, axis=1).max()))
+    return largest * longest
 
 
 # ---- robots made at random -------------------------------------------------------------------------------------------------
 
 
 def _samples(
-    configuration: Configuration,
+    nominal: Result,
     derivatives: Derivatives | None,
     changes: Sequence[Change],
     values: Array,
@@ -219,7 +243,7 @@ def _samples(
     tool: Array | None,
 ) -> tuple[SpreadQuantities, float]:
     """Return the quantities of all robots, and by how many standard deviations those that were made one by one differ."""
-    driven, N = robot_of(configuration).description.driven, values.shape[1]
+    configuration, driven, N = nominal.configuration, nominal.robot.description.driven, values.shape[1]
     if derivatives is not None:
         with waiting(f"computing {N:,} robots"):
             found = ManyRobots(derivatives, changes, np.max(np.abs(values), axis=1)).at(values)
@@ -233,16 +257,14 @@ def _samples(
     worst = math.nan
     for done, k in enumerate([*checked, *lost.tolist()]):
         with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
-            own = _of(_made_pose(configuration, changes, values[:, k]), analysis, tool)
+            own = _of(_made_pose(configuration, changes, values[:, k]), analysis, tool, len(driven))
         if done < len(checked):
             apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
         else:
             twist[k], stiffness[k], forces[:, k] = own
-    every = quantities(
-        frozen(twist), frozen(stiffness), Named({name: frozen(row) for name, row in zip(driven, forces, strict=True)})
-    )
-    return every, worst
+    own_forces = Named({name: frozen(row) for name, row in zip(driven, forces, strict=True)})
+    return quantities(frozen(twist), frozen(stiffness), own_forces, seen(nominal, tool).twist), worst
 
 
 def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts: Sequence[float] | Array) -> Configuration | None:
@@ -255,10 +277,12 @@ def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts:
         return None
 
 
-def _of(pose: Configuration | None, analysis: Mapping[str, Keyword], tool: Array | None) -> tuple[Array, Array, Array]:
+def _of(
+    pose: Configuration | None, analysis: Mapping[str, Keyword], tool: Array | None, actuators: int
+) -> tuple[Array, Array, Array]:
     """Return twist, stiffness and actuator forces, NaN where there is no pose."""
     if pose is None:
-        return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
+        return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(actuators, np.nan)
     result = analyze(replace(pose), on_failure="nan", **analysis)
     tip = seen(result, tool)
     return tip.twist, tip.stiffness, np.array([float(force) for force in result.actuator_forces.values()])

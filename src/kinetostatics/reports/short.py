@@ -289,8 +289,8 @@ def _spread(found: Spread) -> Short:
         rows.append((name, *(values_words(value, units) for value in (*several, found.sampled(name)[1]))))
     title = f"Spread of {found.result.robot.name!r}"
     who = named_point(found.tool)
-    line = f"{title} by {_count(len(found.parameters), 'parameter')}: {who} moves by {rows[0][1]} ± {rows[0][2]} at worst, "
-    line += f"standard deviation {rows[0][3]}; {rows[0][4]} of {len(found):,} robots"
+    line = f"{title} by {_count(len(found.parameters), 'parameter')}: {who} moves by {rows[0][1]}, "
+    line += f"and is {rows[0][2]} off at worst, standard deviation {rows[0][3]}; {rows[0][4]} of {len(found):,} robots"
     return Short(line, title, ("quantity", "nominal", "worst case ±", "standard deviation", "of robots made at random"), rows)
 
 

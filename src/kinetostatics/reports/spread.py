@@ -33,11 +33,11 @@ from kinetostatics.results.tool_point import named_point
 #: What the numbers of a spread mean.
 UNITS = {
     "general": "SI; null: not a number",
-    "twist": "at o [m, rad]; displacement and rotation are the lengths of its parts",
+    "twist": "at o [m, rad]; displacement and rotation: distances from the nominal robot, the nominal ones lengths",
     "stiffness": "at o, actuators locked [N/m, N, N·m]",
     "actuator_forces": "[N, N·m]",
     "effects": "what each parameter does alone when it is off by its tolerance, to first order",
-    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the robots made at random",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the robots made at random; second of distances: root mean square",
 }
 
 
@@ -46,7 +46,7 @@ def spread_report(found: Spread) -> str:
     """Return two tables: what does how much, and by how much robots differ."""
     size, who = float(found.nominal.displacement), named_point(found.tool)
     lines = [f"Spread of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}, nominally"]
-    names = sorted(found.parameters, key=lambda name: -abs(float(found.effects[name].displacement)))
+    names = sorted(found.parameters, key=lambda name: -float(found.effects[name].displacement))
     moves = [float(found.effects[name].displacement) for name in names]
     columns = [
         Column("parameter", names),
@@ -91,7 +91,8 @@ def _sentences(found: Spread) -> list[str]:
     by += " of its tolerance" if found.distribution == "normal" else " within its tolerance"
     said = [
         f"Each parameter scatters by itself, by a {by}; seed {found.seed}. The column random is the standard deviation of the "
-        "robots made at random, of which 95 % lie between the last two."
+        "robots made at random, of which 95 % lie between the last two. Displacement and rotation are distances from the nominal "
+        "robot, in any direction; their standard deviation is the root mean square."
     ]
     lost = int(np.sum(np.isnan(found.samples.displacement)))
     if lost:

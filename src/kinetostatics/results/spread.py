@@ -17,19 +17,21 @@ from kinetostatics.results.tool_point import seen
 
 #: Components of a twist, by which one may ask for them.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+#: Parts of a twist of which a distance is told, and where they are in it.
+LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SpreadQuantities(ShortRepr):
     """What tolerances change, or by how much: numbers of one pose, or of many robots, whose axis is the first.
 
-    How much displacement and rotation change is told along the nominal one; where that is zero, it is the length of the change.
     With a tool, its tip takes the place of o.
 
     Attributes:
         twist: (…, 6) at o [m, rad].
-        displacement: (…) length of its first part [m].
-        rotation: (…) length of its second part [rad].
+        displacement: (…) how far o is from where it is in the nominal robot, in any direction [m]; of the nominal robot the
+            length of its displacement.
+        rotation: (…) the same of the rotation [rad].
         stiffness: (…, 6, 6) at o, actuators locked.
         actuator_forces: (…) of each actuator [N or N·m], by actuator.
     """
@@ -46,12 +48,12 @@ class SpreadQuantities(ShortRepr):
         Raises:
             ArgumentError: there is none of that name.
         """
-        if name in ("displacement", "rotation"):
+        if name in LENGTHS:
             return np.asarray(getattr(self, name))
         if name in COMPONENTS:
             return np.asarray(self.twist[..., COMPONENTS.index(name)])
         if name not in self.actuator_forces:
-            known = ["displacement", "rotation", *COMPONENTS, *self.actuator_forces]
+            known = [*LENGTHS, *COMPONENTS, *self.actuator_forces]
             raise ArgumentError(f"no quantity {name!r}: {near_names(name, known)}")
         return self.actuator_forces[name]
 
@@ -83,8 +85,10 @@ class Spread(Told):
         result: the analysis of the nominal robot.
         parameters: what may be off, by name.
         effects: what each does alone when it is off by its tolerance, to first order, by name.
-        worst_case: by how much each quantity may be off at worst, to first order: Σ |∂f/∂p| t.
-        standard_deviation: of each quantity, to first order: √Σ (∂f/∂p σ)².
+        worst_case: by how much each quantity may be off at worst, to first order: Σ |∂f/∂p| t; of displacement and rotation the
+            length of the longest sum Σ ± (∂d/∂p) t.
+        standard_deviation: of each quantity, to first order: √Σ (∂f/∂p σ)²; of displacement and rotation the root mean square of
+            their lengths, √(σx² + σy² + σz²).
         samples: each quantity of each robot made at random; the robots' axis is the first. NaN where a robot has no such pose.
         values: (robots,) the parameters of these robots, by name.
         distribution: "normal" or "uniform", of the parameters.
@@ -112,17 +116,20 @@ class Spread(Told):
     def nominal(self) -> SpreadQuantities:
         """The quantities of the nominal robot."""
         tip = seen(self.result, self.tool)
-        return quantities(tip.twist, tip.stiffness, self.result.actuator_forces)
+        return quantities(tip.twist, tip.stiffness, self.result.actuator_forces, np.zeros(6))
 
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, and the limits between which 95 % of the robots made at random are.
+
+        Of displacement and rotation, which are distances from the nominal robot, the second is their root mean square.
 
         Args:
             name: of a quantity, see :meth:`SpreadQuantities.named`.
         """
         values = self.samples.named(name)
         low, high = np.nanpercentile(values, [2.5, 97.5])
-        return float(np.nanmean(values)), float(np.nanstd(values, ddof=1)), float(low), float(high)
+        scatter = np.sqrt(np.nanmean(values**2)) if name in LENGTHS else np.nanstd(values, ddof=1)
+        return float(np.nanmean(values)), float(scatter), float(low), float(high)
 
     def share(self, parameter: str, name: str = "displacement") -> float:
         """Return which part of a quantity's variance is due to a parameter, to first order."""
@@ -135,7 +142,7 @@ class Spread(Told):
         return len(self.samples.displacement)
 
 
-def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array]) -> SpreadQuantities:
-    """Return quantities, with the lengths of the twist's parts."""
-    displacement, rotation = (np.linalg.norm(twist[..., part], axis=-1) for part in (slice(3), slice(3, 6)))
+def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array], origin: Array) -> SpreadQuantities:
+    """Return quantities, with the distances (…) of twists (…, 6) from the twist ``origin`` (6,)."""
+    displacement, rotation = (np.linalg.norm((twist - origin)[..., part], axis=-1) for part in LENGTHS.values())
     return SpreadQuantities(twist, displacement, rotation, stiffness, actuator_forces)
