@@ -1,8 +1,9 @@
 """How much robots of one design differ: tolerances of their parameters, to first order and by robots made at random.
 
 First order: the derivatives of :mod:`kinetostatics.functions.derivatives`, their sizes added for the worst case and their squares
-for the standard deviation; of a vector the longest sum that signs can make, and the root mean square of its length. At random: each robot is computed in full, all of them as one batch
-(:mod:`kinetostatics.design.many_robots`), or one after the other where that cannot be recorded.
+for the standard deviation; of a vector the longest sum that signs can make, and the root mean square of its length. At random:
+each robot is computed in full, all of them as one batch (:mod:`kinetostatics.design.many_robots`), or one after the other where
+that cannot be recorded.
 """
 
 from __future__ import annotations
