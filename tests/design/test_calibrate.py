@@ -436,6 +436,21 @@ def test_the_jacobian_is_what_readings_change_by():
     assert np.abs(before - model.predict(at * np.array([1, 0.5, 1, 1, 1, 1]))).max() > 1e-6
 
 
+def test_rows_that_are_given_twice_are_told(cantilever, tmp_path):
+    """A hundred copies of three readings are no hundred measurements; the same pose and load read once more is one."""
+    text = "Fz,dz [um],dx [um]\n-10,-5,\n-20,-11,0\n-30,-15,\n-10,-5.1,\n"
+    (tmp_path / "once.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "twice.csv").write_text(f"{text}-20,-11,0\n-10.0,-5,\n", encoding="utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ks.calibrate(cantilever, tmp_path / "once.csv", ["rod"])
+    said = r"^\S*twice\.csv:6 has the pose, load and readings of \S*twice\.csv:3, and 1 more do so: .* intervals narrower"
+    with pytest.warns(UserWarning, match=said):
+        ks.calibrate(cantilever, tmp_path / "twice.csv", ["rod"])
+    with pytest.warns(UserWarning, match=r"^measurements, row 1 has the pose, load and readings of measurements, row 0: a"):
+        ks.calibrate(cantilever, {"Fz": [-10, -10, -20], "dz": [-5e-6, -5e-6, -1e-5]}, ["rod"])
+
+
 def test_drives_tell_poses_too(table):
     """The same robot by its actuators' coordinates, in a pandas DataFrame."""
     pandas = pytest.importorskip("pandas")

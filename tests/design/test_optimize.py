@@ -11,6 +11,7 @@ from places import ROBOTS, ROOT
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
+from kinetostatics.design.variables import read_variables
 
 pytest.importorskip("scipy")
 
@@ -266,6 +267,62 @@ def test_lists_and_catalogues(cantilever, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("titles", "said"),
+    [
+        ("outer_diameter [mm],wall [mm]", ""),
+        ("wall [mm],diameter [mm]", ""),  # in any order
+        ("rod_inner_diameter [mm],rod_outer_diameter [mm]", ""),
+        ("OD [mm],wall thickness [mm]", "the titles OD, wall thickness do not tell which column is 'outer_diameter'"),
+        ("outer_diameter [mm],wall thickness [mm]", "do not tell which column is 'inner_diameter': title it so"),
+        ("outer_diameter [mm],tube_diameter [mm],wall [mm]", ""),  # the parameter's own name comes first
+        ("rod_diameter [mm],tube_diameter [mm],wall [mm]", "do not tell which column is 'outer_diameter'"),
+    ],
+)
+def test_columns_of_a_catalogue_go_by_their_titles(tmp_path, titles, said):
+    """A tube of 40 × 2 mm has a bore of 36 mm: the wall is never taken for it."""
+    cells = [40 if "OD" in title or ("diameter" in title and "inner" not in title) else 2 for title in titles.split(",")]
+    cells = [36 if "inner" in title else cell for title, cell in zip(titles.split(","), cells, strict=True)]
+    rows = "\n".join(",".join(str(cell + more) for cell in cells) for more in (0, 0.5))
+    (tmp_path / "tubes.csv").write_text(f"{titles}\n{rows}\n", encoding="utf-8")
+    vary = {("rod.outer_diameter", "rod.inner_diameter"): str(tmp_path / "tubes.csv")}
+    if said:
+        with pytest.raises(ks.ArgumentError, match=said):
+            read_variables(vary)
+    else:
+        _, (choice,) = read_variables(vary)
+        assert choice.rows[0] == pytest.approx((0.04, 0.036))
+
+
+def test_every_load_acts_at_every_pose():
+    """Of two poses and two loads each pair: the worst is the second load at the first pose, and analyses one by one say so."""
+    over = {"z": [0.5, 0.6], "rx": 0.1, "ry": 0.0}
+    loads = [[0, 0, -100, 0, 0, 0], [300, 0, 0, 0, 20, 0], [0, 50, 0, 0, 0, 0]]
+    best = ks.optimize("3rps", {"rod_diameter": "60mm,80mm"}, "mass", ["sag < 1mm", "mass < 300kg"], over, load=loads)
+    robot = ks.load_robot("3rps", parameters={"rod_diameter": best.parameters["rod_diameter"]})
+    sags = {}
+    for z in over["z"]:
+        for k, load in enumerate(loads):
+            twist = ks.analyze(robot.assemble(platform={**over, "z": z}), load).twist
+            sags[z, k] = np.linalg.norm(twist[:3])
+    (z, k), worst = max(sags.items(), key=lambda item: item[1])
+    sag, mass = best.requirements
+    assert best.feasible and best.poses == 2 and best.result.shape == (2, 3) and k == 1
+    assert sag.worst == pytest.approx(worst, rel=1e-9) and sag.pose["z"] == z and sag.case == (k,)
+    assert mass.worst == pytest.approx(best.objective) and f"z = {z}, rx = 0.1, ry = 0, load[1]" in str(best)
+    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, ("mass", "sag"), (), over, load=loads)
+    alone = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, ("mass", "sag"), (), {**over, "z": z}, load=loads[k])
+    np.testing.assert_allclose(front.objectives[:, 1], alone.objectives[:, 1], rtol=1e-9)
+    assert front[0].requirements[0].case == (1,)
+
+
+def test_all_searches_are_counted(cantilever):
+    found = ks.optimize(
+        cantilever, {"diameter": "20mm:120mm"}, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=12, **STILL
+    )
+    assert len(found.starts) == found.alike == 12 and "12 of 12 searches end here" in str(found)
+
+
+@pytest.mark.parametrize(
     ("changes", "said"),
     [
         ({"vary": {}}, "it must be a mapping"),
@@ -277,7 +334,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ({"vary": {"diameter": "none.csv"}}, "the catalogue none.csv cannot be read"),
         ({"vary": {"diameter": "1mm..2mm"}}, "is not a number; a range is written 20mm:120mm, values 20mm,25mm$"),
         ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),
-        ({"vary": {"diameter": "9mm:12mm", ("diameter", "length"): "standard_tubes"}}, "varied twice"),
+        ({"vary": {"diameter": "9mm:12mm", ("diameter", "wall"): "standard_tubes"}}, "varied twice"),
         ({"minimize": "least_rotational_stiffness"}, "is not to be minimized"),
         ({"minimize": "weight"}, "no quantity 'weight'"),
         ({"subject_to": "sag < 1um"}, "a list of requirements"),

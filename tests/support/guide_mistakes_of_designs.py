@@ -55,6 +55,7 @@ OPTIMA = (
     code('ks.optimize("3rps", {"rod_diameter": ["4cm"]})', "As it says."),
     code('ks.optimize("3rps", {"rod_diameter": "4kg:12kg"})', "A unit of the same kind."),
     code('ks.optimize("3rps", {"rod_diameter": "rods.csv"})', "A file that is there."),
+    code('ks.optimize("3rps", {"base_radius": "standard_bars"})', "A catalogue with such a column."),
     code(
         'ks.optimize("3rps", {("rod_diameter", "base_radius"): "4cm:12cm"})',
         "Several parameters are chosen together from a catalogue.",

@@ -102,7 +102,7 @@ def calibrate(
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
     readings, measured = _readings(table, known)
-    for hint in odd_coordinates(robot, table.coordinates):
+    for hint in (*odd_coordinates(robot, table.coordinates), *table.repeated):
         warnings.warn(hint, stacklevel=3)
     used_gauges = list(readings.gauges.values())
     sigmas = [gauge.sigma for gauge in used_gauges]
@@ -162,7 +162,7 @@ def calibrate(
     for one in estimates:
         if one.impossible:
             warnings.warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {LOOK_AT}", stacklevel=3)
-    mass, center = looked_for.payload_of(values)
+    mass, moment, _ = looked_for.payload_of(values)
     scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
     return Calibration(
         Named({one.name: one for one in estimates}),
@@ -183,7 +183,7 @@ def calibrate(
         float(found.residuals @ found.residuals / found.freedom) if sigma_known and found.freedom else float("nan"),
         found.freedom,
         found.converged,
-        Payload(mass, tuple(center.tolist())) if mass else None,
+        Payload(mass, tuple((moment / mass).tolist())) if mass else None,
         replace_path(model.robot(values), robot),
     )
 

@@ -44,6 +44,21 @@ class Measurements:
     rows: Index
     places: Sequence[str]
 
+    @property
+    def repeated(self) -> list[str]:
+        """A warning of rows that are the same in every number, a noisy reading too; empty if none is."""
+        cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
+        first: dict[bytes, int] = {}
+        again = [(k, at) for k, row in enumerate(cells) if (at := first.setdefault((row + 0.0).tobytes(), k)) != k]
+        if not again:
+            return []
+        here, there = (self.places[k].removesuffix(": ") for k in again[0])
+        more = f", and {len(again) - 1} more do so" if len(again) > 1 else ""
+        return [
+            f"{here} has the pose, load and readings of {there}{more}: a measurement that is given twice counts twice, and makes "
+            "the intervals narrower than they are; leave it out"
+        ]
+
 
 def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) -> Measurements:
     """Return measurements.

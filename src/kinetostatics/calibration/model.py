@@ -150,14 +150,14 @@ class Model:
 
     def _weight(self, pose: Configuration, values: Array) -> Array:
         """Return the weight of the payload (M, 6) at o."""
-        mass, center = self.unknowns.payload_of(values)
-        return mass * self._of_mass(pose, center)
+        mass, moment, _ = self.unknowns.payload_of(values)
+        return self._of_mass(pose, mass, moment)
 
-    def _of_mass(self, pose: Configuration, center: Array, moment_only: bool = False) -> Array:
+    def _of_mass(self, pose: Configuration, mass: float, moment: Array) -> Array:
+        """Return the weight (M, 6) at o of a mass with a first moment (3,) in the platform's axes."""
         R, _ = robot_of(pose).mechanism.platform_pose(pose.frames)
-        arm = np.einsum("ijn,j->ni", R, center)
-        force = np.broadcast_to(self.gravity, arm.shape)
-        return np.concatenate([np.zeros_like(force) if moment_only else force, np.cross(arm, force)], axis=-1)
+        arm = np.einsum("ijn,j->ni", R, moment)
+        return np.concatenate([mass * np.broadcast_to(self.gravity, arm.shape), np.cross(arm, self.gravity)], axis=-1)
 
     def read(self, pose: Configuration, twists: Array) -> Array:
         """Return the readings (n, …) of twists (M, 6, …)."""
@@ -196,7 +196,7 @@ class Model:
     def _jacobian(self, values: Array) -> Array:
         result = self.result(values)
         pose, sources = result.configuration, result.source_contributions
-        mass, center = self.unknowns.payload_of(values)
+        mass, _, arm = self.unknowns.payload_of(values)
         columns = []
         for k, (item, value) in enumerate(zip(self.unknowns.items, values, strict=True)):
             if item.kind == "stiffness":
@@ -204,12 +204,11 @@ class Model:
                 twist = sum((sources.get(kind, {}).get(name, nothing) for kind, name in item.parts), nothing) / value
                 columns.append(self.read(pose, twist))
             elif item.kind == "payload":
-                axis, moments = item.parts[0][1], self.unknowns.by_moments
-                known = center * [not (moments and f"payload.{other}" in self.unknowns.names) for other in "xyz"]
+                axis = item.parts[0][1]
                 if axis == "mass":
-                    wrench = self._of_mass(pose, known)
+                    wrench = self._of_mass(pose, 1.0, arm)
                 else:
-                    wrench = (1.0 if moments else mass) * self._of_mass(pose, np.eye(3)["xyz".index(axis)], moment_only=True)
+                    wrench = self._of_mass(pose, 0.0, (1.0 if self.unknowns.by_moments else mass) * np.eye(3)["xyz".index(axis)])
                 columns.append(self.read(pose, np.einsum("nij,nj->ni", result.compliance, wrench)))
             elif item.kind == "offset":
                 columns.append(self._has_offset(item.parts[0][1]))

@@ -174,26 +174,32 @@ class Unknowns:
                 found = _stiffened(found, kind, name, 1 / value)
         return found
 
-    def payload_of(self, values: Array) -> tuple[float, Array]:
-        """Return mass and centre (3,) of the payload."""
+    def payload_of(self, values: Array) -> tuple[float, Array, Array]:
+        """Return mass and first moment (3,) of the payload, and what the moment grows by with the mass (3,)."""
         known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
-        mass = float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0)
-        center = np.array(self.payload.center, dtype=float)
-        mass = known.get("mass", mass)
-        moved = mass if self.by_moments else 1.0
-        return mass, np.array([known[axis] / moved if axis in known else center[k] for k, axis in enumerate("xyz")])
+        mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
+        arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)
+        for k, axis in enumerate("xyz"):
+            if axis in known and self.by_moments:
+                moment[k], arm[k] = known[axis], 0.0
+            elif axis in known:
+                arm[k] = known[axis]
+        return mass, moment + mass * arm, arm
 
     def told(self, values: Array) -> tuple[Array, Array]:
-        """Return the unknowns as they were asked for (p,), and their derivatives (p, p) by what is varied."""
-        mass, center = self.payload_of(values)
+        """Return the unknowns as they were asked for (p,), and their derivatives (p, p) by what is varied.
+
+        The centre of a payload without mass is NaN.
+        """
+        mass, moment, _ = self.payload_of(values)
         factors, found = np.eye(len(values)), np.array(values, dtype=float)
         for k, item in enumerate(self.items):
             if item.kind == "stiffness":
                 found[k], factors[k, k] = 1 / values[k], -1 / values[k] ** 2
             elif item.kind == "payload" and self.by_moments and item.name != "payload.mass":
-                axis = "xyz".index(item.name[-1])
-                found[k], factors[k, k] = center[axis], 1 / mass
-                factors[k, self.names.index("payload.mass")] = -center[axis] / mass
+                found[k] = moment["xyz".index(item.name[-1])] / mass if mass else math.nan
+                factors[k, k] = 1 / mass if mass else math.nan
+                factors[k, self.names.index("payload.mass")] = -found[k] * factors[k, k]
         return found, factors
 
 

@@ -5,6 +5,7 @@ Every requirement at every pose is a constraint of a nonlinear program; :mod:`ki
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -13,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, need_scipy, told_keywords, whole_number
+from kinetostatics.analysis import analyze, check_keywords
+from kinetostatics.argument_checks import Keyword, check_mapping, need_scipy, told_keywords, whole_number
 from kinetostatics.description.units import KINDS
-from kinetostatics.design.problem import Point, Problem, rank
+from kinetostatics.design.problem import Point, Problem, assembled, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.sizes import Sizes, sizes_of
@@ -34,6 +35,8 @@ from kinetostatics.results.tool_point import tool_on_robot
 ACTIVE = 1e-5
 #: Numbers of two robots that differ by less than this part are the same.
 SAME = 1e-9
+#: Searches whose objectives differ by less than this part end alike.
+ALIKE = 1e-6
 
 
 @told_keywords
@@ -75,7 +78,8 @@ def optimize(
         tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
             "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.
         tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
-        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ….
+        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, …. Of several loads (…, 6) every one acts
+            at every pose, and requirements hold under all of them.
 
     Returns:
         Parameters, objective, whether all requirements hold, which of them decide, and where.
@@ -143,7 +147,7 @@ def prepare(
     starts: int,
     tool: ArrayLike | None,
     tolerance: float,
-    analysis: Mapping[str, object],
+    analysis: Mapping[str, Keyword],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
     need_scipy("optimize")
@@ -169,9 +173,11 @@ def prepare(
     for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
         warnings.warn(hint, stacklevel=4)
     place = tool_on_robot(tool, first, 5)
-    problem = Problem(sizes, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
-    problem.analyzed(first)
+    poses = assembled(first, grid, is_platform, orientation, tolerance)
+    one = first.configuration(poses.q if poses.shape == () else poses.q[0], tolerance=math.inf, on_failure="nan")
+    cases = analyze(one, on_failure="nan", **analysis).shape
+    problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, tolerance)
     return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
 
 
@@ -228,6 +234,7 @@ def _optimum(
     point = problem.at(best)
     if point.result is None:
         raise StaticsError("no parameters within the bounds make a robot that can be analysed: look at the bounds of vary")
+    poses = point.result.configuration.reached.size
     idle = _idle(problem, ranges, best, point)
     savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in idle], best, point)
     checked = []
@@ -237,17 +244,23 @@ def _optimum(
         worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # NaN comes before all others
         value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
         unit = KINDS.get(MEASURES[item.name].kind, "")
-        pose = {name: float(array[worst]) for name, array in problem.over.items()}
+        number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
+        pose = {name: float(array[number]) for name, array in problem.over.items()}
         active = abs(margin) <= ACTIVE or margin < 0
         checked.append(
-            CheckedRequirement(item.text, item.name, value, item.limit, unit, margin, Named(pose), active, saving, item.below)
+            CheckedRequirement(
+                item.text, item.name, value, item.limit, unit, margin, Named(pose), tuple(case), active, saving, item.below
+            )
         )
     name = problem.objective[0]
     before = problem.at(own if problem.sizes.are_own else {}).objective
     allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in ranges}
     for choice in choices:
         allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
-    every = sorted(ends, key=lambda found: rank(problem.at(found)))[: max(len(ranges), 1) * 10]
+    every = sorted(ends, key=lambda found: rank(problem.at(found)))
+    starts = [Start(Named(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
+    near = ALIKE * abs(point.objective)
+    alike = None if choices else sum(start.feasible and abs(start.objective - point.objective) <= near for start in starts)
     return Optimum(
         point.feasible,
         Named(best),
@@ -259,13 +272,14 @@ def _optimum(
         before if np.isfinite(before) else float("nan"),
         tuple(checked),
         at_bounds,
-        tuple(Start(Named(end), problem.at(end).objective, problem.at(end).feasible) for end in every),
+        tuple(starts[: max(len(ranges), 1) * 10] if choices else starts),
         searched,
         problem.count,
         point.result.robot,
         point.result,
-        int(point.result.status.size),
-        int(np.sum(point.result.limit_exceeded)),
+        poses,
+        int(np.sum(point.result.configuration.limit_exceeded)),
+        alike,
         idle,
     )
 

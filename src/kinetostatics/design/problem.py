@@ -14,6 +14,7 @@ from kinetostatics.design.requirements import MEASURES, Requirement
 from kinetostatics.design.sizes import Sizes
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.optimum import BROKEN
 from kinetostatics.results.result import Result
@@ -23,13 +24,13 @@ from kinetostatics.robot import Robot
 
 @dataclass(frozen=True)
 class Point:
-    """One robot, analysed at all poses.
+    """One robot, analysed at all poses under all load cases.
 
     Attributes:
         objective: SI; infinite if there is no robot.
         margins: of all requirements at all poses, flat.
-        result: of the analysis, None if there is no robot.
-        values: of each requirement (P, k).
+        result: of the analysis (P, …), None if there is no robot; the axes of load cases follow that of the poses.
+        values: of each requirement (N, k), the N being the entries of the result.
     """
 
     objective: float
@@ -57,7 +58,8 @@ class Problem:
         over: coordinates (P,) of all poses, and whether they are the platform's.
         is_platform: see ``over``.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
-        analysis: arguments of :func:`kinetostatics.analyze`.
+        analysis: arguments of :func:`kinetostatics.analyze`; every load case of theirs at every pose.
+        cases: shape of the load cases; (): there is one.
         objective: name and argument of what is minimized.
         requirements: which hold at every pose.
         tool: a point of the platform that sag, deflections and stiffness against forces are told of; None: o.
@@ -71,6 +73,7 @@ class Problem:
     is_platform: bool
     orientation: str | None
     analysis: Mapping[str, Keyword]
+    cases: tuple[int, ...]
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
     tool: Array | None = None
@@ -87,12 +90,11 @@ class Problem:
         return self.known[key]
 
     def analyzed(self, robot: Robot) -> Result:
-        """Return the analysis of a robot at all poses (P,)."""
-        if self.is_platform:
-            pose = assemble(robot, None, self.over, self.orientation, None, self.tolerance, "nan")
-        else:
-            pose = assemble(robot, self.over, None, None, None, self.tolerance, "nan")
-        return analyze(pose, on_failure="nan", **self.analysis)
+        """Return the analysis of a robot at all poses, every load case at every pose (P, …)."""
+        over = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.over.items()}
+        return analyze(
+            assembled(robot, over, self.is_platform, self.orientation, self.tolerance), on_failure="nan", **self.analysis
+        )
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
@@ -115,8 +117,17 @@ class Problem:
 
 
 def _rows(values: Array) -> Array:
-    """Return the numbers of all poses (P, k)."""
+    """Return the numbers of all poses and load cases (N, k)."""
     return values.reshape(-1, values.shape[-1])
+
+
+def assembled(
+    robot: Robot, over: Mapping[str, Array], is_platform: bool, orientation: str | None, tolerance: float
+) -> Configuration:
+    """Return a robot at coordinates of its platform, or else of its actuators."""
+    if is_platform:
+        return assemble(robot, None, over, orientation, None, tolerance, "nan")
+    return assemble(robot, over, None, None, None, tolerance, "nan")
 
 
 def rank(point: Point) -> tuple[bool, float]:

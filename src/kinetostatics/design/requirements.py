@@ -81,10 +81,11 @@ def _beams(attribute: str) -> Callable[[Result, float], Array]:
 
 
 def mass_of(result: Result) -> Array:
-    """Return the mass of everything (P,) [kg]."""
+    """Return the mass of everything (P,) [kg], whatever the loads are."""
     configuration = result.configuration
     masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
-    return np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
+    own = np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
+    return np.broadcast_to(own, result.shape)
 
 
 _D, _R = slice(3), slice(3, 6)

@@ -118,7 +118,7 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue: its columns with the parameters' names, or else the first ones in their order."""
+    """Return the rows of a catalogue: its columns with the parameters' names, or the sizes that these end with, for titles."""
     if name in CATALOGUES:
         text = (files("kinetostatics.design") / f"{name}.csv").read_text(encoding="utf-8")
     else:
@@ -135,12 +135,18 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     known = [name for name, _ in titles]
     check_brackets(f"{name}:{lines[0][0]}", known, names)
     keys = [item.rpartition(".")[2] for item in names]  # of a part's number, its own name
-    hole = keys.index("inner_diameter") if "inner_diameter" in keys and {"outer_diameter", "wall"} <= set(known) else None
-    if hole is not None:
-        keys[hole] = "wall"
-    columns = [known.index(item) for item in keys] if set(keys) <= set(known) else list(range(len(names)))
-    if max(columns) >= len(known):
-        raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")
+    sizes = [_size(title) for title in known]
+    hole = None
+    if "inner_diameter" not in sizes and {"outer_diameter", "wall"} <= set(sizes):
+        hole = next((k for k, key in enumerate(keys) if key not in known and _size(key) == "inner_diameter"), None)
+    columns: list[int] = []
+    for k, key in enumerate(keys):
+        size = "wall" if k == hole else _size(key)
+        found = [known.index(key)] if key in known else [j for j, own in enumerate(sizes) if own == size]
+        if len(found) != 1 or found[0] in columns:
+            titled = ", ".join(title for title in known if title)
+            raise ArgumentError(f"{name}:{lines[0][0]}: the titles {titled} do not tell which column is {key!r}: title it so")
+        columns += found
     rows = []
     typed: list[list[str]] = [[] for _ in columns]
     for number, row in lines[1:]:
@@ -154,11 +160,19 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
             values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
             units.append(typed_unit(f"{row[column].strip()}{unit}"))
         if hole is not None:
-            column = known.index("outer_diameter")
+            column = sizes.index("outer_diameter")
             outer = parse_number(f"{row[column].strip()}{titles[column][1]}", "", f"{name}:{number}")
             values[hole] = outer - 2 * values[hole]
         rows.append(tuple(values))
     return Choice(names, tuple(dict.fromkeys(rows)), tuple(map(tuple, typed)))
+
+
+def _size(name: str) -> str:
+    """Return the size that the name of a parameter or column ends with, else the name: of tube_diameter outer_diameter."""
+    for size in ("inner_diameter", "outer_diameter", "diameter", "wall"):
+        if f"_{name}".endswith(f"_{size}"):
+            return "outer_diameter" if size == "diameter" else size
+    return name
 
 
 def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:

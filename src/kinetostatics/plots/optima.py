@@ -12,7 +12,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
-from kinetostatics.reports.optimum import pose_words
+from kinetostatics.reports.optimum import place_words
 from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
 
 #: Part of a limit up to which bars are drawn: what is broken by more is cut off there.
@@ -38,7 +38,7 @@ def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
     if not isinstance(found, Optimum):
         raise ArgumentError(f"{found!r} is no optimum: ks.optimize(robot, …) finds one")
     rows = [f"{name}\n{_written(value, found.units.get(name, ''))}" for name, value in found.parameters.items()]
-    rows += [f"{item.text}\n{_worst(item, found.poses)}" for item in found.requirements]
+    rows += [f"{item.text}\n{_worst(item, place_words(found, item))}" for item in found.requirements]
     ax = new_axes(1.7 * ONE_COLUMN, 0.8 + 0.34 * len(rows)) if ax is None else ax
     for place, (name, value) in enumerate(found.parameters.items()):
         _parameter(ax, place, value, np.asarray(found.allowed[name]), found.units.get(name, ""))
@@ -99,9 +99,9 @@ def _requirement(ax: Axes, place: int, item: CheckedRequirement) -> str:
     return words
 
 
-def _worst(item: CheckedRequirement, poses: int) -> str:
+def _worst(item: CheckedRequirement, place: str) -> str:
     worst = "a pose has no number" if np.isnan(item.worst) else _written(item.worst, item.unit)
-    return f"{worst} at {pose_words(item.pose)}".replace("-", "−") if poses > 1 else worst
+    return f"{worst} at {place}".replace("-", "−") if place else worst
 
 
 def _look(words: str) -> tuple[tuple[float, float, float, float], str | None]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import DEGREES, MILLIMETRES, MISSING, UNITS_OF, as_told, quantity, section, table, wrapped
 from kinetostatics.reports.json import named
-from kinetostatics.results.optimum import BROKEN, Optimum
+from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
 from kinetostatics.results.pareto import ParetoFront
 
 
@@ -24,7 +24,7 @@ def optimum_report(found: Optimum) -> str:
                 item.text,
                 _written(item.worst, item.unit),
                 f"{100 * item.margin:.3g} %" if abs(item.margin) > 1e-5 else "0",
-                pose_words(item.pose) if found.poses > 1 else "the only pose",
+                place_words(found, item) or "the only pose",
             )
             for item in found.requirements
         ]
@@ -45,7 +45,7 @@ def _sentences(found: Optimum) -> list[str]:
     """Return what decides, and how sure it is."""
     said = []
     for item in found.active:
-        where = f", at {pose_words(item.pose)}" if found.poses > 1 else ""
+        where = f", at {words}" if (words := place_words(found, item)) else ""
         if item.margin < -BROKEN:
             said.append(f"{item.text} is broken{where}.")
         else:
@@ -58,10 +58,8 @@ def _sentences(found: Optimum) -> list[str]:
     if found.beyond_limits:
         said.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
     said.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
-    if found.searched.startswith("SLSQP from") and len(found.starts) > 1 and found.feasible:
-        near = 1e-6 * abs(found.objective)
-        alike = sum(start.feasible and abs(start.objective - found.objective) <= near for start in found.starts)
-        said.append(f"{alike} of {len(found.starts)} searches end here.")
+    if found.alike is not None and len(found.starts) > 1 and found.feasible:
+        said.append(f"{found.alike} of {len(found.starts)} searches end here.")
     return said
 
 
@@ -82,10 +80,16 @@ def pose_words(pose: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.4g}" for name, value in pose.items())
 
 
+def place_words(found: Optimum, item: CheckedRequirement) -> str:
+    """Return pose and load at which a requirement is worst, if there are several."""
+    words = [pose_words(item.pose)] if found.poses > 1 else []
+    return ", ".join([*words, *([f"load[{', '.join(map(str, item.case))}]"] if item.case else [])])
+
+
 @dict_of.register(Optimum)
 def optimum_to_dict(found: Optimum) -> dict[str, object]:
     """Return an optimum as plain values: what ``optimize --json`` prints."""
-    of_each = ("text", "name", "worst", "limit", "unit", "margin", "pose", "active", "saving")
+    of_each = ("text", "name", "worst", "limit", "unit", "margin", "pose", "case", "active", "saving")
     names = ("feasible", "objective", "minimized", "unit", "before", "searched", "evaluations", "poses", "beyond_limits")
     return {
         "robot": found.robot.name,

@@ -23,11 +23,12 @@ class CheckedRequirement:
     Attributes:
         text: as it was written.
         name: of the quantity.
-        worst: of all poses, SI; NaN where a pose has no number.
+        worst: of all poses and loads, SI; NaN where a pose has no number.
         limit: SI.
         unit: of both.
         margin: how far the worst is from the limit, as part of it; negative: it is broken.
         pose: coordinates of the worst pose [m, rad].
+        case: the worst of several loads, by its number from 0 along each axis; () where there is one.
         active: whether it decides: the worst is at the limit.
         saving: by how much the objective would fall if the limit were one per cent looser, as far as the multiplier tells.
         is_below: whether the quantity must be below the limit, or above.
@@ -40,6 +41,7 @@ class CheckedRequirement:
     unit: str
     margin: float
     pose: Mapping[str, float]
+    case: tuple[int, ...]
     active: bool
     saving: float
     is_below: bool
@@ -76,11 +78,13 @@ class Optimum(Told, ShortRepr):
         requirements: all of them, checked.
         at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
         idle: names of ranges on which neither what is minimized nor any requirement depends there: any value does as well.
-        starts: what each search found; those that end alike speak for the optimum.
+        starts: what each search from another start found; those that end alike speak for the optimum. Where values of lists are
+            tried, the best ten of these instead, ten more for each range.
+        alike: how many searches from different starts end at the optimum; None where values of lists were tried.
         searched: how it was searched, in a sentence.
         evaluations: robots that were analysed.
         robot: with these parameters.
-        result: its analysis at all poses.
+        result: its analysis at all poses (P, …); the axes of several loads follow that of the poses.
         poses: number of poses; ``beyond_limits`` of them are beyond a joint's limit.
         beyond_limits: see ``poses``.
     """
@@ -102,6 +106,7 @@ class Optimum(Told, ShortRepr):
     result: Result
     poses: int
     beyond_limits: int
+    alike: int | None
     idle: tuple[str, ...] = ()
 
     @property

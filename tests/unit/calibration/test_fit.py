@@ -9,6 +9,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
 from kinetostatics.calibration.identifiability import unidentifiable
+from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.unknowns import Unknown, Unknowns
 
@@ -156,6 +157,26 @@ def test_unknowns_of_a_payload_are_moments():
     steps = 1e-6 * np.eye(4)
     differences = [(found.told(values + step)[0] - found.told(values - step)[0]) / 2e-6 for step in steps]
     np.testing.assert_allclose(factors, np.transpose(differences), atol=1e-9)
+
+
+def test_a_search_may_come_to_a_payload_without_mass():
+    """Its first moment is what weighs then, a couple, and its centre is not a number."""
+    robot = package_robots.robot("3rps")
+    gauges = {"dz": ks.Gauge((0, 0, 1)), "drx": ks.Gauge((1, 0, 0), measures="rotation")}
+    unknowns = Unknowns(robot, ["payload.mass", "payload.y"], gauges, None, {})
+    rows = {"z": np.array([0.5]), "rx": np.array([0.1]), "ry": np.array([0.2])}
+    readings = Readings(np.zeros(2, dtype=int), np.arange(2), gauges)
+    model = Model(unknowns, rows, np.zeros((1, 6)), readings, "undeformed", None)
+    pose = robot.assemble(platform=rows)
+    for moment in (0.0, 0.3):
+        arm = pose.frame("platform")[0, :3, :3] @ [0, moment, 0]
+        twist = ks.analyze(pose, [0, 0, 0, *np.cross(arm, [0, 0, -9.81])]).twist[0]
+        np.testing.assert_allclose(model.predict(np.array([0.0, moment])), twist[[2, 3]], rtol=1e-9)
+    step = np.array([1e-3, 0.0])
+    slope = (model.predict(np.array([1e-3, 0.3])) - model.predict(np.array([0.0, 0.3]))) / step[0]
+    np.testing.assert_allclose(model.jacobian(np.array([0.0, 0.3]))[:, 0], slope, rtol=1e-8)
+    told, factors = unknowns.told(np.array([0.0, 0.3]))
+    assert told[0] == 0 and np.isnan(told[1]) and factors[0].tolist() == [1, 0] and np.all(np.isnan(factors[1]))
 
 
 def test_only_arguments_of_the_file_move_the_robot():
