@@ -60,7 +60,6 @@ UNREACHABLE = {
 WARNINGS_UNREACHABLE = {
     "no limb joins base and platform": "see test_check_explains_robots_without_limbs",
     "the mobility is doubtful": "needs a robot that is almost singular in every pose",
-    "stays in the link, but its mass is spread": "needs a telescope, see test_mass_of_a_telescope_without_density",
     "the number of constraint wrenches of": "needs a limb that is almost singular in every pose",
     "as much under such a load as near the zero pose": "needs a network that nearly collapses, see test_careful_warnings.py",
     "no pose could be analysed": "needs loops that close nowhere that was tried, although they can",

@@ -46,6 +46,15 @@ def element(L, EA, GAy, GAz, GJ, EIy, EIz):
     return K
 
 
+def even_moment(m, L, GA, EI_y, EI_z):
+    """Return the nodal loads (12,) in beam axes that do the work of a moment ``m`` (3,) per length on the shape functions."""
+    shares = {"y": 12 * EI_y / (GA * L**2), "z": 12 * EI_z / (GA * L**2)}
+    sheared = {axis: phi / (1 + phi) for axis, phi in shares.items()}  # what rotates the sections without bending the line
+    force = np.array([0, m[2] * (1 - sheared["z"]), -m[1] * (1 - sheared["y"])])
+    moment = L / 2 * np.array([m[0], m[1] * sheared["y"], m[2] * sheared["z"]])
+    return np.concatenate([-force, moment, force, moment])
+
+
 def freedoms(joint, axis, axis2):
     """Return a joint's passive freedoms (6, k) as twists about its centre, from its axes as they are now."""
     turn, turn2, slide = np.r_[0, 0, 0, axis], np.r_[0, 0, 0, axis2], np.r_[axis, 0, 0, 0]
@@ -289,7 +298,7 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
             forces[n] += np.concatenate([f, np.cross(com - positions[n], f)])
 
     weigh(frame.platform, mechanism.mass, frame.point("platform", mechanism.com))
-    masses = {link.name: link.mass for link in mechanism.links}
+    links = {link.name: link for link in mechanism.links}
     lengths = {name: float(np.linalg.norm(b - a)) for name, (a, b) in frame.beam_points.items()}
     for link in mechanism.links:
         if all(beam.link != link.name for beam in mechanism.beams):
@@ -308,10 +317,19 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
         GA = b.kappa * G * s.area
         T = np.kron(np.eye(4), R.T)
         K = T.T @ element(L, b.E * s.area, GA, GA, G * s.J, b.E * s.I_y, b.E * s.I_z) @ T
-        share = L / sum(lengths[other.name] for other in mechanism.beams if other.link == b.link)
-        mass = masses[b.link] * share if b.density is None else b.density * s.area * L
+        same = [other.name for other in mechanism.beams if other.link == b.link]
+        mass, lever = b.density, np.zeros(3)
+        if b.density is None:  # its link's, by length; the centre of all shares is the link's
+            mass = links[b.link].mass * L / sum(lengths[name] for name in same)
+            middles = [np.mean(frame.beam_points[name], axis=0) for name in same]
+            middle = np.average(middles, axis=0, weights=[lengths[name] for name in same])
+            lever = frame.point(b.link, links[b.link].com) - middle
+        else:
+            mass *= s.area * L
         f, m = mass * gravity / 2, np.cross(along, mass * gravity) / 12
-        own = np.concatenate([f, m, f, -m])
+        own = np.concatenate([f, m, f, -m]) + np.kron(np.eye(4), R) @ even_moment(
+            R.T @ np.cross(lever, mass * gravity) / L, L, GA, b.E * s.I_y, b.E * s.I_z
+        )
         kind, value = misfits.get(b.name, ("length", 0.0))
         longer = value if kind == "length" else b.thermal_expansion * value * L
         thrust = np.concatenate([-x, np.zeros(3), x, np.zeros(3)]) * b.E * s.area / L * longer

@@ -318,9 +318,6 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     add('<xacro:property name="pi" value="3"/>', "Another name.", xacro=True),
     swap(LEFT, LEFT.replace(' density="7850"', ""), "One of them; 0 for a massless beam.",
          '`density="7850"` left out of `<beam>`'),
-    Mistake("the `<inertial>` of a rod at one of its ends, and no `density`", "Two beams: "
-            "[From a plain URDF](../../how_to/plain_urdf.md) shows how.",
-            (('<link name="left"/>', f'<link name="left">{HEAVY}</link>'), (LEFT, LEFT.replace(' density="7850"', "")))),
     swap(LEFT, LEFT.replace('from="a" to="b"', 'from="b" to="a"'), "Swap them.", '`<beam … from="b" to="a" …>`'),
     Mistake("`<origin xyz=\"0.4 0.00001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
             ROUNDED),

@@ -201,11 +201,24 @@ class Grower:
 
     def mechanism(self):
         rng = np.random.default_rng(self.count)
+        links, beams = self._with_inertias(np.random.default_rng(self.count + 1))
         o = self.at["platform"] + 0.05 * rng.standard_normal(3)
         return Mechanism(
-            tuple(self.edges), tuple(self.links), tuple(self.beams), tuple(o), float(5 * rng.random()),
+            tuple(self.edges), links, beams, tuple(o), float(5 * rng.random()),
             tuple(o + 0.1 * rng.standard_normal(3)), name="hybrid",
         )  # fmt: skip
+
+    def _with_inertias(self, rng):
+        """Return links and beams; most links with one massless beam get an inertia as from CAD, its centre anywhere near."""
+        centres = {edge.joint.name: edge.joint.centre for edge in self.edges}
+        links, beams = {link.name: link for link in self.links}, []
+        for beam in self.beams:
+            alone = sum(other.link == beam.link for other in self.beams) == 1
+            if alone and beam.density == 0 and rng.random() < 0.7:
+                com = (np.add(centres[beam.start], centres[beam.end]) + 0.2 * rng.standard_normal(3)) / 2
+                links[beam.link], beam = Link(beam.link, 2.0, tuple(com)), replace(beam, density=None)
+            beams.append(beam)
+        return tuple(links.values()), tuple(beams)
 
 
 def random_hybrid(seed, elastic_joints=None):

@@ -435,7 +435,6 @@ def random_spec(kinds, seed):
             if not elastic[k]:
                 links.append(Link(name, float(rng.choice([0.0, 2.0])), com))
                 continue
-            links.append(Link(name))
             d = 0.02 + 0.04 * rng.random()
             section, y_axis = circle(d), None
             if rng.random() < 0.5:
@@ -445,6 +444,9 @@ def random_spec(kinds, seed):
                 Beam(name, name, joints[k].name, joints[k + 1].name, section, kappa=float(rng.choice([0.85, 1.0, np.inf])),
                      density=float(rng.choice([0.0, 2700.0, 7850.0])), E=float(rng.choice([70e9, 200e9])), y_axis=y_axis)
             )  # fmt: skip
+            links.append(Link(name))
+            if not beams[-1].density:  # an inertia as from CAD, its centre beside the beam
+                links[-1], beams[-1] = Link(name, 2.0, com), replace(beams[-1], density=None)
         limbs.append(Limb(tuple(joints), tuple(links)))
     o = np.array([0, 0, 0.8]) + 0.1 * rng.standard_normal(3)
     com = o + 0.1 * rng.standard_normal(3)

@@ -1,5 +1,7 @@
 """Cases with a formula: cantilevers, struts, portals, rods; and bent lines against integration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import small_robots as sr
@@ -61,6 +63,25 @@ def test_cantilever_under_its_own_weight_across_and_along():
     close(down, [0, 0, -q * L**4 / (8 * EI) - q * L**2 / (2 * kappa * G * s.area), 0, q * L**3 / (6 * EI), 0])
     along = analyze(spec, gravity=(9.81, 0, 0)).twist
     close(along, [q * L**2 / (2 * E * s.area), 0, 0, 0, 0, 0])
+
+
+def test_weight_beside_the_middle_of_a_cantilever():
+    """The mass of the link lies along a line through its own centre of mass, beyond the beam's middle and beside it."""
+    L, s, kappa, m, beyond, beside = 1.3, sr.circle(0.04), 0.9, 5.0, 0.4, 0.07
+    spec = sr.cantilever(L, section=s, kappa=kappa, density=None)
+    arm = sr.Link("arm", m, (L / 2 + beyond, beside, 0.11))
+    found = analyze(replace(spec, limbs=(replace(spec.limbs[0], links=(arm,)),)), gravity=(0, 0, -9.81))
+    q, EI = m * 9.81 / L, E * s.I_y
+    down = q * L**4 / (8 * EI) + q * L**2 / (2 * kappa * G * s.area) + q * beyond * L**3 / (3 * EI)
+    tilt = q * L**3 / (6 * EI) + q * beyond * L**2 / (2 * EI)
+    close(found.twist, [0, 0, -down, -q * beside * L**2 / (2 * G * s.J), tilt, 0])
+    weight = np.array([0, 0, -m * 9.81])
+    close(found.base_wrench, [*-weight, *-np.cross(arm.com, weight)])
+    # and of the whole line: the work of the weight on what each of its points moves by is twice the strain energy
+    beam, x = found.beams["arm"], np.linspace(0, 1, len(found.beams["arm"].stations))
+    moved = beam.deflections + np.cross(beam.rotations, [beyond, beside, 0.11])
+    work = np.polynomial.Polynomial.fit(x, moved @ weight, 6, domain=[0, 1], window=[0, 1]).integ()(1)
+    assert work == pytest.approx(2 * beam.strain_energy, rel=1e-11)
 
 
 def test_bending_follows_y_axis():

@@ -186,7 +186,9 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
     rest = [link for link in suggested if link not in wanted]
     result = ""
     if written:
-        result += "\n  <!-- elastic links: straight beams between two joints, along which the link's mass is spread evenly -->\n"
+        result += (
+            "\n  <!-- elastic links: straight beams between two joints; each link keeps its mass and its centre of mass -->\n"
+        )
         result += "".join(written)
     if rest:
         result += (

@@ -37,7 +37,10 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("platform_frame", "description"),
     RobotDescription: ("springs",),
     Topology: ("limbs",),
-    Weights: ("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
+    Weights: (
+        *("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
+        *("_centred", "_beam_body", "_beam_centre"),
+    ),
     BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
     Spring: (),
 }

@@ -47,17 +47,17 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
 
 
 def sag(c: Array, length: Array, load: Array) -> Array:
-    """Return the twists (6, …) of the platform end under an even load ``load`` (3, …) [N/m]."""
-    axial, shear_y, shear_z, _, bend_y, bend_z = c
+    """Return the twists (6, …) of the platform end under an even load ``load`` (6, …), force and moment per length [N/m, N]."""
+    axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
-    qx, qy, qz = load
+    qx, qy, qz, ux, uy, uz = load
     return _six(
         axial * L**2 / 2 * qx,
-        (bend_z * L**4 / 8 + shear_y * L**2 / 2) * qy,
-        (bend_y * L**4 / 8 + shear_z * L**2 / 2) * qz,
-        0.0,
-        -bend_y * L**3 / 6 * qz,
-        bend_z * L**3 / 6 * qy,
+        (bend_z * L**4 / 8 + shear_y * L**2 / 2) * qy + bend_z * L**3 / 3 * uz,
+        (bend_y * L**4 / 8 + shear_z * L**2 / 2) * qz - bend_y * L**3 / 3 * uy,
+        twist * L**2 / 2 * ux,
+        bend_y * (L**2 / 2 * uy - L**3 / 6 * qz),
+        bend_z * (L**2 / 2 * uz + L**3 / 6 * qy),
     )
 
 
@@ -67,24 +67,24 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
     Args:
         c, length: as above.
         wrench: (6, …) wrench at the platform end.
-        load: (3, …) even load [N/m].
+        load: (6, …) even load, force and moment per length [N/m, N].
         s: (…) distance from the base end [m].
     """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     fx, fy, fz, mx, my, mz = wrench
-    qx, qy, qz = load
+    qx, qy, qz, ux, uy, uz = load
     even = L * s - s**2 / 2  # ∫ of the load outboard
     point = s**2 * (3 * L - s) / 6
     spread = s**2 * (6 * L**2 - 4 * L * s + s**2) / 24
     slope = s**3 / 6 - L * s**2 / 2 + L**2 * s / 2
     return _six(
         axial * (fx * s + qx * even),
-        bend_z * (fy * point + qy * spread + mz * s**2 / 2) + shear_y * (fy * s + qy * even),
-        bend_y * (fz * point + qz * spread - my * s**2 / 2) + shear_z * (fz * s + qz * even),
-        twist * mx * s,
-        bend_y * (my * s - fz * even - qz * slope),
-        bend_z * (mz * s + fy * even + qy * slope),
+        bend_z * (fy * point + qy * spread + mz * s**2 / 2 + uz * point) + shear_y * (fy * s + qy * even),
+        bend_y * (fz * point + qz * spread - my * s**2 / 2 - uy * point) + shear_z * (fz * s + qz * even),
+        twist * (mx * s + ux * even),
+        bend_y * (my * s - fz * even - qz * slope + uy * even),
+        bend_z * (mz * s + fy * even + qy * slope + uz * even),
     )
 
 
@@ -92,14 +92,14 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
     """Return the section wrenches (6, …) at ``s``, about the section's centre: what the outboard part puts on the inboard."""
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
-    qx, qy, qz = load
+    qx, qy, qz, ux, uy, uz = load
     return _six(
         fx + qx * arm,
         fy + qy * arm,
         fz + qz * arm,
-        mx,
-        my - fz * arm - qz * arm**2 / 2,
-        mz + fy * arm + qy * arm**2 / 2,
+        mx + ux * arm,
+        my - fz * arm - qz * arm**2 / 2 + uy * arm,
+        mz + fy * arm + qy * arm**2 / 2 + uz * arm,
     )
 
 

@@ -15,7 +15,7 @@ from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
+from kinetostatics.math.linalg import Cholesky, correlation, cross, inverse_of
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.screws import move_wrench
 
@@ -32,7 +32,7 @@ class LimbLoads:
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
         spring_beyond: (6, springs, g, N) the same of each spring.
-        own: (3, beams, g, N) the beams' own weights in beam axes [N/m].
+        own: (6, beams, g, N) the beams' own weights, force and moment per length, in beam axes [N/m, N].
     """
 
     beyond: Array
@@ -41,12 +41,16 @@ class LimbLoads:
 
 
 def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Array) -> Array:
-    """Return the even loads (3, beams, g, N) [N/m], in beam axes, of the beams' weights under ``gravity`` (3, N) [m/s²]."""
+    """Return the even loads (6, beams, g, N) [N/m, N], in beam axes, of the beams' weights under ``gravity`` (3, N) [m/s²].
+
+    A mass whose centre is not the beam's middle lies along a line beside the beam: each section carries its force with a moment.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
         given = group.beam_masses_per_length
         spread = np.where(np.isnan(given), group.beam_masses / geometry.beam_lengths, given)
     field = np.broadcast_to(gravity[:, None, None], (3, *spread.shape))
-    return np.einsum("ik...,i...->k...", geometry.beam_axes, field) * spread
+    loads = np.stack([field, cross(geometry.beam_levers, field)], axis=1)
+    return np.einsum("ik...,ij...->jk...", geometry.beam_axes, loads).reshape(6, *spread.shape) * spread
 
 
 def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:

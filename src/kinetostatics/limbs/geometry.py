@@ -41,6 +41,7 @@ class LimbGeometry:
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
         beam_ends: (3, beams, g, N) platform ends.
+        beam_levers: (3, beams, g, N) from their middles to the centres of their masses.
         spring_axes: (3, 3, springs, g, N) axes of the sprung joints' frames.
         spring_arms: (3, springs, g, N) their origins.
     """
@@ -52,6 +53,7 @@ class LimbGeometry:
     beam_axes: Array
     beam_lengths: Array
     beam_ends: Array
+    beam_levers: Array
     spring_axes: Array
     spring_arms: Array
 
@@ -90,6 +92,12 @@ class LimbSkeleton:
         self._outer_ends = _Vectors([[_outer_point(model, limb)] for limb in limbs])
         self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
         self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
+        given = [[np.zeros(3) if beam.centre is None else beam.centre for beam in row] for row in beams]
+        self._beam_centres = _Vectors(
+            [[(s.carrier, c) for s, c in zip(*row, strict=True)] for row in zip(spans, given, strict=True)]
+        )
+        centred = [[beam.centre is not None for beam in row] for row in beams]
+        self._centred = np.array(centred, dtype=bool).reshape(len(beams), -1).T[..., None]
         self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
         self._loose = _nearest_centres([compound.has_centre for compound in self._compounds], limbs[0].is_serial)
         last = self._compounds[-1] if self._compounds and self._compounds[-1].edge == len(limbs[0].edges) - 1 else None
@@ -116,7 +124,10 @@ class LimbSkeleton:
         if self._signs is not None:
             twists *= self._signs
         axes = axes * self._orientations
-        beam_ends = self._beam_ends.points(frames)
+        beam_starts, beam_ends = self._beam_starts.points(frames), self._beam_ends.points(frames)
+        beam_levers = zeros_for(beam_ends.shape, beam_ends)
+        if np.any(self._centred):
+            beam_levers = np.where(self._centred, self._beam_centres.points(frames) - (beam_starts + beam_ends) / 2, beam_levers)
         z = self._limb_z(beam_axes, centres)
         follow = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
         y = normalize(follow - z * dot(z, follow))
@@ -126,8 +137,9 @@ class LimbSkeleton:
             centres=centres,
             limb_axes=np.stack([cross(y, z), y, z], axis=1),
             beam_axes=beam_axes,
-            beam_lengths=dot(beam_axes[:, 0], beam_ends - self._beam_starts.points(frames)),
+            beam_lengths=dot(beam_axes[:, 0], beam_ends - beam_starts),
             beam_ends=beam_ends - o,
+            beam_levers=beam_levers,
             spring_axes=spring_axes,
             spring_arms=self._spring_points.points(frames) - o,
         )

@@ -108,7 +108,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
-    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros((3, *beyond.shape[1:]))), None)
+    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros_like(beyond)), None)
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:

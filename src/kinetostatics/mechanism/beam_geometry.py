@@ -121,7 +121,7 @@ class SpanFinder:
             RobotFileError: a beam's ends make no sense, or its mass is written in two ways.
         """
         spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
-        self._check_masses(spans)
+        self._check_densities()
         return spans
 
     def _rigid_with(self, link: str) -> set[str]:
@@ -303,7 +303,7 @@ class SpanFinder:
         if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
             raise beam_error(beam, "its y_axis is parallel to the beam; give a direction across it")
 
-    def _check_masses(self, spans: dict[str, BeamSpan]) -> None:
+    def _check_densities(self) -> None:
         for link, beams in self.beams_of.items():
             given = [beam.density is not None for beam in beams]
             if any(given) and not all(given):
@@ -312,24 +312,3 @@ class SpanFinder:
                     f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
                     "one a density too (0 for a massless beam)",
                 )
-            if not any(given) and self.description.links[link].mass > 0:
-                self._check_centre_of_mass(link, [spans[beam.name] for beam in beams])
-
-    def _check_centre_of_mass(self, link: str, spans: list[BeamSpan]) -> None:
-        """Warn where a link's centre of mass is not that of its beams, along which its mass is spread by length."""
-        names = ", ".join(repr(span.beam.name) for span in spans)
-        start = f"{spans[0].beam.place}: the centre of mass of link {link!r}"
-        if any(span.spanned for span in spans):
-            self.warnings.append(
-                f"{start} stays in the link, but its mass is spread evenly along {names}, whose length changes; give a density"
-            )
-            return
-        placement = self.mechanism.body_of[link][1]
-        centre = placement[:3, :3] @ np.array(self.description.links[link].center_of_mass) + placement[:3, 3]
-        ends = [self._ends_on_carrier(span) for span in spans]
-        lengths = [float(np.linalg.norm(last - first)) for first, last in ends]
-        middle = sum((length * (first + last) / 2 for length, (first, last) in zip(lengths, ends, strict=True)), np.zeros(3))
-        gap = float(np.linalg.norm(centre - middle / sum(lengths)))
-        if gap > 1e-3 * max(lengths):
-            what = f"the middle of its beam {names}" if len(spans) == 1 else f"that of its beams {names} together"
-            self.warnings.append(f"{start} lies {gap:.4g} m from {what}, along which the mass is spread evenly")

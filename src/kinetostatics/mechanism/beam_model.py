@@ -35,6 +35,8 @@ class BeamModel(ShortRepr):
         compliances: (6,) section compliances.
         mass_per_length: [kg/m], or None when ``mass`` [kg] is spread over whatever length the beam has.
         mass: see ``mass_per_length``.
+        centre: (3,) of ``mass``, in the carrier body [m]: the mass lies evenly along a line beside the beam, or shifted along it,
+            which is rigidly part of the beam's sections. None: along the beam itself.
     """
 
     name: str
@@ -43,6 +45,7 @@ class BeamModel(ShortRepr):
     compliances: Array
     mass_per_length: float | None
     mass: float
+    centre: Array | None
 
     def length(self, frames: Frames) -> Array:
         """Return the length (N,) [m] at given frames."""
@@ -72,6 +75,18 @@ class BeamModel(ShortRepr):
         """Return the mass [kg] at given lengths (…) [m]; a telescope that has no length left has none."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
+    def line_density(self, length: Array) -> Array:
+        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite where a mass is left without length."""
+        if self.mass_per_length is not None:
+            return np.full_like(length, self.mass_per_length)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(self.mass / length)
+
+    def lever(self, frames: Frames) -> Array:
+        """Return the arm (3, N) [m] from the beam's middle to the centre of its mass, world axes."""
+        start, end = self._ends(frames)
+        return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
+
     def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
         """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
 
@@ -82,11 +97,12 @@ class BeamModel(ShortRepr):
         span, section = self.span, self.span.beam.section
         start, end = self._ends(frames)
         R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
+        centre = ((start + end) / 2 + self.lever(frames))[:, 0]
         length, mass = float(self.length(frames)[0]), float(self.mass_at(frames)[0])
         about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
         about[1:] += length**2 / 12
         own = mass * self.axes @ np.diag(about) @ self.axes.T
-        return span.carrier, pin.Inertia(mass, R.T @ ((start[:, 0] + end[:, 0]) / 2 - p), own)
+        return span.carrier, pin.Inertia(mass, R.T @ (centre - p), own)
 
 
 def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
@@ -105,7 +121,7 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         RobotFileError: a telescope's prismatic joint does not lie along its beam, or y_axis is parallel to it.
     """
     models = {}
-    fixed_length: dict[str, float] = {}
+    middles: dict[str, tuple[float, Array]] = {}
     for name, span in spans.items():
         start = zero.point(span.start_body, span.start)[:, 0]
         end = zero.point(span.end_body, span.end)[:, 0]
@@ -134,19 +150,32 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         y /= np.linalg.norm(y)
         beam, axes = span.beam, np.column_stack([x, y, np.cross(x, y)])
         coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
-        fixed_length[name] = float(np.linalg.norm(end - start))
+        middles[name] = float(np.linalg.norm(end - start)), R.T @ ((start + end) / 2 - zero.position[:, span.carrier, 0])
         per_length = None if beam.density is None else beam.density * beam.section.area
-        models[name] = BeamModel(name, span, axes, coefficients, per_length, 0.0)
-    return {name: _with_spread_mass(mechanism, model, models, fixed_length) for name, model in models.items()}
+        models[name] = BeamModel(name, span, axes, coefficients, per_length, 0.0, None)
+    return {name: _with_spread_mass(mechanism, model, models, middles) for name, model in models.items()}
 
 
 def _with_spread_mass(
-    mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], lengths: dict[str, float]
+    mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
 ) -> BeamModel:
-    """Give a beam without density its share, by length, of its link's own mass."""
+    """Give a beam without density its share, by length, of its link's own mass; all shares together have the link's centre.
+
+    Args:
+        mechanism: the robot.
+        model: the beam.
+        models: all beams.
+        middles: length [m] and middle (3,) in the carrier body of every beam, at the closed zero pose.
+    """
     if model.mass_per_length is not None:
         return model
     link = model.span.beam.link
-    siblings = [name for name, item in models.items() if item.span.beam.link == link]
-    share = lengths[model.name] / max(sum(lengths[name] for name in siblings), 1e-300) if len(siblings) > 1 else 1.0
-    return replace(model, mass=mechanism.description.links[link].mass * share)
+    siblings = [middles[name] for name, item in models.items() if item.span.beam.link == link]
+    whole = max(sum(length for length, _ in siblings), 1e-300)
+    length, middle = middles[model.name]
+    share = length / whole if len(siblings) > 1 else 1.0
+    placement, own = mechanism.body_of[link][1], mechanism.description.links[link]
+    centre = placement[:3, :3] @ np.array(own.center_of_mass) + placement[:3, 3]
+    if len(siblings) > 1:
+        centre = centre + middle - sum((length * at for length, at in siblings), np.zeros(3)) / whole
+    return replace(model, mass=own.mass * share, centre=centre)

@@ -1,4 +1,4 @@
-"""Everything that weighs something: rigid links at their centre of mass, beams evenly along their length.
+"""Everything that weighs something: links at their centre of mass, beams with a density evenly along their length.
 
 Masses and centres are those of Pinocchio's inertias (:mod:`kinetostatics.mechanism.inertias`). The weights of one pose are
 computed by Pinocchio, those of many by the same arrays all at once.
@@ -53,6 +53,10 @@ class Weights:
             (np.array([body for body, _ in row], dtype=np.intp), np.array([point for _, point in row]).reshape(-1, 3).T)
             for row in ([(s.start_body, s.start) for s in spans], [(s.end_body, s.end) for s in spans])
         ]
+        own = [(number, beam.span.carrier, beam.centre) for number, beam in enumerate(self._beams) if beam.centre is not None]
+        self._centred = np.array([number for number, _, _ in own], dtype=np.intp)
+        self._beam_body = np.array([body for _, body, _ in own], dtype=np.intp)
+        self._beam_centre = np.array([centre for _, _, centre in own]).reshape(-1, 3).T
 
     def masses(self, frames: Frames) -> Array:
         """Return all masses (W, N) [kg]; those of telescopic beams follow the pose."""
@@ -68,7 +72,10 @@ class Weights:
         result[:, self._is_rigid] = frames.points(self._body, self._centre)
         if self._beams:
             start, end = (frames.points(bodies, points) for bodies, points in self._ends)
-            result[:, ~self._is_rigid] = (start + end) / 2
+            middles = (start + end) / 2
+            if self._centred.size:
+                middles[:, self._centred] = frames.points(self._beam_body, self._beam_centre)
+            result[:, ~self._is_rigid] = middles
         return result
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:

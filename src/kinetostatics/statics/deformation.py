@@ -19,7 +19,7 @@ from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import least_squares
+from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
@@ -294,7 +294,8 @@ def _deform_branches(
             local = rotate(axes, move_wrench(beyond, end[:, None]), back=True)
             own_axial = np.einsum("ign,ign->gn", axes[:, 0], own[:3])
             mass = model.mass_of(length)
-            load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length
+            field = np.concatenate([solution.gravity, cross(model.lever(frames), solution.gravity)])[:, None]
+            load = rotate(axes, field, back=True) * model.line_density(length)
             beams = LoadedBeams(
                 (model,),
                 model.compliances[:, None, None],

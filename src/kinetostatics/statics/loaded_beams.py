@@ -24,7 +24,7 @@ class LoadedBeams:
         mass: (g, N) [kg].
         end: (3, g, N) arm from o to the platform end.
         wrench: (6, S, g, N) wrench at the platform end.
-        load: (3, S, g, N) own weight [N/m].
+        load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
         elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
@@ -64,7 +64,7 @@ class LoadedBeams:
             axes=self.axes * back[None],
             end=self.end - self.axes[:, 0] * self.length,
             wrench=-start * signs,
-            load=self.load * back[:, None],
+            load=self.load * signs,
             inner=outer,
         )
 

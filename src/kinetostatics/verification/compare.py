@@ -188,7 +188,7 @@ class _Ruler:
     def __init__(self, model: FrameModel, theirs: FrameSolution) -> None:
         self.unit = np.repeat([1.0, model.length], 3)
         loads = float(np.sum(np.linalg.norm(model.loads / self.unit, axis=1)))
-        loads += sum(float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams)
+        loads += sum(float(np.linalg.norm(beam.load / self.unit)) * beam.length for beam in model.beams)
         # a robot without beams is rigid: what is left of its compliance is rounding
         self.compliance_size = max(
             float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest

@@ -20,7 +20,7 @@ class FrameBeam:
         points: (2, 3) its ends [m].
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
-        load: (3,) its weight [N/m].
+        load: (6,) its weight, force and moment per length [N/m, N].
         too_long: by how much it is longer than the distance of its ends while nothing strains it [m].
     """
 

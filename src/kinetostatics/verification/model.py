@@ -222,7 +222,7 @@ class _Builder:
             points,
             np.column_stack([x, y, np.cross(x, y)]),
             stiffness,
-            self._mass(placed.name) / length * gravity,
+            self._mass(placed.name) / length * np.append(gravity, np.cross(self._lever(placed), gravity)),
             too_long,
         )
 
@@ -241,8 +241,18 @@ class _Builder:
         siblings = [other.name for other in self.description.beams.values() if other.link == beam.link]
         return self.description.links[beam.link].mass * length(name) / sum(map(length, siblings))
 
+    def _lever(self, placed: PlacedBeam) -> Array:
+        """Return the arm (3,) from the middle of a beam without density, and its siblings, to the centre of their mass [m]."""
+        beam = self.description.beams[placed.name]
+        if beam.density is not None:
+            return np.zeros(3)
+        ends = [self.pieces.beams[other.name].points for other in self.description.beams.values() if other.link == beam.link]
+        lengths = [float(np.linalg.norm(end - start)) for start, end in ends]
+        middle = np.average([(start + end) / 2 for start, end in ends], axis=0, weights=lengths)
+        return np.asarray(self._weight(beam.link, np.zeros(3))[1] - middle)
+
     def _weight(self, link: str, gravity: Array) -> tuple[Array, Array]:
-        """Return the weight (3,) of a rigid link [N] and its centre of mass (3,)."""
+        """Return the weight (3,) of a link [N] and its centre of mass (3,)."""
         data, frame = self.description.links[link], self.configuration.frame(link)
         return data.mass * gravity, frame[:3, :3] @ np.array(data.center_of_mass) + frame[:3, 3]
 

@@ -21,7 +21,7 @@ import numpy as np
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named, ShortRepr
-from kinetostatics.verification.frame import Coordinate, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
@@ -110,7 +110,8 @@ class _Scale:
             float(np.abs(model.loads[:, :3]).max(initial=0.0)),
             float(np.abs(model.loads[:, 3:]).max(initial=0.0)) / self.length,
         ]
-        forces += [float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams]
+        unit = np.repeat([1.0, self.length], 3)
+        forces += [float(np.linalg.norm(beam.load / unit)) * beam.length for beam in model.beams]
         forces.append(self.stiffness * model.largest_assembly_error)
         self.force = max(forces) or 1.0
 
@@ -175,9 +176,8 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
                 "nodes": ends,
                 "stiffness": (np.array(beam.stiffness) / section).tolist(),
                 "z": beam.axes[:, 2].tolist(),
-                "load": (beam.axes.T @ beam.load * scale.length / scale.force).tolist(),
-                # the force that takes back what it is too long, from its base end on
-                "thrust": (beam.stiffness[0] / beam.length * beam.too_long / scale.force * beam.axes[:, 0]).tolist(),
+                "load": (beam.axes.T @ beam.load[:3] * scale.length / scale.force).tolist(),
+                "at_ends": (_at_ends(beam) / np.tile(scale.wrench, 2)).tolist(),
             }
         )
     ties_apart: list[dict[str, object]] = []
@@ -201,6 +201,21 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
         "ties_apart": ties_apart,
     }
     return {**lists, "platform": references[model.platform]}
+
+
+def _at_ends(beam: FrameBeam) -> Array:
+    """Return the forces and moments (12,) on a beam's ends, base end first, that do what its even moment and its misfit do.
+
+    A beam that is held at both ends answers an even moment m across it by the forces m/(1 + φ) along the other axis across and
+    by end moments, φ = 12 EI/(κGA L²): equilibrium and the deflections and rotations of a Timoshenko beam say so. What it is too
+    long is taken back by a thrust.
+    """
+    L, (EA, GA_y, GA_z, _, EI_y, EI_z) = beam.length, beam.stiffness
+    x, y, z = beam.axes.T @ beam.load[3:]
+    phi_y, phi_z = 12 * EI_z / (GA_y * L**2), 12 * EI_y / (GA_z * L**2)
+    forces = np.array([EA / L * beam.too_long, z / (1 + phi_y), -y / (1 + phi_z)])
+    moments = L / 2 * np.array([x, y * phi_z / (1 + phi_z), z * phi_y / (1 + phi_y)])
+    return np.concatenate([beam.axes @ part for part in (-forces, moments, forces, moments)])
 
 
 def _series(joint: FrameJoint) -> list[tuple[Array, Array]]:

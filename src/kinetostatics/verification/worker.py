@@ -15,6 +15,7 @@ import importlib.util
 import json
 import os
 import sys
+from operator import neg
 from pathlib import Path
 from types import ModuleType
 from typing import TypeAlias, TypedDict
@@ -31,14 +32,14 @@ class Spring(TypedDict):
 
 
 class Beam(TypedDict):
-    """A beam, and the loads along it."""
+    """A beam, the force along it, and what acts on its two ends beside."""
 
     tag: int
     nodes: list[int]
     stiffness: list[float]
     z: list[float]
     load: list[float]
-    thrust: list[float]
+    at_ends: list[float]
 
 
 class Frame(TypedDict):
@@ -146,7 +147,8 @@ def assembly_error_forces(spring: Spring, penalty: float) -> list[float]:
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
-    An assembly error acts like the forces that take it back on both nodes of a spring or beam, which are no forces of the spring.
+    An assembly error acts like the forces that take it back on both nodes of a spring or beam, which are no forces of the spring;
+    an even moment along a beam like those at its ends that OpenSees does not know of.
 
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
@@ -154,12 +156,10 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     answer: Answer = {"platform": [[0.0] * 6], "springs": [], "beams": []}
     misfits = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
     loads = list(frame["loads"])
-    for nodes, forces in (
-        *((spring["nodes"], forces) for spring, forces in zip(frame["springs"], misfits, strict=True)),
-        *((beam["nodes"], [*beam["thrust"], 0.0, 0.0, 0.0]) for beam in frame["beams"]),
-    ):
+    pairs = [(spring["nodes"], [*map(neg, forces), *forces]) for spring, forces in zip(frame["springs"], misfits, strict=True)]
+    for nodes, forces in [*pairs, *((beam["nodes"], beam["at_ends"]) for beam in frame["beams"])]:
         if any(forces):
-            loads += [(nodes[0], [-value for value in forces]), (nodes[1], forces)]
+            loads += [(nodes[0], forces[:6]), (nodes[1], forces[6:])]
     free = sorted(set(range(len(frame["nodes"]))) - set(frame["fixed"]))
     for step in range(3):
         start(ops, loads)
@@ -175,8 +175,7 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
         }
         if step == 0:
             found["springs"] = added(found["springs"], misfits)
-            thrusts = [[*beam["thrust"], 0.0, 0.0, 0.0] for beam in frame["beams"]]
-            found["beams"] = added(found["beams"], [[*thrust, *(-value for value in thrust)] for thrust in thrusts])
+            found["beams"] = added(found["beams"], [[*map(neg, beam["at_ends"])] for beam in frame["beams"]])
         for key, rows in found.items():
             answer[key] = added(answer[key], rows) if answer[key] else rows
         ops.reactions()
