@@ -29,7 +29,7 @@ from kinetostatics.engine.choice import compiled_solver
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam as beams
 from kinetostatics.mechanism.weights import Weights
-from kinetostatics.verification import OpenSeesError
+from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.model import build
 from kinetostatics.verification.pieces import Directions
@@ -491,12 +491,50 @@ def test_mistakes_are_noticed(monkeypatch, mistake, wrong):
     assert found.verdict.startswith("NOT verified") and "DIFFERS" in str(found)
 
 
-def test_missing_numbers_are_noticed(monkeypatch):
-    right = ks.Result.twist.func
-    monkeypatch.setattr(ks.Result, "twist", property(lambda self: right(self) * np.nan))
-    found = ks.verify(pose("3rps", 0))
-    assert not found.verified and found.differences["twist"] == np.inf
-    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["differences"]["twist"] is None
+@cache
+def right_result():
+    return ks.analyze(pose("3rps", 0), LOAD)
+
+
+def without(numbers, name):
+    return {key: value for key, value in numbers.items() if key != name}
+
+
+#: What a result may have wrong, and which of the differences is then infinite.
+LOSSES = {
+    "twist": ("twist", lambda right: right * np.nan, "twist"),
+    "stiffness": ("stiffness", lambda right: right * np.nan, "stiffness"),
+    "wrench": ("joint_wrenches", lambda right: {**right, "prismatic_2": np.full(6, np.nan)}, "joint_wrenches"),
+    "joint": ("joint_wrenches", lambda right: without(right, "prismatic_2"), "joint_wrenches"),
+    "further joint": ("joint_wrenches", lambda right: {**right, "another": np.zeros(6)}, "joint_wrenches"),
+    "beam": ("beams", lambda right: without(right, "rod_2"), "beam_wrenches"),
+}
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_missing_numbers_are_noticed(monkeypatch, loss):
+    name, change, wrong = LOSSES[loss]
+    changed = change(getattr(right_result(), name))
+    monkeypatch.setattr(ks.Result, name, property(lambda self: changed))
+    found = ks.verify(pose("3rps", 0), load=LOAD)
+    assert not found.verified and found.differences[wrong] == np.inf
+    assert [item for item in found.differences.values() if item > found.tolerance] == [np.inf]
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["differences"][wrong] is None
+    assert loss in ("twist", "stiffness", "wrench") or found.not_compared
+
+
+@pytest.mark.parametrize("end", [0, 1])
+def test_both_ends_of_a_beam_are_compared(monkeypatch, end):
+    right = compare._ends
+
+    def wrong(beam):
+        sections = right(beam).copy()
+        sections[end] *= 1 + 1e-4
+        return sections
+
+    monkeypatch.setattr(compare, "_ends", wrong)
+    found = ks.verify(pose("3rps", 0), load=LOAD)
+    assert not found.verified and 1e-6 < found.differences["beam_wrenches"] < 1e-3
 
 
 @pytest.mark.parametrize("options", [{"load": np.zeros((3, 6))}, {"tolerance": 0.0}, {"frame": "moon"}, {"point": (1, 2)}])

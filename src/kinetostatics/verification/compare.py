@@ -30,6 +30,8 @@ TOLERANCE = 1e-6
 #: A twist or force that is smaller than this part of what the loads could cause is zero by symmetry: differences are then
 #: measured against that part.
 NOTHING = 1e-3
+#: Where the compliances of a platform differ more, the small ones are what rounding leaves of rigid limbs.
+STIFF = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,17 +138,24 @@ def verify(
     )
     ruler = _Ruler(model, theirs)
     not_compared: dict[str, str] = {}
-    joints = _determined(ours.joint_wrenches, theirs.joint_wrenches, result, not_compared)
-    beams = _determined(ours.beam_wrenches, theirs.beam_wrenches, result, not_compared)
+    known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
+    for name in model.within - set(ours.joint_wrenches):
+        del known["joint_wrenches"][name]
+    joints = _determined(ours.joint_wrenches, known["joint_wrenches"], result, not_compared)
+    beams = _determined(ours.beam_wrenches, known["beam_wrenches"], result, not_compared)
     joint_differences = {name: ruler.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
     differences = ruler.differences(ours, theirs, joints, beams)
-    if np.any(np.isnan(ours.stiffness)):
+    if np.any(np.isnan(ours.stiffness)) and not ruler.has_stiffness(theirs):
         del differences["stiffness"]
         not_compared["stiffness"] = "rigid limbs make it infinite; its inverse, the compliance, is compared"
     scatter = {name: value for name, value in ruler.differences(less, theirs, joints, beams).items() if name in differences}
-    for missing in set(ours.joint_wrenches) - set(theirs.joint_wrenches):
-        not_compared[missing] = "the finite elements have no such joint"
-        joint_differences[missing] = differences["joint_wrenches"] = np.inf
+    for what, wrenches in known.items():
+        for name in sorted(set(getattr(ours, what)) ^ set(wrenches)):
+            missing = "the finite elements have" if name in getattr(ours, what) else "the analysis has"
+            not_compared[name] = f"{missing} no such {what.partition('_')[0]}"
+            differences[what] = np.inf
+            if what == "joint_wrenches":
+                joint_differences[name] = np.inf
     return Verification(
         configuration,
         result,
@@ -172,9 +181,7 @@ def _determined(
 ) -> list[str]:
     """Return the joints or beams whose wrenches both sides know."""
     found = []
-    for name in theirs:
-        if name not in ours:
-            continue  # a fixed joint inside base or platform
+    for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:
             not_compared[name] = "rigid parts are overconstrained: its wrench is not determined"
         else:
@@ -198,6 +205,11 @@ class _Ruler:
         self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * yielding)
         sizes = [float(np.linalg.norm(wrench / self.unit)) for wrench in theirs.joint_wrenches.values()]
         self.wrench_size = max([*sizes, NOTHING * yielding / softness])
+
+    def has_stiffness(self, theirs: FrameSolution) -> bool:
+        """Whether the platform yields in all directions."""
+        values = np.linalg.svd(theirs.compliance * np.outer(self.unit, self.unit), compute_uv=False)
+        return bool(values[-1] * STIFF > self.compliance_size)
 
     def wrench(self, ours: Array, theirs: Array) -> float:
         """Return the difference of two wrenches."""

@@ -115,6 +115,7 @@ class _Builder:
             tuple(self._actuators(coordinates)),
             *_sizes(o, platform, references, beams, joints),
             tuple(tie for tie, _ in springs),
+            self.pieces.within,
         )
 
     def _acting(

@@ -267,8 +267,17 @@ class Pieces:
         return {self.of_link(item) for item in found}
 
     @cached_property
+    def _ends(self) -> tuple[set[int], set[int]]:
+        return self._rigid_with(self.description.base), self._rigid_with(self.description.platform)
+
+    @cached_property
+    def within(self) -> frozenset[str]:
+        """Names of the joints between pieces of the base, or of the platform, that are rigidly one."""
+        return frozenset(item.joint.name for item in self.jointed if any(set(item.pieces) <= end for end in self._ends))
+
+    @cached_property
     def _directions(self) -> Directions:
-        base, platform = self._rigid_with(self.description.base), self._rigid_with(self.description.platform)
+        base, platform = self._ends
 
         def node(piece: int) -> int:
             piece = self.find(self._whole.get(self.find(piece), piece))
