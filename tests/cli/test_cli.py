@@ -144,10 +144,18 @@ def test_shipped_robots():
     assert set(shipped_robots()) == {path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")}
     assert robot_path("3rps").samefile(ROBOTS / "3rps.urdf.xacro")
     assert robot_path(ROBOTS / "2pru_upr.urdf.xacro") == ROBOTS / "2pru_upr.urdf.xacro"
-    with pytest.raises(ks.ArgumentError, match="did you mean '3rps'"):
-        robot_path("3rsp")
-    with pytest.raises(ks.ArgumentError, match="is a folder"):
+    with pytest.raises(ks.RobotFileError, match="Is a directory"):
         robot_path(ROBOTS)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [robot_path, ks.load_robot, lambda path: ks.sweep(path, {"z": [0.5]}), lambda path: ks.optimize(path, {"a": "1mm:2mm"})],
+    ids=["path", "load_robot", "sweep", "optimize"],
+)
+def test_a_file_that_is_not_there_is_one_mistake(call):
+    with pytest.raises(ks.RobotFileError, match=r"^3rsp: the file cannot be read: No such file .* did you mean '3rps'"):
+        call("3rsp")
 
 
 def test_a_file_comes_before_a_shipped_robot(tmp_path, monkeypatch):

@@ -56,6 +56,20 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
     assert "<table" in plan._repr_html_() and json.loads(json.dumps(plan.to_dict()))["candidates"] == 4
 
 
+def test_saved_files_replace_what_is_there_or_say_why_not(tmp_path):
+    """One rule of all that save: a plan, a front, a correction, a robot."""
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+    plan = ks.plan_measurements(pose.robot, ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, read=["dz"])
+    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, over={"z": 0.5, "rx": 0.0, "ry": 0.0})
+    for found in (plan, front, ks.compensate(pose)):
+        (tmp_path / "x.csv").write_text("before", encoding="utf-8")
+        found.save(tmp_path / "x.csv")
+        assert "before" not in (tmp_path / "x.csv").read_text(encoding="utf-8")
+        (tmp_path / "folder.csv").mkdir(exist_ok=True)
+        with pytest.raises(ks.ArgumentError, match=r"folder\.csv cannot be written: Is a directory"):
+            found.save(tmp_path / "folder.csv")
+
+
 def test_what_no_candidate_tells():
     plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, None, LOADS, reference="unloaded")
     assert plan.unidentifiable[0].words.startswith("no reading sees payload.mass") and list(plan.standard_errors) == ["rod_1"]

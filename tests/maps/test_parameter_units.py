@@ -45,6 +45,11 @@ def test_parameters_of_robots_have_their_units_or_none():
     assert known > 0.7 * len(plain)
 
 
+def test_a_thermal_expansion_has_its_unit():
+    robot = ks.load_robot("3rps").description
+    assert parameter_unit(1.2e-5, lambda value: robot.changed("rod_1", thermal_expansion=value)) == "1/K"
+
+
 @pytest.fixture
 def file(tmp_path):
     """A robot with a parameter, and expressions of it."""

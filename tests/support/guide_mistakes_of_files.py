@@ -68,8 +68,6 @@ def link(name: str, cure: str, written: str = "") -> Mistake:
 
 FILES = (
     code('ks.load_robot(folder / "none.urdf")', "Relative paths start at the current folder.", "`kinetostatics check none.urdf`"),
-    code("from kinetostatics.files.bundled import robot_path; robot_path('3prss')", "A path, or one of the names.",
-         "`kinetostatics check 3prss`"),
     code("from kinetostatics.files.bundled import robot_path; robot_path(folder)", "Name the file in it.",
          "`kinetostatics check .`"),
     code('ks.load_robot("3prss")', "A path, or one of the names in `ks.robots()`."),

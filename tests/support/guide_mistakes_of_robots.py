@@ -377,7 +377,7 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake("`ks.calibrate(robot, …, [\"payload.mass\"])`, readings upwards", "Right signs; or the unknown that makes them.",
             code='robot = ks.load_robot("3rps")\nrows = {"z": [0.5, 0.6], "rx": [0.0] * 2, "ry": [0.0] * 2, "dz": [1e-6, 1e-6]}\n'
             'ks.calibrate(robot, rows, ["payload.mass"])'),
-    Mistake("`ks.calibrate(robot, …)`, one row written twice", "Each measurement once; one that was repeated is hardly ever the same.",
+    Mistake("`ks.calibrate(robot, …)`, one row written twice", "Each measurement once; one repeated is hardly ever the same.",
             code='robot = ks.load_robot("3rps")\nrows = {"z": [0.5, 0.6, 0.5], "rx": [0.0] * 3, "ry": [0.0] * 3, '
             '"Fz": [-100.0, -200.0, -100.0], "dz": [-1e-6, -2e-6, -1e-6]}\nks.calibrate(robot, rows, ["rod_1"])'),
 ))  # fmt: skip

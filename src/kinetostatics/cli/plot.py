@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
     """Write the figure."""
     if args.out is None and not args.list:
         raise ArgumentError("--out FILE is missing: where to write the figure")
-    with waiting("reading the map" if args.list else "drawing"), open_map(args.map) as ds:
+    with waiting("reading the map" if args.list else "drawing"), checked_map(args.map) as ds:
         if args.list:
             said = _list(ds)
         else:
@@ -146,7 +146,7 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
     return found
 
 
-def open_map(path: str) -> xr.Dataset:
+def checked_map(path: str) -> xr.Dataset:
     """Open a map lazily.
 
     Raises:

@@ -46,7 +46,8 @@ class Sizes:
         """Return the SI unit of a number, empty if it has none or that is not certain."""
         if name not in self.parts:
             return self.variants.unit(name)
-        return self.parts[name][0].units[0].replace("1", "")
+        found = self.parts[name][0].units[0]
+        return "" if found == "1" else found
 
     def check_units(self, typed: Sequence[tuple[str, str]]) -> None:
         """Complain of numbers that were given in a unit of another kind than their own.

@@ -127,17 +127,11 @@ def robot_path(robot: str | os.PathLike[str]) -> Path:
     """Return the file of a robot given by a path or by the name of one that comes with the package.
 
     Raises:
-        ArgumentError: there is neither such a file nor such a name.
+        RobotFileError: there is neither such a file nor such a name.
+        ArgumentError: it is neither a path nor a name.
     """
-    path = _located(robot)
-    if path.is_file():
-        return path
-    name = os.fsdecode(robot)
-    if path.is_dir():
-        raise ArgumentError(f"{name!r} is a folder, not a robot file")
-    raise ArgumentError(
-        f"there is no robot file {name!r}, and no robot of that name comes with the package: {near_names(name, shipped_robots())}"
-    )
+    _, path = read_robot(robot)
+    return Path(path)
 
 
 def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:

@@ -27,7 +27,7 @@ UNITS: dict[type, dict[str, str]] = {
     Inertia: {"rpy": "rad"},
     Cone: {"angle": "rad"},
     JointStiffness: {"linear": "N/m", "angular": "N m/rad"},
-    Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³"},
+    Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³", "thermal_expansion": "1/K"},
     **{kind: dict.fromkeys(names, "m") for kind, names in SECTIONS.values() if kind is not Section},
     Beam: {},
     Joint: {},

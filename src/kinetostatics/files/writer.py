@@ -47,6 +47,16 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     text = robot_text(_beside(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
+    write_text(name, text)
+
+
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write a file; one of that name is replaced.
+
+    Raises:
+        ArgumentError: it cannot be written.
+    """
+    name = path_name("path", path)
     try:
         with open(name, "w", encoding="utf-8", newline="\n") as file:
             file.write(text)

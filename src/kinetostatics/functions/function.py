@@ -75,11 +75,6 @@ class Function:
         self.outputs: Mapping[str, Quantity] = Named(outputs_of(robot, outputs, compensates))
 
     @property
-    def by_drives(self) -> bool:
-        """The former name of ``by_actuators``."""
-        return self.by_actuators
-
-    @property
     def parameters(self) -> Mapping[str, Quantity]:
         """The numbers of the robot's description that derivatives may be taken by, with shapes and units.
 

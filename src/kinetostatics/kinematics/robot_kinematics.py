@@ -126,11 +126,6 @@ class RobotKinematics:
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
 
-    @property
-    def drives_outside_limbs(self) -> tuple[str, ...]:
-        """The former name of ``actuators_outside_limbs``."""
-        return self.actuators_outside_limbs
-
     @cached_property
     def zero_is_near(self) -> bool:
         """Whether the loops are closed where all joints are at zero, but for rounding."""

@@ -44,7 +44,6 @@ def compensation(
     *,
     x: str | None = None,
     actuators: Sequence[str] | None = None,
-    drives: Sequence[str] | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw by how much the loaded platform misses the wanted pose, uncorrected and corrected, or what the actuators do for it.
@@ -55,7 +54,6 @@ def compensation(
             "correction" of the actuators; or their "force", and what of it is there without loads and payload.
         x: of a path the coordinate of the wanted platform to the right; default: the one that varies, or else the pose's number.
         actuators: of which corrections or forces are drawn; default: all, if they all slide or all turn.
-        drives: the former name of ``actuators``.
         ax: to draw on; default: a new figure one column and a half wide.
 
     Returns:
@@ -68,7 +66,6 @@ def compensation(
     if not isinstance(found, Compensation):
         raise ArgumentError(f"{found!r} is no compensation: ks.compensate(pose, …) makes one")
     check_choice("what", what, KINDS)
-    actuators = drives if actuators is None else actuators
     if actuators is not None and what in KINDS[:2]:
         raise ArgumentError(f"actuators is not for the {what} of the platform; leave it out")
     shown = _of_platform(found, what) if what in KINDS[:2] else _of_actuators(found, what, actuators)

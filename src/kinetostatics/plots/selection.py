@@ -18,7 +18,7 @@ from kinetostatics.plots.ranges import main_range
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
-OTHER_MODE = 100
+IN_OTHER_MODE = 100
 #: Components of a motion, or parts of a force, whose largest is this small beside the whole are rounding.
 ROUNDING = 1e-11
 #: Variables that are coordinates, not small motions: they are shown as coordinates are.
@@ -56,7 +56,7 @@ class Selection:
         what: its name.
         axes: the coordinates that vary.
         values: over the axes; NaN where the pose does not count.
-        status: over the axes, why a pose has no number, if it has none; :data:`OTHER_MODE` where only another assembly mode
+        status: over the axes, why a pose has no number, if it has none; :data:`IN_OTHER_MODE` where only another assembly mode
             reaches it.
         units: of the values.
         long_name: of the values.
@@ -250,7 +250,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
         status = status.where(~beyond, Status.LIMIT_EXCEEDED)
     if "mode" in part:
         other = (part["mode"] == 1) & (status == Status.UNREACHABLE)
-        status = status.where(~other, OTHER_MODE)
+        status = status.where(~other, IN_OTHER_MODE)
     return np.asarray(status.transpose(*dims).values, dtype=np.int8)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
-from kinetostatics.files.writer import save_robot
+from kinetostatics.files.writer import save_robot, write_text
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.printing.dispatch import Told
@@ -191,11 +191,14 @@ class MeasurementPlan(Told, ShortRepr):
     robot: Robot
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan as a table of measurements (CSV), whose readings are still empty."""
+        """Write the plan as a table of measurements (CSV), whose readings are still empty; a file of that name is replaced.
+
+        Raises:
+            ArgumentError: the file cannot be written.
+        """
         names = [*self.coordinates, *WRENCH_COMPONENTS, *self.gauges]
         lines = [",".join(names)]
         for k, load in enumerate(self.load):
             cells = [*(values[k] for values in self.coordinates.values()), *load]
             lines.append(",".join([*(f"{float(cell):.12g}" for cell in cells), *("" for _ in self.gauges)]))
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("\n".join(lines) + "\n")
+        write_text(path, "\n".join(lines) + "\n")

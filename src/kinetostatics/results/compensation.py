@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.files.writer import write_text
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.linalg import matmul
@@ -112,7 +114,7 @@ class Compensation(Told):
         return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})
 
     def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
-        """Write everything to a file.
+        """Write everything to a file; one of that name is replaced.
 
         Args:
             path: ends in ``.csv``: a table with one row a pose, units in the titles of its columns, empty cells where there is no
@@ -127,11 +129,12 @@ class Compensation(Told):
         if folder and not os.path.isdir(folder):
             raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
         if name.endswith(".csv"):
-            with open(name, "w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                columns = _table_columns(self)
-                writer.writerow(columns)
-                writer.writerows(zip(*columns.values(), strict=True))
+            text = io.StringIO()
+            writer = csv.writer(text, lineterminator="\n")
+            columns = _table_columns(self)
+            writer.writerow(columns)
+            writer.writerows(zip(*columns.values(), strict=True))
+            write_text(name, text.getvalue())
         elif name.endswith(".nc"):
             self.to_dataset(axes).to_netcdf(name, engine="h5netcdf")
         else:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.files.writer import write_text
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.results.optimum import Optimum
@@ -51,12 +53,17 @@ class ParetoFront(Told):
         return len(self.points)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a CSV file: both quantities and all parameters of each point, with units in the titles."""
+        """Write a CSV file: both quantities and all parameters of each point, with units in the titles; one there is replaced.
+
+        Raises:
+            ArgumentError: the file cannot be written.
+        """
         names = self.parameters
         units = self.points[0].units if self.points else {}
         titles = [*zip(self.minimized, self.units, strict=True), *((name, units.get(name, "")) for name in names)]
-        with open(path, "w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in titles])
-            for k, row in enumerate(self.objectives.tolist()):
-                writer.writerow([repr(value) for value in (*row, *(float(values[k]) for values in names.values()))])
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in titles])
+        for k, row in enumerate(self.objectives.tolist()):
+            writer.writerow([repr(value) for value in (*row, *(float(values[k]) for values in names.values()))])
+        write_text(path, text.getvalue())
