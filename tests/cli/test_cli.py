@@ -330,7 +330,7 @@ def test_another_pose_may_begin_the_way(capsys):
         ("check", "ROBOT is missing; it comes before the options"),
         ("check --set rod_diameter=1 3rps", "ROBOT is missing; it comes before the options"),
         ("check 3rps --fast", "unrecognized arguments: --fast"),
-        ("check 3rp", "no robot file '3rp'"),
+        ("check 3rp", "3rp: the file cannot be read: No such file"),
         ("check 3rps --set rod_diam=0.1", "did you mean 'rod_diameter'?"),
         ("check 3rps --set rod_diameter=0.1 rod_diameter=0.2", "'rod_diameter' is given twice"),
         ("check 3rps --set rod_diameter", "not of the form name=value"),

@@ -436,6 +436,18 @@ def test_the_jacobian_is_what_readings_change_by():
     assert np.abs(before - model.predict(at * np.array([1, 0.5, 1, 1, 1, 1]))).max() > 1e-6
 
 
+@pytest.mark.parametrize(("name", "determinate"), [("3rps", True), ("2pru_upr", False)])
+def test_readings_are_linear_in_a_compliance_where_the_robot_is_determinate(name, determinate):
+    robot = package_robots.robot(name)
+    unknowns = Unknowns(robot, ["rod_3"], {"dz": ks.Gauge((0, 0, 1)), "dy": ks.Gauge((0, 1, 0))}, None, {})
+    pose = {"z": np.array([0.6]), "rx": np.array([-0.1]), "ry": np.array([0.2])}
+    readings = Readings(np.zeros(2, dtype=int), np.arange(2), unknowns._gauges)
+    model = Model(unknowns, pose, np.array([[0, 100.0, -500, 0, 0, 0]]), readings, "undeformed", None)
+    soft, own, stiff = (model.predict(np.array([c])) for c in (2.0, 1.0, 0.5))
+    ratios = (soft - own) / (2 * (own - stiff))
+    assert np.allclose(ratios, 1, atol=1e-7) if determinate else np.all(np.abs(ratios - 1) > 0.05)
+
+
 def test_rows_that_are_given_twice_are_told(cantilever, tmp_path):
     """A hundred copies of three readings are no hundred measurements; the same pose and load read once more is one."""
     text = "Fz,dz [um],dx [um]\n-10,-5,\n-20,-11,0\n-30,-15,\n-10,-5.1,\n"
