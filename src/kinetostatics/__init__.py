@@ -233,7 +233,7 @@ _MODULES = {"description": "description", "indices": "indices", "plot": "plots",
 _MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
 
 
-LATE_MODULES.extend(("kinetostatics.results.warnings", "kinetostatics.reports"))
+LATE_MODULES.extend(("kinetostatics.results.warnings", "kinetostatics.checks.collect", "kinetostatics.reports"))
 
 
 def __dir__() -> list[str]:

@@ -26,7 +26,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
-from kinetostatics.printing.dispatch import Shown, text_of
+from kinetostatics.printing.dispatch import Shown, text_of, warnings_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 
 if TYPE_CHECKING:
@@ -140,6 +140,11 @@ class Robot(Shown, RobotKinematics):
     def statics(self) -> RobotStatics:
         """What the numerics of the statics need: frozen data, and the limbs' wrench bases, which are chosen once per robot."""
         return make_statics(self._static_model, self.generic_frames, self.frames_at(typical_poses(self)))
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What to be careful about at any pose, in full sentences: those of :attr:`Result.warnings` that are of the robot."""
+        return warnings_of(self)
 
     @cached_property
     def members(self) -> tuple[Member, ...]:

@@ -102,10 +102,6 @@ def _one_line(text: str) -> str:
 # ---- what is answered --------------------------------------------------------------------------------------------------
 
 
-#: What ``check`` says of most robots, and of all examples here; it is shown once.
-RIGID_BEARINGS = "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
-
-
 def provoke(mistake: Mistake, folder: Path) -> tuple[list[str], set[tuple[str, int]]]:
     """Make a mistake; return the messages, without the file's name and line, and the lines of the code that raised them.
 
@@ -125,8 +121,7 @@ def provoke(mistake: Mistake, folder: Path) -> tuple[list[str], set[tuple[str, i
     assert mistake.warns, "nothing is wrong with it"
     said = [str(item.message) for item in given if issubclass(item.category, UserWarning)]
     said += [*robot_facts(found).warnings, *(names["result"].warnings if "result" in names else ())]
-    found_out = [_bare(warning, folder) for warning in dict.fromkeys(said)]
-    return [text for text in found_out if text != RIGID_BEARINGS] or found_out, set()
+    return [_bare(warning, folder) for warning in dict.fromkeys(said)], set()
 
 
 def _run(mistake: Mistake, file: Path, names: dict[str, Any]) -> Any:

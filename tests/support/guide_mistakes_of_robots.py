@@ -336,7 +336,6 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake('`<origin xyz="0.9 0 0"/>` there', "Turn the frames so that zero is within reach.",
             ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.9 0 0")),)),
     Mistake('`<limit lower="0.2" upper="1" …/>` in a', "Turn its frame, or widen the limits.", (('lower="-1"', 'lower="0.2"'),)),
-    Mistake("no `<joint_stiffness>`", "Their stiffnesses, if they matter.", code="result = ks.analyze(pose)"),
     swap('<robot name="parallelogram">', "<robot>", "A name, if another is wanted."),
     swap(INERTIA, "", "Nothing; other tools, which compute motions, want it.", "`<inertia …/>` left out of `<inertial>`"),
     swap(INERTIA, INERTIA.replace(' ixy="0"', ""), "All six, for other tools: they drop an incomplete one, and its mass."),

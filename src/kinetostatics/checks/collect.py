@@ -11,9 +11,10 @@ from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, Robot
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
-from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
+from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics, warnings_of_zero
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.mechanism.limbs import AttachedBodies
+from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.robot import Robot
 
 T = TypeVar("T")
@@ -74,12 +75,22 @@ def robot_facts(robot: Robot) -> RobotFacts:
     facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
     held = reader.dead_weight(robot.topology, "platform")
     facts.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)
+    facts.zero.warnings += warnings_of_zero(robot, facts)
     facts.warnings += warnings_of_file(robot, facts)
     if groups is not None and facts.mobility is not None:
-        warnings, problems = warnings_of_statics(robot, facts)
+        warnings, at_zero, problems = warnings_of_statics(robot, facts)
         facts.warnings += warnings
+        facts.zero.warnings += at_zero
         facts.problems += problems
+    facts.warnings += facts.zero.warnings
     return facts
+
+
+@warnings_of.register
+def robot_warnings(robot: Robot) -> tuple[str, ...]:
+    """Return what keeps a robot from being analysed at most poses, and what to be careful about at any pose."""
+    facts = robot_facts(robot)
+    return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
 
 
 # ---- parts -----------------------------------------------------------------------------------------------------------

@@ -123,11 +123,13 @@ class ZeroFacts:
         openings: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
         drives: where the actuators stand at the closed zero pose [m, rad]; None if the loops do not close.
         closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
+        warnings: those of the robot's warnings that are of this pose alone.
     """
 
     openings: dict[str, dict[str, float]]
     drives: dict[str, float] | None = None
     closing_error: float | None = None
+    warnings: list[str] = field(default_factory=list)
 
     def widest(self, unit: str) -> tuple[float, str]:
         """Return the largest opening in ``m`` or ``rad``, and the loop's name."""
@@ -154,7 +156,7 @@ class RobotFacts:
         mass: of everything at the zero pose [kg].
         massless: rigid links between joints that weigh nothing.
         problems: what keeps the robot from being analysed at all.
-        warnings: what to be careful about.
+        warnings: what to be careful about, in the robot and at its zero pose.
     """
 
     name: str

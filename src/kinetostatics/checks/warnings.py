@@ -45,8 +45,8 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
-    """Return warnings of what can be seen without statics."""
-    found = [*_closing(robot, facts), *_limits(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
+    """Return warnings of what can be seen without statics at any pose."""
+    found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
     found += [*_materials(facts), *_masses(robot, facts), *without_mass(robot, facts), *_elastic_joints(robot, facts)]
     found += [
         f"link {link!r} ends nowhere: {joint!r} is its only joint, and it hangs on the base; if it is to hold the platform, a "
@@ -63,7 +63,8 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     return found
 
 
-def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    """Yield warnings of the zero pose that can be seen without statics."""
     zero = facts.zero
     if zero.closing_error is None:
         return
@@ -73,22 +74,29 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "probably rounded; write them with full precision, as ${pi/2} in xacro"
             + (", or assemble with a larger tolerance" if robot.zero_is_near else "")
         )
-    metres, radians = zero.widest("m"), zero.widest("rad")
     moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
+    if moved:
+        yield (
+            "the loops do not close with the actuators at zero: the zero pose, from which all others are reached, has "
+            f"{listing(moved)}"
+        )
+    yield from _limits(robot, facts)
+
+
+def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    zero = facts.zero
+    if zero.closing_error is None:
+        return
+    metres, radians = zero.widest("m"), zero.widest("rad")
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
             + (
                 "which angles in degrees would explain: see the other warnings"
                 if odd_angles(robot.description.joints, robot.description.loops)
-                else "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero "
-                "of the joints so that it nearly closes the loops"
+                else "perhaps in another assembly mode than is meant: then move the zero of the joints so that it nearly "
+                "closes the loops"
             )
-        )
-    if moved:
-        yield (
-            "the loops do not close with the actuators at zero: the zero pose, from which all others are reached, has "
-            f"{listing(moved)}"
         )
     hint = None if robot.zero_is_near else corrections_hint(robot.mechanism, robot.size)
     if hint:
@@ -255,9 +263,6 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    types = [robot.mechanism.connections[edge.joint].type for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
-    if not robot.description.joint_stiffness and any(0 < item.freedoms < 6 for item in types):
-        yield "bearings and actuators count as rigid: the file gives no <joint_stiffness>"
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
         for words, value, unit, turns in _held(robot, joint):
@@ -296,9 +301,10 @@ def _free_axes(joint: Connection) -> set[tuple[int, str]]:
 # ---- statics ---------------------------------------------------------------------------------------------------------
 
 
-def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str]]:
-    """Return warnings of doubtful counts and of actuators, and what keeps the robot from being analysed."""
+def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
+    """Return warnings of doubtful counts and of actuators, those of the zero pose, and what keeps the robot from an analysis."""
     found: list[str] = []
+    at_zero: list[str] = []
     problems: list[str] = []
     if robot.mobility.gap < SMALL_GAP:
         found.append(
@@ -325,12 +331,13 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
     if problem is not None:
-        (found if problem.startswith(AT_ZERO) else problems).append(problem)
+        (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
         words = near_singular_words(zero)
-        found += [words.replace("the pose is", "the zero pose is", 1)] if words else []
-    found += facts_of_poses(generic, zero)
-    return found, problems
+        at_zero += [words.replace("the pose is", "the zero pose is", 1)] if words else []
+    found += facts_of_poses(generic)
+    at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
+    return found, at_zero, problems
 
 
 def _owner(robot: Robot, joint: str) -> str:

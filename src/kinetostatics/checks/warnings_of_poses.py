@@ -15,21 +15,18 @@ from kinetostatics.robot import Robot
 AT_ZERO = "at the zero pose"
 
 
-def facts_of_poses(generic: Result, zero: Result) -> list[str]:
-    """Say what the status of nearly all poses will be, or that of the zero pose alone: forces or intensities that are missing."""
-    found: list[str] = []
-    for result, where in ((generic, ""), (zero, f"{AT_ZERO} ")):
-        if np.any(result.indeterminate) and (result is generic or not np.any(generic.indeterminate)):
-            found.append(where + undetermined_parts(result))
-        limbs = [
-            limb.name
-            for item in result.solutions[0].statics
-            for position, limb in enumerate(item.group.limbs)
-            if np.any(item.degenerate[position])
-        ]
-        if limbs and np.any(result.basis_degenerate):
-            verb = "degenerate" if where else "degenerate at some poses"
-            found.append(f"{where}the canonical wrenches of {listing(limbs)} {verb}: intensities are NaN there")
+def facts_of_poses(result: Result, where: str = "") -> list[str]:
+    """Say what numbers will be missing at nearly all poses, or are at the pose that ``where`` names."""
+    found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
+    limbs = [
+        limb.name
+        for item in result.solutions[0].statics
+        for position, limb in enumerate(item.group.limbs)
+        if np.any(item.degenerate[position])
+    ]
+    if limbs and np.any(result.basis_degenerate):
+        verb = "degenerate" if where else "degenerate at some poses"
+        found.append(f"{where}the canonical wrenches of {listing(limbs)} {verb}: intensities are NaN there")
     return found
 
 

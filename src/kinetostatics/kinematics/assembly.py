@@ -26,8 +26,6 @@ from kinetostatics.math.orientation import Orientation, orientation_named, orien
 
 #: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
 SURELY_CLOSED = 1e-9
-#: What the pose is called from which the line to another begins, in Python and on the command line.
-_NEAR = "near=, --near"
 #: Residual of a loop [m, rad] above which a pose gets one correction more, of a robot whose loops close exactly.
 _ROUGH = 1e-13
 
@@ -263,15 +261,14 @@ def _say_unreachable(
         others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
         raise CoordinatesError(
             f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
-            f"starts, a singular pose for them: begin at a pose beside it ({_NEAR}), or choose other coordinates{others}",
+            f"starts, a singular pose for them{others}",
             mobility,
         )
     found = robot.solver.values(prescribed, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < CLOSED:
-            text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
-            text += f"begin at a pose beyond that ({_NEAR})"
+            text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace"
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:

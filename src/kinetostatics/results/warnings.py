@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetostatics.kinematics.unit_hints import odd_limits, odd_springs
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
@@ -24,15 +23,11 @@ OPEN_LOOPS = 1e-9
 
 @warnings_of.register
 def result_warnings(result: Result) -> tuple[str, ...]:
-    """Return the warnings of the robot and of its poses under their loads."""
-    robot = result.robot
+    """Return the warnings of the robot, of its poses, and of what happens there under the loads."""
     found = [
         *_tipping(result),
         *_buckling(result),
-        *robot.description.warnings,
-        *robot.topology.warnings,
-        *odd_limits(robot),
-        *odd_springs(robot),
+        *result.robot.warnings,
     ]
     found += _open_loops(result) + _large_motions(result)
     near = near_singular_words(result)
@@ -45,7 +40,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     found += _slender(result)
     if np.any(result.indeterminate):
         found.append(undetermined_parts(result))
-    return tuple(found)
+    return tuple(dict.fromkeys(found))
 
 
 def _tipping(result: Result) -> list[str]:

@@ -66,9 +66,8 @@ def attributes(spec: SweepSpec, labels: Labels, robot: Robot, command_line: Sequ
         "sweep_sha256": spec.identity,
         **{f"{name}_version": version for name, version in spec.versions.items()},
     }
-    warnings = [*robot.description.warnings, *robot.topology.warnings]
-    if warnings:
-        found["warnings"] = "\n".join(warnings)
+    if robot.warnings:
+        found["warnings"] = "\n".join(robot.warnings)
     if command:
         found["command_line"] = command
     return found
