@@ -10,6 +10,7 @@ import shutil
 import struct
 import sys
 import termios
+import threading
 import time
 import warnings
 from contextlib import contextmanager, redirect_stderr
@@ -206,6 +207,29 @@ def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
     first, second, third = text.split("\n")
     assert all("thinking … " in part for part in (first, second, third)), text
     assert screen(text) == ["warning: odd", "which one?", ""]
+
+
+def test_a_sign_is_renewed_though_another_threads_sign_that_came_first_is_gone(monkeypatch):
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    begun, over = threading.Event(), threading.Event()
+
+    def other():
+        with waiting("other"):
+            begun.set()
+            over.wait(5)
+
+    with terminal() as read, warnings.catch_warnings():
+        shown = warnings.showwarning
+        thread = threading.Thread(target=other)
+        thread.start()
+        begun.wait(5)
+        with waiting("mine"):
+            over.set()
+            thread.join()
+            read()
+            time.sleep(0.3)
+            assert read().count("mine … ") >= 2 and warnings.showwarning is not shown
+        assert warnings.showwarning is shown
 
 
 def test_the_line_is_gone_after_an_error_too(monkeypatch):

@@ -90,38 +90,34 @@ def _write(text: str) -> None:
 
 
 class _Life:
-    """The signs that wait for their turn, the last of which is shown, and the thread that shows it."""
+    """The signs that wait for their turn, the last of which is shown, and the thread that shows it as long as there are any."""
 
     def __init__(self) -> None:
         self.signs: list[Sign] = []
         self._lock = threading.RLock()
+        self._end = threading.Event()
 
     @contextmanager
     def with_sign(self, sign: Sign) -> Iterator[None]:
         with self._lock:
             if self.signs:
                 self.signs[-1].hide()
+            else:
+                self._begin()
             self.signs.append(sign)
-            first = len(self.signs) == 1
         try:
-            with self._alive() if first else nullcontext():
-                yield
+            yield
         finally:
             with self._lock:
                 sign.hide()
                 self.signs.remove(sign)
+                if not self.signs:
+                    self._finish()
 
-    def _renew(self, end: threading.Event) -> None:
-        while not end.wait(EVERY):
-            with self._lock:
-                if self.signs and not end.is_set():
-                    self.signs[-1].show()
-
-    @contextmanager
-    def _alive(self) -> Iterator[None]:
+    def _begin(self) -> None:
         """Show the last sign anew every second, and let warnings begin on an empty line."""
-        end = threading.Event()
-        threading.Thread(target=self._renew, args=(end,), daemon=True).start()
+        self._end = threading.Event()
+        threading.Thread(target=self._renew, args=(self._end,), daemon=True).start()
         before = warnings.showwarning
 
         def show(
@@ -137,13 +133,19 @@ class _Life:
                     self.signs[-1].hide()
                 before(message, category, filename, lineno, file, line)
 
+        self._before, self._show = before, show
         warnings.showwarning = show
-        try:
-            yield
-        finally:
-            end.set()
-            if warnings.showwarning is show:
-                warnings.showwarning = before
+
+    def _finish(self) -> None:
+        self._end.set()
+        if warnings.showwarning is self._show:
+            warnings.showwarning = self._before
+
+    def _renew(self, end: threading.Event) -> None:
+        while not end.wait(EVERY):
+            with self._lock:
+                if self.signs and not end.is_set():
+                    self.signs[-1].show()
 
 
 _life = _Life()
