@@ -76,7 +76,6 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
     """Read a ``robot.yaml``.
 
     Raises:
-        KinetostaticsError: PyYAML is missing.
         RobotFileError: the file is malformed, or names what the URDF does not have; with the file and the line.
     """
     keys, file = read_mapping(path), os.fsdecode(path)

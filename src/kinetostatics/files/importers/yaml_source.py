@@ -10,7 +10,7 @@ import os
 from typing import TYPE_CHECKING, NoReturn
 
 from kinetostatics.description.elements import Place
-from kinetostatics.exceptions import KinetostaticsError, RobotFileError
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.xml import read_file, shortened
 
 if TYPE_CHECKING:
@@ -39,14 +39,9 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, object]:
     """Return the nodes of a YAML file's top-level mapping, by key.
 
     Raises:
-        KinetostaticsError: PyYAML is missing; the message says how to install it.
         RobotFileError: the file cannot be read, is not YAML, or is not a mapping with distinct keys.
     """
-    try:
-        import yaml
-    except ImportError:
-        reason = "reading robot.yaml needs PyYAML: pip install 'kinetostatics[foreign]'"
-        raise KinetostaticsError(reason) from None
+    import yaml
 
     name = os.fsdecode(path)
     text = _text(path, name)
