@@ -9,7 +9,9 @@ import os
 import platform
 import re
 import resource
+import shlex
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -54,16 +56,35 @@ def interleaved(
     return best
 
 
+def processor() -> str:
+    """Return the name of the processor."""
+    name = re.search(r"^Model name:\s*(.+)$", _said("lscpu"), re.MULTILINE)
+    return name.group(1) if name else platform.processor() or platform.machine()
+
+
+def commit() -> str:
+    """Return the commit of the source that is measured."""
+    return _said("git", "describe", "--always", "--dirty")
+
+
+def today() -> str:
+    """Return the date."""
+    return time.strftime("%Y-%m-%d", time.gmtime())
+
+
+def origin() -> str:
+    """Return a line about where numbers come from: the command, the machine, the source and the day."""
+    command = shlex.join(["python", os.path.relpath(sys.argv[0], Path(__file__).parent.parent), *sys.argv[1:]])
+    return f"`{command}`, {processor()}, commit {commit()}, {today()}."
+
+
 def machine() -> list[str]:
     """Return what the measurements run on, one fact a line."""
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30
-    name = re.search(r"^Model name:\s*(.+)$", _said("lscpu"), re.MULTILINE)
-    processor = name.group(1) if name else platform.processor() or platform.machine()
-    commit = _said("git", "describe", "--always", "--dirty")
     versions = [f"{name} {importlib.metadata.version(name)}" for name in PACKAGES if importlib.util.find_spec(_module(name))]
     return [
-        f"processor: {processor}, {os.cpu_count()} cores, {memory:.0f} GiB of memory; {platform.system()}",
-        f"versions: Python {platform.python_version()}, {', '.join(versions)}; commit {commit}",
+        f"processor: {processor()}, {os.cpu_count()} cores, {memory:.0f} GiB of memory; {platform.system()}",
+        f"versions: Python {platform.python_version()}, {', '.join(versions)}; commit {commit()}",
         f"{' = '.join(ONE_THREAD)} = 1",
     ]
 

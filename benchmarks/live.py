@@ -1,6 +1,6 @@
 """How long a live page waits for an answer: a slider moves the platform back and forth.
 
-    python benchmarks/live.py [ROBOT …]
+    python benchmarks/live.py [--write docs/how_to/viewer.md] [ROBOT …]
 
 Processor times of one core from question to answer, both as texts; of many answers the median and, because other processes can
 only make them longer, the shortest.
@@ -8,15 +8,13 @@ only make them longer, the shortest.
 
 from __future__ import annotations
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
-import argparse
 import json
+import os
 import time
 
+import clocks  # noqa: F401 - before NumPy, whose libraries are to use one thread
 import numpy as np
+from page import measured
 
 import kinetostatics as ks
 from kinetostatics.viewer.live import LiveRobot
@@ -24,6 +22,8 @@ from kinetostatics.viewer.live import LiveRobot
 #: How many answers are timed, and by which part of its way the slider moves.
 TIMES, STEP = 60, 0.02
 
+HEAD = ("robot", "NumPy, everything", "NumPy, what is seen", "compiled")
+ROBOTS = ("3rps", "2pru_upr", "delta", "gough_stewart", "ur10")
 #: The arrows that a page shows at first.
 SEEN = ["external load", "actuator forces"]
 
@@ -48,15 +48,10 @@ def answers(name: str, engine: str, told: bool) -> str:
     return f"{1e3 * np.median(seconds):.1f} ({1e3 * min(seconds):.1f}) ms, {len(text) / 1e3:.0f} kB"
 
 
-def main() -> None:
-    """Print a line for every robot."""
-    parser = argparse.ArgumentParser(description="Time the answers to a live page.")
-    parser.add_argument("robots", nargs="*", default=["3rps", "2pru_upr", "delta", "gough_stewart", "ur10"])
-    print("| robot | NumPy, everything | NumPy, what is seen | compiled |\n|---|---:|---:|---:|")
-    for name in parser.parse_args().robots:
-        cells = [answers(name, *way) for way in (("numpy", True), ("numpy", False), ("compiled", False))]
-        print(f"| `{name}` | {' | '.join(cells)} |", flush=True)
+def row(name: str) -> list[str]:
+    """Measure a robot."""
+    return [f"`{name}`", *(answers(name, *way) for way in (("numpy", True), ("numpy", False), ("compiled", False)))]
 
 
 if __name__ == "__main__":
-    main()
+    measured(__doc__, HEAD, row, "live", ROBOTS)

@@ -75,27 +75,32 @@ def write(path: Path, topics: dict[str, str]) -> None:
     path.write_text(text, encoding="utf-8")
 
 
-def measured(description: str | None, head: Sequence[str], row: Callable[[str], Sequence[str]], topic: str) -> None:
-    """Run a benchmark that has one line for each robot: print its table, or write it into a page.
+def measured(
+    description: str | None, head: Sequence[str], row: Callable[[str], Sequence[str]], topic: str, robots: Sequence[str] = ()
+) -> None:
+    """Run a benchmark that has one line for each robot: print its table and what it ran on, or write both into a page.
 
     Args:
         description: of the command.
         head: of the table.
         row: measures a robot, whose code is compiled anew.
         topic: between whose markers the table goes.
+        robots: which are measured, if the command does not say; none: all that come with the package.
     """
+    import clocks
+
     import kinetostatics as ks
 
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("robots", nargs="*", metavar="ROBOT", default=[str(robot) for robot in ks.robots()])
-    parser.add_argument("--write", type=Path, metavar="PAGE", help="write the table between the markers of this page")
+    parser.add_argument("robots", nargs="*", metavar="ROBOT", default=robots or [str(robot) for robot in ks.robots()])
+    parser.add_argument("--write", type=Path, metavar="PAGE", help="write both between the markers of this page")
     args, rows = parser.parse_args(), []
     with tempfile.TemporaryDirectory() as folder:
         os.environ["KINETOSTATICS_CACHE"] = folder
         for name in args.robots:
             rows.append(row(name))
             report(" | ".join(rows[-1]))
-    found = table(head, rows)
+    found = f"{table(head, rows)}\n\n{clocks.origin()}"
     if args.write:
         write(args.write, {topic: found})
     else:

@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     command = shlex.join(["python", "benchmarks/workspace.py", *(sys.argv[1:] if arguments is None else arguments)])
     facts = [
         *clocks.machine(),
-        f"command: `{command}`, {(time.time() - started) / 60:.1f} minutes, {time.strftime('%Y-%m-%d', time.gmtime())}",
+        f"command: `{command}`, {(time.time() - started) / 60:.1f} minutes, {clocks.today()}",
         f"load average of the machine at the end, with all that others did on it: {os.getloadavg()[0]:.1f}",
     ]
     requirements = table(("", "wanted", "found", "met"), page.requirements, left=True)

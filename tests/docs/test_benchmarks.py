@@ -91,8 +91,21 @@ def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path)
     assert not re.search(r"\b(nan|inf)\b", "".join(after.values()))
 
 
+#: Scripts, and the tables that they write into pages: pages below docs/how_to, and the topics.
+SCRIPTS = [("engines", "compiled", "engines"), ("functions", "functions", "calls"), ("live", "viewer", "live")]
+
+
+@pytest.mark.parametrize(("script", "place", "topic"), SCRIPTS)
+def test_tables_say_which_command_has_made_them_from_which_source_and_when(script, place, topic):
+    *_, said, end = numbers_of(ROOT / "docs" / "how_to" / f"{place}.md")[topic].splitlines()
+    assert re.fullmatch(
+        rf"`python benchmarks/{script}\.py --write docs/how_to/{place}\.md`, .+, commit \w+, 20\d\d-\d\d-\d\d\.", said
+    )
+    assert end == ""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("script", "place", "topic"), [("engines", "compiled", "engines"), ("functions", "functions", "calls")])
+@pytest.mark.parametrize(("script", "place", "topic"), SCRIPTS)
 def test_tables_of_single_robots_are_written_into_their_pages(script, place, topic, tmp_path):
     pytest.importorskip("llvmlite")
     whole, copy = ROOT / "docs" / "how_to" / f"{place}.md", tmp_path / "page.md"
