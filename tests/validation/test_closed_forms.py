@@ -351,7 +351,7 @@ def test_euler_ratio():
     euler = np.pi**2 * E * min(s.I_y, s.I_z) / (2 * L) ** 2
     push = analyze(spec, (-0.04 * euler, 0, 0, 0, 0, 0))
     assert push.beams["arm"].euler_ratio == pytest.approx(0.04, rel=1e-12)
-    assert not push.warnings
+    assert not any("Euler" in warning for warning in push.warnings)
     assert analyze(spec, (1e4, 0, 0, 0, 0, 0)).beams["arm"].euler_ratio == 0
     harder = analyze(spec, (-0.06 * euler, 0, 0, 0, 0, 0))
     assert any("arm" in warning and "Euler" in warning for warning in harder.warnings)

@@ -349,7 +349,7 @@ def test_a_foot_may_lift():
         forces.sum(axis=0), [0, 0, 9.81 * pin.computeTotalMass(original("anymal_standing", True)[0])], atol=1e-8
     )
     assert (forces[:, 2] > 0).all()
-    assert not result.warnings
+    assert result.warnings == one.warnings
 
 
 def test_soft_drives_let_the_trunk_down_as_their_torques_say():
@@ -484,7 +484,7 @@ def test_the_pages_small_example_is_what_it_says(tmp_path):
     one = ks.load_robot(file)
     pose, q = arm_pose(0)
     result = ks.analyze(one.assemble(actuators=dict(zip(ARM, q, strict=True))))
-    assert not result.warnings
+    assert result.warnings == one.warnings
     shipped = ks.analyze(pose)
     for name in ARM:
         assert result.actuator_forces[name] == pytest.approx(shipped.actuator_forces[name], abs=1e-9)
