@@ -30,7 +30,7 @@ JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), (
 
 @dataclass(frozen=True)
 class JointError:
-    """A joint's error ``twist`` [m, rad], in world axes at the joint's centre or in the joint's own frame."""
+    """A joint's error ``twist`` [m, rad] at the joint's centre, in world axes or those of the joint's own frame."""
 
     twist: Array
     in_joint_frame: bool
@@ -107,8 +107,7 @@ class AssemblyErrors:
             body, frame = connection.predecessor_body, connection.predecessor_frame
             axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
             twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
-        else:
-            body, frame = sides(edge, connection)[0 if turned else 1]
+        body, frame = sides(edge, connection)[0 if turned else 1]  # where the joint's wrench is told
         centre = frames.point(body, frame[:3, 3])
         return move_twist(twist, o - centre)
 

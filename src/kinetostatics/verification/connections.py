@@ -92,13 +92,12 @@ def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
     return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
 
 
-def joint_assembly_error(error: object, joint: PlacedJoint, centre: Array) -> Array:
+def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
     """Return the displacement (6,) of the outer side relative to the inner at the centre, world axes.
 
     Args:
-        error: the same as given by the user: at the centre in world axes; or with its own ``frame``; or None.
+        error: the same as given by the user: in world axes; or with its own ``frame``; or None.
         joint: the joint.
-        centre: (3,) the joint's centre [m].
     """
     if error is None or (isinstance(error, Mapping) and "twist" not in error):  # that of a beam with the joint's name
         return np.zeros(6)
@@ -106,6 +105,5 @@ def joint_assembly_error(error: object, joint: PlacedJoint, centre: Array) -> Ar
     twist = np.asarray(error["twist"] if isinstance(error, Mapping) else error, dtype=float)
     if not own:
         return twist
-    frame = joint.frames[0]
-    shift, turn = frame[:3, :3] @ twist[:3], frame[:3, :3] @ twist[3:]
-    return np.append(shift + np.cross(turn, centre - frame[:3, 3]), turn)
+    axes = joint.frames[0][:3, :3]
+    return np.append(axes @ twist[:3], axes @ twist[3:])

@@ -180,7 +180,7 @@ class _Builder:
         first, second = (self.number(piece) for piece in item.pieces)
         # the centre of a sliding joint is the one on its outer side; of others the two are the same
         centre = joint.frames[1 if outward else 0][:3, 3]
-        misfit = joint_assembly_error(self.misfits.get(joint.name), joint, centre)
+        misfit = joint_assembly_error(self.misfits.get(joint.name), joint)
         return FrameJoint(
             joint.name,
             (first, second) if outward else (second, first),

@@ -101,6 +101,23 @@ def test_a_rail_that_is_off_presses_the_paper_s_robot():
     assert row.twist == pytest.approx(found.twist, rel=1e-9, abs=1e-18)
 
 
+@pytest.mark.parametrize("name", ["2pru_upr", "linear_delta", "3prs"])
+def test_errors_act_at_the_point_that_the_joint_s_wrench_is_told_about(name):
+    """Virtual work: what an error moves the platform along a load is its product with the wrench that the load puts on the joint."""
+    machine, rng = package_robots.robot(name), np.random.default_rng(4)
+    start = machine.assemble()
+    pose = machine.assemble(actuators={key: value + 0.02 * rng.random() for key, value in start.actuators.items()})
+    under = ks.analyze(pose, np.eye(6), STILL)
+    for joint in machine.description.joints.values():
+        if joint.type == "prismatic" and joint.name in under.joint_wrenches:
+            own = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3] * rng.standard_normal(6)
+            axes = np.kron(np.eye(2), pose.frame(joint.parent)[:3, :3] @ joint.origin.matrix[:3, :3])
+            expected = -under.joint_wrenches[joint.name] @ axes @ own
+            for value in ({"twist": own, "frame": "joint"}, axes @ own):
+                twist = ks.analyze(pose, gravity=STILL, misfits={joint.name: value}).twist
+                np.testing.assert_allclose(twist, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
 def test_misfits_of_a_batch():
     machine = two_columns()
     shifts = np.linspace(-1e-4, 1e-4, 5)
