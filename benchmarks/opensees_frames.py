@@ -146,7 +146,7 @@ class _Numbers:
             EA, GAy, GAz, GJ, EIy, EIz = beam.stiffness
             transformations.append(("Linear", tag, *beam.axes[:, 2].tolist()))
             beams.append(("ElasticTimoshenkoBeam", tag, *ends, 1.0, 1.0, EA, GJ, EIy, EIz, GAy, GAz, tag))
-            x, y, z = (beam.axes.T @ beam.load).tolist()
+            x, y, z = (beam.axes.T @ beam.load[:3]).tolist()
             loads[tag], nodes[tag] = (y, z, x), ends
         self.frame = Frame(
             [(tag, *point.tolist()) for tag, point in enumerate(self.points, 1)],

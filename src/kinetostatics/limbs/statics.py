@@ -94,7 +94,7 @@ def limb_statics(
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.weights_outboard(weights)
     loads = LimbLoads(beyond, spring_beyond, own_weights_of_beams(group, geometry, gravity))
-    return _statics(group, geometry, outboard, loads, assembly_error)
+    return _statics(group, geometry, outboard, loads, assembly_error, False)
 
 
 def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
@@ -108,7 +108,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
-    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros_like(beyond)), None)
+    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros_like(beyond)), None, True)
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
@@ -131,14 +131,16 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 
 
 def _statics(
-    group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None
+    group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None, loaded: bool
 ) -> LimbStatics:
     """Evaluate limbs under loads (6, passive freedoms, g, N) outboard of passive freedoms, and on their beams and springs.
+
+    ``loaded``: these are not weights, see :func:`limb_wrenches`.
 
     The self-stress y of limbs with rings takes the value of least complementary energy, ∂U/∂y = 0, which the elasticity of beams
     and springs gives it (the force method; the method page, section 9).
     """
-    found = limb_wrenches(group, geometry, outboard)
+    found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
         C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)

@@ -47,7 +47,7 @@ class LimbWrenches:
     doubtful: NDArray[np.bool_]
 
 
-def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> LimbWrenches:
+def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loaded: bool = False) -> LimbWrenches:
     """Find the wrenches of limbs that do no work on any passive freedom j, whose unit twists are T.
 
     Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution of
@@ -56,19 +56,21 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> 
     Args:
         group, geometry: the limbs and where they are.
         outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
+        loaded: whether they are loads, which may act on the links inside a platform joint, too.
     """
     T = geometry.twists[:, group.passive]
     demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
-    return _of_serial(group, geometry, T, demand) if group.is_serial else _of_rings(group, geometry, demand)
+    return _of_serial(group, geometry, T, demand, loaded) if group.is_serial else _of_rings(group, geometry, demand)
 
 
-def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array) -> LimbWrenches:
+def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array, loaded: bool) -> LimbWrenches:
     """Return the wrenches of serial limbs: their one cut joint carries just what the platform puts on them.
 
     Args:
         group, geometry: the limbs and where they are.
         T: (6, k, g, N) unit twists of the passive freedoms.
         demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
+        loaded: whether other wrenches than the attached ones of weights may be needed.
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
@@ -85,7 +87,23 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
             left = demand + np.einsum("ki...,i...->k...", A, W_g)
     none = np.zeros((1, 6, 0, *demand.shape[1:]))
     R_g = np.einsum("ij...,j...->i...", J_g, W_g)
+    if loaded and group.basis.independent:
+        more, left = _carried(group, T, left)
+        R_g = R_g + more
     return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, doubtful)
+
+
+def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
+    """Return a wrench (6, g, N) that does minus the power ``demand`` on the twists ``T``, and what is left; both as above."""
+    twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
+    chosen = list(group.basis.independent)
+    factor = Cholesky(np.einsum("ia...,ib...->ab...", twists[:, chosen], twists[:, chosen]))
+    wrench = np.zeros((6, *demand.shape[1:]))
+    for _ in range(2):  # the second round removes the error of the normal equations
+        more = np.einsum("ia...,ak...->i...", twists[:, chosen], factor.solve(demand[chosen, None]))
+        wrench = wrench - more * group.twist_scale[:, 0]
+        demand = demand - np.einsum("ik...,i...->k...", twists, more)
+    return wrench, demand
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:

@@ -253,20 +253,18 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
 
 
 def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
-    """Return the joints of a universal or spherical joint, or of a limb's joint to the platform, inside of which a link lies."""
+    """Return the joints of a universal or spherical joint inside of which a link lies."""
     key = robot.topology.carried_by.get(link)
     for group in robot.groups:
         for limb, compounds in zip(group.limbs, group.compounds, strict=True):
             if link not in limb.places:
                 continue
-            outer = {compounds[k].joints for k in group.compound_of[group.platform_joint]}
-            runs = [compound.joints for compound in compounds] + [tuple(name for joints in outer for name in joints)]
             branches = {edge.key: edge for edge in limb.branches}
             while key in branches:
                 key = branches[key].parent
             inner = [edge.joint for edge in limb.edges if edge.key == key]
             beyond = [edge.joint for edge in limb.edges if edge.parent == key]
-            for joints in runs:
+            for joints in (compound.joints for compound in compounds):
                 if inner and beyond and set(inner + beyond) <= set(joints):
                     return tuple(name for name in robot.mechanism.connections if name in joints)
     return ()

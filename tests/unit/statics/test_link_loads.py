@@ -1,5 +1,6 @@
 """Loads on links and payloads: superposition, virtual work, masses in their place, base reactions, mistakes."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -220,6 +221,23 @@ def test_what_a_passive_joint_cannot_hold_is_told():
 def test_links_inside_a_joint_that_counts_as_one_are_refused():
     with pytest.raises(ks.ArgumentError, match="'cross_1' has no mass and lies inside the joint universal_1_x, universal_1_y"):
         ks.analyze(pose("2pru_upr"), loads={"cross_1": [0, 0, 0, 1, 0, 0]})
+
+
+@pytest.mark.parametrize("elastic", [("lower_1", "lower_2", "lower_3"), ("upper_2", "lower_2", "upper_3", "lower_3")])
+def test_a_massless_link_between_parallel_hinges_may_be_loaded(elastic):
+    """Virtual work: what the drives hold is what the load's point moves by as they move; finite elements agree about the rest."""
+    whole = robot("tripteron").description
+    one = ks.Robot(replace(whole, beams={name: whole.beams[name] for name in elastic}))
+    at = {name: value + 0.03 * k for k, (name, value) in enumerate(one.assemble().actuators.items(), 1)}
+    load, here = ks.LinkLoad([30, -20, 50, 3, -2, 4], (0.1, 0.02, -0.03)), one.assemble(actuators=at)
+    found = ks.analyze(here, gravity=NO_GRAVITY, loads={"upper_1": load}).actuator_forces
+    for name in at:
+        ends = [one.assemble(actuators={**at, name: at[name] + step}, near=here).frame("upper_1") for step in (1e-5, -1e-5)]
+        moved, spin = (ends[0] - ends[1]) / 2e-5, (ends[0] - ends[1])[:3, :3] @ here.frame("upper_1")[:3, :3].T / 2e-5
+        work = load.wrench @ np.array([*(moved @ [*load.point, 1])[:3], spin[2, 1], spin[0, 2], spin[1, 0]])
+        assert found[name] == pytest.approx(-work, rel=1e-6, abs=1e-6)
+    pytest.importorskip("openseespy")
+    assert max(ks.verify(here, loads={"upper_1": load}).differences.values()) < 1e-8
 
 
 def test_the_compiled_engine_leaves_loads_on_links_to_numpy():
