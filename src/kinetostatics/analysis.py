@@ -80,7 +80,7 @@ def analyze(
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
 
-    Example:
+    Examples:
         A tripod carries 500 N on its platform. What load and weights contribute to the twist adds up to it:
 
         >>> import kinetostatics as ks

@@ -60,7 +60,7 @@ def tolerances(
         ArgumentError: not a single pose, or an amount that is not a positive number.
         SingularPoseError: with the actuators locked the platform can still move.
 
-    Example:
+    Examples:
         The error that locks the largest force into an overconstrained robot:
 
         >>> import kinetostatics as ks

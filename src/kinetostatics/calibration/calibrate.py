@@ -81,7 +81,7 @@ def calibrate(
         AssemblyError: a pose cannot be reached.
         StaticsError: a pose is singular.
 
-    Example:
+    Examples:
         One rod is softer than its file says, by a factor of 0.8, and three poses tell:
 
         >>> import kinetostatics as ks

@@ -78,7 +78,7 @@ def plan_measurements(
         ArgumentError: an argument makes no sense.
         KinetostaticsError: as :func:`calibrate`.
 
-    Example:
+    Examples:
         >>> import kinetostatics as ks
         >>> robot = ks.load_robot("3rps")
         >>> plan = ks.plan_measurements(robot, ["rod_1", "rod_2", "rod_3"], 3,

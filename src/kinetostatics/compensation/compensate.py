@@ -75,7 +75,7 @@ def compensate(
         AssemblyError: the pose that would have to be commanded is out of reach.
         StaticsError: no actuator positions were found, or the analysis fails at the wanted pose.
 
-    Example:
+    Examples:
         A tripod that carries 500 N is commanded a little higher, and then stands where it was asked to:
 
         >>> import kinetostatics as ks

@@ -89,7 +89,7 @@ def optimize(
         KinetostaticsError: SciPy is missing; the message says how to install it.
         CoordinatesError: the coordinates do not determine the pose.
 
-    Example:
+    Examples:
         The lightest rods with which the tripod is deflected by 20 µm at most under 500 N from any direction:
 
         >>> import kinetostatics as ks

@@ -67,7 +67,7 @@ def pareto(
         StaticsError: no parameters meet all requirements.
         KinetostaticsError: SciPy is missing; the message says how to install it.
 
-    Example:
+    Examples:
         What a tripod has to weigh to sag less:
 
         >>> import kinetostatics as ks

@@ -80,7 +80,7 @@ def sensitivities(
         RobotFileError: a parameter that is named makes no robot when it is changed a little.
         StaticsError: as :func:`kinetostatics.analyze`, for one pose.
 
-    Example:
+    Examples:
         Half of the modulus is twice the twist, as far as the first derivative tells:
 
         >>> import kinetostatics as ks

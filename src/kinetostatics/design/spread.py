@@ -84,7 +84,7 @@ def spread(
             loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which forces that locks in.
         StaticsError: as :func:`kinetostatics.analyze`.
 
-    Example:
+    Examples:
         Rods whose diameters are within 0.1 mm, each by itself, and steel whose modulus is within 3 %, the same for all:
 
         >>> import kinetostatics as ks

@@ -359,7 +359,7 @@ def compile(
             ``platform``.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
-    Example:
+    Examples:
         How the actuator forces of a tripod change with its height, and with a load:
 
         >>> import kinetostatics as ks

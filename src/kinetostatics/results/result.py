@@ -158,7 +158,7 @@ class Result(Told):
         Raises:
             ArgumentError: it is no point.
 
-        Example:
+        Examples:
             >>> import kinetostatics as ks
             >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
             >>> tip = ks.analyze(pose, [100, 0, 0, 0, 0, 0], gravity=(0, 0, 0)).at_point((0, 0, 0.2))  # of a tool
