@@ -28,23 +28,26 @@ from kinetostatics.limbs.wrench_candidates import (
     constraint_candidates,
     further_candidates,
 )
-from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize
+from kinetostatics.math.arrays import Array, Index, settles
+from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, step_across
 from kinetostatics.math.ordering import first_largest
 
 #: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
 MARGIN = 0.01
 #: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a canonical basis counts as degenerate.
 DEGENERATE = 1e-10
+#: Up to this power of a unit wrench on a unit twist the two are reciprocal: it is rounding.
+RECIPROCAL = 1e-14
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the canonical bases degenerate.
 
-    There the bases are orthonormal ones, found by singular values. ``allowed`` (6, k, g, N) are twists about o that span what
-    the limb allows the platform to do; of a serial limb those of its passive joints.
+    There the bases are orthonormal ones, found by singular values. Elsewhere candidates that are almost reciprocal are moved by
+    as little as makes them so. ``allowed`` (6, k, g, N) are twists about o that span what the limb allows the platform to do; of
+    a serial limb those of its passive joints.
     """
-    scale = _scale(group)
+    scale = _scale(group)[:, None]
     mine = [allowed[:, k] for k in group.basis.independent]
     columns = _columns(group, group.basis.constraint, mine, [], geometry)
     carried = [geometry.twists[:, f] for f in group.basis.carried]
@@ -52,10 +55,36 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
     count = len(group.basis.constraint)
     g, N = geometry.limb_axes.shape[2:]
     J = np.stack(columns, axis=1) if columns else np.zeros((6, 0, g, N))
-    bad = _degenerate(group, J, count, scale[:, None], allowed)
+    unit = normalize(J * scale)
+    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
+    if count and allowed.shape[1]:
+        power = _power(allowed / scale, unit[:, :count])
+        bad |= power > 1e-6 + 100 * group.model.closing_error
+        off = ~bad & (power > RECIPROCAL)
+        if not settles(~off):
+            J[:, :count] = np.where(off, _moved(J[:, :count], allowed, scale), J[:, :count])
+    if J.shape[1] > count and np.any(group.platform_joint):
+        twists = geometry.twists[:, group.platform_joint]
+        off = ~bad & (_power(twists / scale, unit[:, count:]) > RECIPROCAL)
+        if not settles(~off):
+            J[:, count:] = np.where(off, _moved(J, twists, scale)[:, count:], J[:, count:])
+    bad = np.asarray(bad)  # which a record takes for decided
     if np.any(bad):
-        _replace(group, J, count, scale, geometry, allowed, bad)
+        _replace(group, J, count, scale[:, 0], geometry, allowed, bad)
     return J[:, :count], J[:, count:], bad
+
+
+def _power(twists: Array, unit: Array) -> Array:
+    """Return the largest power (g, N) of any of the unit wrenches (6, n, g, N) on any twist (6, k, g, N), made a unit one."""
+    power = np.einsum("ki...,kj...->ij...", unit, twists) / np.sqrt(dot(twists, twists))
+    largest: Array = np.max(np.abs(power), axis=(0, 1))
+    return largest
+
+
+def _moved(J: Array, twists: Array, scale: Array) -> Array:
+    """Return wrenches J (6, n, g, N) that are reciprocal to all twists (6, k, g, N): almost they are, and as many as can be."""
+    size = np.sqrt(dot(J * scale, J * scale))
+    return J - step_across(normalize(twists / scale), J * scale / size) * size / scale
 
 
 def _columns(
@@ -71,16 +100,6 @@ def _columns(
         spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
         found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
     return found
-
-
-def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: Array) -> NDArray[np.bool_]:
-    """Return where (g, N) wrenches are dependent, not finite, or the first ``count`` not reciprocal to ``allowed`` any more."""
-    unit = normalize(J * scale)
-    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
-    if count and allowed.shape[1]:
-        power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
-        bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.model.closing_error
-    return np.asarray(bad)
 
 
 def _replace(
