@@ -443,7 +443,7 @@ def _modules(place: str) -> list[str]:
     """Return the modules of a folder, or the one of that name."""
     if not (PACKAGE / place).is_dir():
         return [place]
-    return [f"{place}/{path.stem}" for path in sorted((PACKAGE / place).glob("*.py"))]
+    return [str(path.relative_to(PACKAGE).with_suffix("")) for path in sorted((PACKAGE / place).rglob("*.py"))]
 
 
 def _excuses() -> list[str]:

@@ -6,16 +6,20 @@ import json
 import numpy as np
 import package_robots
 import pytest
+import small_robots as sr
 from scipy.spatial.transform import Rotation
 from simple_machines import two_columns
 
 import kinetostatics as ks
 from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.results.compensation import deviation, wanted_frame
+from kinetostatics.results.compensation import deviation, loaded_frame, wanted_frame
 
 LOAD = np.array([20.0, -30, -200, 4, -5, 6])
 #: Soft robots, which carry less.
 SOFT = {"planar_3rrr": 0.01, "spherical_3rrr": 0.01, "linear_delta": 0.001}
+
+#: Limbs and seeds of random robots that large loads lead beyond singular poses.
+BEYOND = [(["S", "rRRR"], 0), (["CrS", "pRRR", "rRRR"], 3)]
 
 
 def tripod(**coordinates):
@@ -184,7 +188,55 @@ def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
     found = ks.compensate(start, [0, 0, -2000, 0, 0, 0])
     assert start.status == ks.Status.OK and found.status == ks.Status.LIMIT_EXCEEDED
     assert found.actuators["prismatic_1"] > upper and abs(found.remaining[2]) < 1e-12
-    assert "beyond" in str(found) and "prismatic_1 would have to go" in str(found)
+    assert "beyond" in str(found) and "prismatic_1 is beyond its limits" in str(found)
+
+
+def off_by(found, load, gravity=(0, 0, -9.81)):
+    """Return by how much (N,) the controlled coordinates are off where the actuators lead from the wanted poses."""
+    driven = found.wanted.robot.assemble(actuators=found.actuators, near=found.wanted)
+    result = ks.analyze(driven, load, gravity, on_failure="nan")
+    orientation, angles = found.wanted.orientation, found.wanted.orientation.coordinates(wanted_frame(found.wanted, None)[0])
+    rows = [*(loaded_frame(result, None)[1] - wanted_frame(found.wanted, None)[1])]
+    rows += [*(orientation.coordinates(loaded_frame(result, None)[0], near=angles) - angles)]
+    off = dict(zip(orientation.pose_names, rows, strict=True))
+    return np.max([np.abs(off[name]) for name in found.coordinates], axis=0)
+
+
+def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
+    """Two drives of 1 kN·m/rad and 100 N, over all poses of a grid: the search ends in another assembly mode at one of them."""
+    robot = package_robots.soft_five_bar()
+    first, second = np.meshgrid(*[np.linspace(-0.8, 0.8, 16)] * 2, indexing="ij")
+    load = [-100, 0, 0, 0, 0, 0]
+    found = ks.compensate(robot.assemble(actuators={"shoulder_1": first, "shoulder_2": second}), load)
+    good = found.status == ks.Status.OK
+    assert 100 < good.sum() and np.max(off_by(found, load).reshape(good.shape)[good]) < 1e-9
+    # what the search finds there: the platform's coordinates lead to it, and the actuators elsewhere
+    lost = robot.assemble(actuators={"shoulder_1": first[12, 10], "shoulder_2": second[12, 10]})
+    assert found.status[12, 10] == ks.Status.UNREACHABLE and lost.status == ks.Status.OK
+    with pytest.raises(ks.StaticsError, match="into another assembly mode, beyond a singular pose"):
+        ks.compensate(lost, load)
+    # large motions are told, whatever is asked
+    pose = robot.assemble(actuators={"shoulder_1": 0.1, "shoulder_2": 0.2})
+    load[0] = -800
+    some = ks.compensate(pose, load)
+    assert some.warnings == some.result.warnings and "linear theory does not cover" in some.to_dict()["warnings"][0]
+    for text in (str(some), str(ks.compensate(pose, [load, load]))):
+        assert "which linear theory does not cover" in " ".join(text.split())
+
+
+@pytest.mark.parametrize(("kinds", "seed"), BEYOND)
+def test_so_it_is_with_random_robots(kinds, seed):
+    """Loads that would move them by up to 0.6 of their size: what the search finds is wrong at some of them."""
+    robot = sr.write(sr.random_spec(kinds, seed), twirl=seed).robot()
+    pose = robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
+    wrench = np.random.default_rng(seed).standard_normal(6) * np.repeat([1, robot.length], 3)
+    twist = ks.analyze(pose, wrench, (0, 0, 0)).twist
+    size = max(np.linalg.norm(twist[:3]) / robot.length, np.linalg.norm(twist[3:]))
+    loads = wrench / size * np.linspace(-0.6, 0.6, 16)[:, None]
+    found = ks.compensate(pose, loads, (0, 0, 0))
+    good = found.status <= ks.Status.LIMIT_EXCEEDED
+    assert good.any() and not good.all()
+    assert np.max(off_by(found, loads, (0, 0, 0))[good]) < 1e-9 * max(1, robot.length)
 
 
 def test_out_of_reach():

@@ -56,6 +56,17 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
     assert np.all(np.isnan(found[~valid]))
 
 
+def test_it_looks_where_the_actuators_lead(tmp_path):
+    """Python and C: what leads into another assembly mode is no correction."""
+    f = ks.compile(package_robots.soft_five_bar(), ("x", "y"), outputs=OUTPUTS, compensate=True)
+    drives = np.array([[0.6, 0.4], [-0.8 + 1.6 * 12 / 15, -0.8 + 1.6 * 10 / 15], [0.1, 0.2]]).T
+    pose = f.robot.assemble(actuators=dict(zip(f.robot.description.driven, drives, strict=True)))
+    at, load, gravity = {name: pose.platform[name] for name in "xy"}, np.full((3, 6), [-100.0, 0, 0, 0, 0, 0]), np.zeros((3, 3))
+    status, found = run(c_programs.driver(f.export_c(tmp_path)), rows(f, at, load, gravity))
+    assert status.tolist() == f(**at, load=load, gravity=gravity)["status"].tolist() == [2, 2, 0]
+    assert np.isnan(found[:2]).all() and np.isfinite(found[2]).all()
+
+
 def test_the_function_is_compensate():
     f = function("3rps", TRIPOD)
     at, load = {"z": [0.5, 2.0], "rx": 0.1, "ry": -0.05}, [20, 0, -500, 3, 0, 0]
@@ -87,7 +98,7 @@ def test_the_test_program_sees_another_correction(tmp_path):
     assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
     header, text = ((tmp_path / name).read_text() for name in ("bars.h", "bars.c"))
     assert "BARS_LIMIT_EXCEEDED = 1" in header and "the wanted x, y" in header and exported.files[0] == "bars.h"
-    wrong = text.replace("correct(wanted, actuator, w, whole);", "correct(wanted, wanted, w, whole);")
+    wrong = text.replace("= (double)actuator[", "= 1.001 * actuator[")
     assert wrong != text
     (tmp_path / "wrong.c").write_text(wrong)
     answer = subprocess.run([compiled(tmp_path, "bars_test.c", "wrong.c")], capture_output=True, text=True)

@@ -21,6 +21,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.sensitivities import STEP
+from kinetostatics.engine.choice import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.kinematics.assembly import assemble
@@ -123,12 +124,12 @@ class Model:
 
     def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
-        how = "nan" if only is None else "raise"
+        how, loops = "nan" if only is None else "raise", loops_for(self.analysis)
         if not given:
-            return spread(assemble(robot, given, None, None, None, self._tolerance, how), (self._size,))
+            return spread(assemble(robot, given, None, None, None, self._tolerance, how, loops), (self._size,))
         if self._of_actuators:
-            return assemble(robot, given, None, None, near, self._tolerance, how)
-        return assemble(robot, None, given, self.orientation, near, self._tolerance, how)
+            return assemble(robot, given, None, None, near, self._tolerance, how, loops)
+        return assemble(robot, None, given, self.orientation, near, self._tolerance, how, loops)
 
     def robot(self, values: Array) -> Robot:
         """Return the robot with values of the unknowns."""

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
-from kinetostatics.compensation.search import MOST, Coordinates, Search, enough
+from kinetostatics.argument_checks import Keyword, check_choice, names_in, positive, told_keywords
+from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
+from kinetostatics.engine.choice import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.printing.text import listing
 from kinetostatics.results.compensation import Compensation, loaded_frame, wanted_frame
@@ -39,7 +40,7 @@ def compensate(
     coordinates: Sequence[str] | None = None,
     orientation: str | None = None,
     on_failure: str | None = None,
-    tolerance: float = 1e-10,
+    tolerance: float | None = None,
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> Compensation:
@@ -57,7 +58,7 @@ def compensate(
             platform can move at the first pose.
         orientation: what the orientation's coordinates among them mean, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
+        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose x, y and z are meant among
             ``coordinates`` and in what remains; default: o. As before, as many coordinates as the robot has freedoms come out as
             wanted: of a robot with three, ``coordinates=("x", "y", "z")`` brings the tip where it was asked to and leaves the
@@ -66,7 +67,9 @@ def compensate(
 
     Returns:
         Actuator positions, forces, what remains, and a status for each pose. An actuator that would have to go beyond its limit
-        goes there, and the status says so: nothing is clipped.
+        goes there, and the status says so: nothing is clipped. Positions from which the actuators, moved there straight from the
+        wanted pose, would not bring the loaded platform where it is wanted are none: with them the robot stands beyond a singular
+        pose, in another assembly mode.
 
     Raises:
         ArgumentError: an argument makes no sense.
@@ -107,6 +110,7 @@ def compensate(
         uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
     of_o, of_tool = (Coordinates(*_well_conditioned(wanted, given), robot.length) for given in (commanded, names))
+    tolerance = configuration.tolerance if tolerance is None else positive("tolerance", tolerance, "a positive number")
     problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising), place)
@@ -162,6 +166,7 @@ class _Problem:
     ) -> None:
         self.robot, self.wanted, self.commanded, self.controlled, self.tool = robot, wanted, commanded, controlled, tool
         self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
+        self._loops = loops_for(analysis)
         frame = wanted_frame(wanted, tool)
         self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
@@ -180,10 +185,10 @@ class _Problem:
             pose = self._commanded(search.u, pose)
             found = self._analyzed(pose)
             search = search.learnt(self._error(found), least)
-        corrected = search.size <= least
-        reached = pose.reached & corrected & self.wanted.reached
+        reached = pose.reached & self.wanted.reached & (search.size <= least)
+        reached &= self._is_led_there(pose, reached)
         if raising and not np.all(reached):
-            self._complain(search.u, pose, found)
+            self._complain(search.u, pose, bool(np.all(search.size <= least)))
         if np.all(reached == pose.reached):
             return found
         q = np.where(reached, pose.model_q, np.nan)
@@ -220,6 +225,19 @@ class _Problem:
         inverse[np.flatnonzero(known)[regular]] = np.linalg.inv(jacobian[known][regular])
         return np.moveaxis(inverse, 0, 2)
 
+    def _is_led_there(self, pose: Configuration, which: Mask) -> Mask:
+        """Return where (N,) the actuators of a pose, moved there straight from the wanted pose, bring the loaded platform.
+
+        Beyond a singular pose the robot has other assembly modes at the same actuators.
+        """
+        if not np.any(which):
+            return which
+        names, poses = pose.actuators, which.reshape(self.wanted.shape)
+        given = {name: np.where(poses, value, self.wanted.actuators[name]) for name, value in names.items()}
+        driven = assemble(self.robot, given, None, None, self.wanted, self.tolerance, "nan", self._loops)
+        off = np.max(np.abs(self._error(self._analyzed(driven))), axis=0, initial=0.0)
+        return driven.reached & (off <= led_there(self.robot))
+
     def _analyzed(self, pose: Configuration) -> Result:
         return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
 
@@ -227,10 +245,10 @@ class _Problem:
         """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
         of = self.commanded
         given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.wanted.shape), strict=True))
-        found = assemble(self.robot, None, given, of.orientation.name, near, self.tolerance, on_failure)
+        found = assemble(self.robot, None, given, of.orientation.name, near, self.tolerance, on_failure, self._loops)
         return replace(found, orientation=self.wanted.orientation, prescribed=self.wanted.prescribed)
 
-    def _complain(self, u: Array, pose: Configuration, result: Result) -> None:
+    def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
         """Raise why there is no correction."""
         names = ", ".join(self.controlled.names)
         try:
@@ -246,7 +264,13 @@ class _Problem:
         analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
             f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
-            f"{names}: the sag changes too much from pose to pose, as beside a singular pose"
+            f"{names}: "
+            + (
+                "those of the pose where it would stand there lead, from the wanted pose, into another assembly mode, beyond a "
+                "singular pose"
+                if corrected
+                else "the sag changes too much from pose to pose, as beside a singular pose"
+            )
         )
 
     def _error(self, result: Result) -> Array:

@@ -15,12 +15,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.linalg import apply, dot
 from kinetostatics.math.orientation import Orientation
 
 #: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
 CORRECTED, EXACT = 1e-12, 1e-15
+#: The same where not the platform's coordinates but those of the actuators are given.
+LED = 1e-9
 #: Corrections at most, and how many in a row may not halve the deviation.
 MOST, STALE = 40, 4
 
@@ -28,6 +31,11 @@ MOST, STALE = 40, 4
 def enough(length: float) -> float:
     """Return the deviation [m] that counts as corrected, of a robot with a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
+
+
+def led_there(robot: RobotKinematics) -> float:
+    """Return the deviation [m] up to which actuators that were given lead where they were found: loops close but so well."""
+    return LED * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
 
 class Coordinates:
@@ -43,7 +51,7 @@ class Coordinates:
         """Take coordinates by their names; ``length`` [m] is the robot's."""
         self.names, self.orientation = tuple(names), orientation
         known = orientation.pose_names
-        self._rows = [known.index(name) if name in known else -1 for name in names]
+        self._rows = [known.index(name) for name in names]
         self.scale = np.array([1.0 if name in "xyz" else length for name in names])[:, None]
 
     def of(self, frame: tuple[Array, Array], near: Array | None = None) -> Array:

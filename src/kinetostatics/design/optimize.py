@@ -174,7 +174,7 @@ def prepare(
         warnings.warn(hint, stacklevel=4)
     place = tool_on_robot(tool, first, 5)
     # complaints about coordinates and arguments come before the search
-    poses = assembled(first, grid, is_platform, orientation, tolerance)
+    poses = assembled(first, grid, is_platform, orientation, tolerance, analysis)
     one = first.configuration(poses.q if poses.shape == () else poses.q[0], tolerance=math.inf, on_failure="nan")
     cases = analyze(one, on_failure="nan", **analysis).shape
     problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, tolerance)

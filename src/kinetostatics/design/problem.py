@@ -12,6 +12,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.design.requirements import MEASURES, Requirement
 from kinetostatics.design.sizes import Sizes
+from kinetostatics.engine.choice import loops_for
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
@@ -92,9 +93,8 @@ class Problem:
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis of a robot at all poses, every load case at every pose (P, …)."""
         over = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.over.items()}
-        return analyze(
-            assembled(robot, over, self.is_platform, self.orientation, self.tolerance), on_failure="nan", **self.analysis
-        )
+        poses = assembled(robot, over, self.is_platform, self.orientation, self.tolerance, self.analysis)
+        return analyze(poses, on_failure="nan", **self.analysis)
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
@@ -122,12 +122,18 @@ def _rows(values: Array) -> Array:
 
 
 def assembled(
-    robot: Robot, over: Mapping[str, Array], is_platform: bool, orientation: str | None, tolerance: float
+    robot: Robot,
+    over: Mapping[str, Array],
+    is_platform: bool,
+    orientation: str | None,
+    tolerance: float,
+    analysis: Mapping[str, object],
 ) -> Configuration:
-    """Return a robot at coordinates of its platform, or else of its actuators."""
+    """Return a robot at coordinates of its platform, or else of its actuators, by the engine of an analysis."""
+    loops = loops_for(analysis)
     if is_platform:
-        return assemble(robot, None, over, orientation, None, tolerance, "nan")
-    return assemble(robot, over, None, None, None, tolerance, "nan")
+        return assemble(robot, None, over, orientation, None, tolerance, "nan", loops)
+    return assemble(robot, over, None, None, None, tolerance, "nan", loops)
 
 
 def rank(point: Point) -> tuple[bool, float]:

@@ -21,6 +21,7 @@ from kinetostatics.design.changes import Change, change_of_argument, change_of_p
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
 from kinetostatics.design.variants import same_pose, variants_of
+from kinetostatics.engine.choice import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.configuration import Configuration
@@ -204,7 +205,7 @@ def _sensitivity(
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
     def numbers(by: float) -> dict[Key, Array]:
-        pose = same_pose(configuration, Robot(change.parameter.changed(0, by)))
+        pose = same_pose(configuration, Robot(change.parameter.changed(0, by)), loops_for(analysis))
         found = _of_pose(pose, asked)
         if set(asked) <= OF_POSES:
             return found

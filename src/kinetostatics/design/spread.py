@@ -24,9 +24,11 @@ from kinetostatics.design.changes import Change, changed_description, opens_loop
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
 from kinetostatics.design.variants import same_pose
+from kinetostatics.engine.choice import loops_for
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.kinematics.assembly import SolverChoice
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
@@ -165,7 +167,10 @@ def _first_order(
     for change, amount in zip(changes, amounts.tolist(), strict=True):
         if derivatives is None:
             after, before = (
-                _of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis, tool, len(driven)) for sign in (1, -1)
+                _of(
+                    _made_pose(configuration, [change], [sign * _STEP * amount], loops_for(analysis)), analysis, tool, len(driven)
+                )
+                for sign in (1, -1)
             )
             slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
         else:
@@ -255,10 +260,10 @@ def _samples(
     else:
         twist, stiffness, forces = np.full((N, 6), np.nan), np.full((N, 6, 6), np.nan), np.full((len(driven), N), np.nan)
         lost, checked = np.arange(N), []
-    worst = math.nan
+    worst, loops = math.nan, loops_for(analysis)
     for done, k in enumerate([*checked, *lost.tolist()]):
         with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
-            own = _of(_made_pose(configuration, changes, values[:, k]), analysis, tool, len(driven))
+            own = _of(_made_pose(configuration, changes, values[:, k], loops), analysis, tool, len(driven))
         if done < len(checked):
             apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
@@ -268,12 +273,14 @@ def _samples(
     return quantities(frozen(twist), frozen(stiffness), own_forces, seen(nominal, tool).twist), worst
 
 
-def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts: Sequence[float] | Array) -> Configuration | None:
+def _made_pose(
+    configuration: Configuration, changes: Sequence[Change], amounts: Sequence[float] | Array, loops: SolverChoice
+) -> Configuration | None:
     """Return the pose of a robot made with its parameters off; None if there is no such robot."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return same_pose(configuration, Robot(changed_description(changes, amounts)))
+            return same_pose(configuration, Robot(changed_description(changes, amounts)), loops)
     except KinetostaticsError:
         return None
 

@@ -14,7 +14,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import check_parameter_units, parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
-from kinetostatics.kinematics.assembly import assemble
+from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.robot import Robot
 
@@ -137,15 +137,15 @@ def variants_of(robot: Robot) -> Variants:
     )
 
 
-def same_pose(configuration: Configuration, robot: Robot) -> Configuration:
+def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
     """Return the pose of another variant at the same coordinates: those that the pose was assembled with, or else its actuators'.
 
-    It is followed from the pose of the first, so that the assembly mode is the same.
+    It is followed from the pose of the first, so that the assembly mode is the same. ``loops`` says which solver does that.
     """
     near = replace(configuration, robot=robot)
     if configuration.prescribed:
         names, values, orientation = configuration.prescribed, configuration.platform, configuration.orientation.name
         given = {name: np.array(values[name]) for name in names}
-        return assemble(robot, None, given, orientation, near, 1e-10, "nan")
+        return assemble(robot, None, given, orientation, near, near.tolerance, "nan", loops)
     given = {name: np.array(value) for name, value in configuration.actuators.items()}
-    return assemble(robot, given, None, None, near, 1e-10, "nan")
+    return assemble(robot, given, None, None, near, near.tolerance, "nan", loops)

@@ -6,7 +6,7 @@ import importlib.util
 import os
 import threading
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 from weakref import WeakKeyDictionary
@@ -180,6 +180,11 @@ def compiled_loops(engine: str) -> SolverChoice:
         return choice.decide(engine, work, look, make) or robot.solver
 
     return chosen
+
+
+def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
+    """Return what closes the loops of poses that are analysed with arguments of :func:`kinetostatics.analyze`."""
+    return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:

@@ -41,19 +41,24 @@ def _done(facts: Facts) -> Iterator[tuple[str, str, CProgram]]:
     parts = facts["parts"]
     search, jacobian = parts.search, parts.jacobian
     line = "step of the line"
-    if parts.line is not None:
-        yield "start of a line", "a line, if angles may be others", parts.line
-    yield "correction of the loops", f"{line}: 1 to {facts['corrections']}", parts.newton
-    if parts.side is not None:
-        yield "is there a singular pose between", line, parts.side
-    analysed = "1" if search is None else "1, and each step of the search"
+    if parts.line.start is not None:
+        yield "start of a line", "a line, if angles may be others", parts.line.start
+    yield "correction of the loops", f"{line}: 1 to {facts['corrections']}", parts.line.newton
+    if parts.line.side is not None:
+        yield "is there a singular pose between", line, parts.line.side
+    if parts.drives is not None:
+        line = "step of the actuators' line"
+        yield "correction of the loops, actuators given", f"{line}: 1 to {facts['corrections']}", parts.drives.newton
+        if parts.drives.side is not None:
+            yield "is there a singular pose between", line, parts.drives.side
+    analysed = "1" if search is None else "2, and each step of the search"
     yield "frames", analysed, parts.frames
     yield "statics", analysed, parts.statics
     yield "actuators", "1" if search is None else "2", parts.actuators
     if search is not None:
-        yield "where the platform stands", "1, and each step of the search", search.platform
+        yield "where the platform stands", "2, and each step of the search", search.platform
         yield "start of the search", "1", search.begin
-        yield "step of the search", f"0 to {facts['searches']}", search.learn
+        yield "step of the search", f"1 to {facts['searches'] + 1}", search.learn
         yield "what remains", "1", search.remains
         yield "turns of the actuators", "1", search.correct
         yield "limits", "1", search.limits

@@ -107,7 +107,7 @@ def export_c(
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
-    return CExport(where, tuple(texts), own, (parts.newton.operations, parts.operations), 8 * parts.work)
+    return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.operations), 8 * parts.work)
 
 
 def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
@@ -146,7 +146,7 @@ def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
 
 def _of_endless_actuators(parts: Parts) -> str:
     """Return in words how many sines and cosines are not in the records."""
-    count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.impose)
+    count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose)
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 

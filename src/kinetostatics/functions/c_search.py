@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from kinetostatics.compensation.search import Coordinates, Search, enough
+from kinetostatics.compensation.search import Coordinates, Search, enough, led_there
 from kinetostatics.engine.c_code import CProgram, c_program
 from kinetostatics.engine.loop_record import held, recorded_rows
 from kinetostatics.engine.pose_outputs import limits_record
@@ -33,8 +33,9 @@ class SearchPrograms:
 
     Attributes:
         numbers: how many numbers a search has; the coordinates that are commanded stand first.
-        enough: deviation [m] that counts as corrected.
-        size, going: where the deviation stands, and whether the search goes on.
+        enough: deviation [m] that counts as corrected; ``led``: the same where the actuators' coordinates are given.
+        error, count: where the deviations of the coordinates stand, and how many these are.
+        size, going: where the largest of them stands, and whether the search goes on.
     """
 
     platform: CProgram
@@ -45,6 +46,9 @@ class SearchPrograms:
     limits: CProgram
     numbers: int
     enough: float
+    led: float
+    error: int
+    count: int
     size: int
     going: int
 
@@ -102,6 +106,9 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         c_program("limits", limits.tape, limits.truths, numbers, ("x",)),
         len(first),
         least,
+        led_there(robot),
+        len(first) - 3 - n,
+        n,
         len(first) - 3,
         len(first) - 1,
     )

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.engine.c_code import literal
-from kinetostatics.functions.c_source import c_array, valid
+from kinetostatics.functions.c_lines import c_array
+from kinetostatics.functions.c_source import valid
 from kinetostatics.functions.values import Facts, Reference
 
 
@@ -20,7 +21,7 @@ def test(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) 
         wanted = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(wanted)}, {status}}}")
     count, size = len(facts["coordinates"]) + 9, len(wanted)
-    steps = dict(zip(facts["controlled"], 1e-3 * facts["parts"].strides, strict=True))
+    steps = dict(zip(facts["controlled"], 1e-3 * facts["parts"].line.strides, strict=True))
     fill = [
         f"    input->{c_name} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
         for k, (c_name, item) in enumerate(zip(facts["names"], facts["coordinates"], strict=True))

@@ -23,7 +23,7 @@ STATUSES = (
 STATUSES_OF_COMPENSATION = (
     ("OK", 0, "all numbers are valid, all joints are within their limits"),
     ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or actuator would have to go beyond its limit: nothing is clipped"),
-    ("UNREACHABLE", 2, "the loops do not close there, or no correction was found; outputs are NaN"),
+    ("UNREACHABLE", 2, "the loops do not close there, or no correction was found that the actuators lead to; outputs are NaN"),
     *STATUSES[2:],
 )
 
@@ -254,7 +254,7 @@ Outputs{where}, besides `residual`, how far the worst equation of the loops is o
 
 {inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot stays in its
 assembly mode: in one step where both lie near each other, as in a controller. `{name.upper()}_MOST_STEPS` (200) bounds the
-steps, each of at most {facts["corrections"]} corrections of {parts.newton.operations:,} operations; everything behind them
+steps, each of at most {facts["corrections"]} corrections of {parts.line.newton.operations:,} operations; everything behind them
 takes {parts.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
 {8 * parts.work:,} bytes of the stack.
 {_searching(facts)}
@@ -301,5 +301,6 @@ def _searching(facts: Facts) -> str:
     return f"""
 From the pose that was asked for, Broyden's method searches where the unloaded robot is commanded, by the same operations as
 `kinetostatics.compensate`: at most {facts["searches"]} times such a line, all that is behind it, and
-{parts.search.learn.operations:,} operations more.
+{parts.search.learn.operations:,} operations more. Then a line of the actuators' coordinates leads from the pose that was asked
+for to what was found, and if the loaded platform does not stand there where it was asked to, that is no correction.
 """

@@ -185,7 +185,7 @@ def _configuration(
     if not reached.all():
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
-    return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names)
+    return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names, tolerance)
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Decimals [m or rad] of coordinates that are told in words: closed loops leave no more that is the same on every processor.
 _DECIMALS = 10
+#: How far loops of a pose may stay open [m, rad], unless it is told.
+CLOSING = 1e-10
 
 
 @dataclass(frozen=True, repr=False)
@@ -57,6 +59,9 @@ class Configuration(Shown):
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
     Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
+
+    Attributes:
+        tolerance: how far its loops may stay open [m, rad], and those of poses that are found from it.
     """
 
     robot: RobotKinematics
@@ -69,6 +74,7 @@ class Configuration(Shown):
     reached: NDArray[np.bool_]
     #: Names of the platform's coordinates that were given, if the pose was assembled from them.
     prescribed: tuple[str, ...] = ()
+    tolerance: float = CLOSING
 
     def __str__(self) -> str:
         if self.shape:

@@ -22,6 +22,7 @@ from kinetostatics.printing.text import (
     quantity,
     section,
     table,
+    warning_lines,
     wrapped,
 )
 from kinetostatics.reports.json import actuator_unit, named, plain, status_names
@@ -58,7 +59,7 @@ def compensation_report(found: Compensation) -> str:
     lines = [f"Compensation of {robot.name!r}: {_status_words(Status(int(found.status)))}"]
     lines += section("Wanted of the loaded platform", pose_lines(found.wanted, found.uncorrected.gravity, found.uncorrected.load))
     if found.status in WITHOUT_NUMBERS:
-        return "\n".join(lines)
+        return "\n".join([*lines, *warning_lines(found.warnings)])
     lines += section("Actuators", _actuators(found))
     if found.tool is None:
         title, of = "By how much the loaded platform misses the wanted pose, world axes", ""
@@ -74,9 +75,7 @@ def compensation_report(found: Compensation) -> str:
             "With the coordinates x, y and z the tip itself comes where it is wanted, if the actuators can do that; angles are "
             "left."
         )
-    for name, limit in found.configuration.limits_exceeded.items():
-        lines.append(f"! {name} would have to go to {float(limit.value):.6g}, beyond [{limit.lower:.6g}, {limit.upper:.6g}]")
-    return "\n".join(lines)
+    return "\n".join([*lines, *warning_lines(found.warnings)])
 
 
 def _status_words(status: Status) -> str:
@@ -134,7 +133,7 @@ def _batch(found: Compensation) -> str:
     counts = [(item, int(np.sum(found.status == item))) for item in Status]
     lines += section("Status", table(("status", "poses"), [(item.name, f"{count}") for item, count in counts if count]))
     if np.all(np.isin(found.status, WITHOUT_NUMBERS)):
-        return "\n".join(lines)
+        return "\n".join([*lines, *warning_lines(found.warnings)])
     rows = []
     connections = found.wanted.robot.mechanism.connections
     for name, values in found.corrections.items():
@@ -154,7 +153,7 @@ def _batch(found: Compensation) -> str:
     if left := 6 - found.wanted.robot.mobility.platform:
         some = "one direction" if left == 1 else f"{left} directions"
         lines += wrapped(f"In {some} no actuator moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
-    return "\n".join(lines)
+    return "\n".join([*lines, *warning_lines(found.warnings)])
 
 
 def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
@@ -174,6 +173,7 @@ def compensation_to_dict(found: Compensation) -> dict[str, object]:
         "characteristic_length": found.wanted.robot.length,
         "status": status_names(found.status),
         "limit_exceeded": plain(found.configuration.limit_exceeded),
+        "warnings": list(found.warnings),
         "coordinates": list(found.coordinates),
         "orientation": found.wanted.orientation.name,
         "wanted": plain(found.wanted.platform),

@@ -162,6 +162,11 @@ class Compensation(Told):
         found.setflags(write=False)
         return found
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What to be careful about, in full sentences: of the corrected poses; if there are none, of the wanted ones."""
+        return (self.uncorrected if np.all(np.isin(self.status, WITHOUT_NUMBERS)) else self.result).warnings
+
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The corrected coordinate (…) of every actuator [m, rad]."""
