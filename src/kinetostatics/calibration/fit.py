@@ -1,9 +1,9 @@
 """Nonlinear least squares with what can be said of the estimates: covariance, null directions, outliers, errors held out.
 
 Everything is of weighted residuals and of a Jacobian whose columns are scaled. The covariance is that of the linearized
-problem, σ² (JᵀJ)⁻¹, in the space that the readings determine; outliers are found by externally studentized residuals with Bonferroni's
-bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); errors held out by
-(I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
+problem, σ² (JᵀJ)⁻¹, in the space that the readings determine; outliers are found by externally studentized residuals with
+Bonferroni's bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); errors held out
+by (I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
 """
 
 from __future__ import annotations

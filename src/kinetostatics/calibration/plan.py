@@ -1,7 +1,8 @@
 """Which measurements tell most: D-optimal subsets of a grid of poses and loads.
 
-The determinant of the information matrix Σ JᵀJ is made largest by exchanging each measurement in turn for the best of the others, from
-several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, modified by R. D. Cook, C. J. Nachtsheim, Technometrics 22, 1980).
+The determinant of the information matrix Σ JᵀJ is made largest by exchanging each measurement in turn for the best of the
+others, from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
+Technometrics 22, 1980).
 """
 
 from __future__ import annotations
