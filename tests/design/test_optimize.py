@@ -315,11 +315,21 @@ def test_every_load_acts_at_every_pose():
     assert front[0].requirements[0].case == (1,)
 
 
+@pytest.mark.parametrize(
+    ("vary", "bound"),
+    [({"length": "0.7:1.0"}, "length at its lower bound"), ({"E": "1e11:2.2e11"}, "E at its upper bound")],
+)
+def test_what_a_looser_limit_saves_where_a_parameter_is_at_its_bound(cantilever, vary, bound):
+    """The rod's mass goes as w^(-1/2) whatever its length and modulus, which their bounds hold where they are."""
+    load = {"load": [0, 0, -500, 0, 0, 0], **STILL}
+    best = ks.optimize(cantilever, {"diameter": "20mm:120mm", **vary}, "mass", ["sag < 0.1 mm"], starts=1, **load)
+    assert best.at_bounds == (bound,)
+    assert best.active[0].saving == pytest.approx(0.005 * (best.objective - 5), rel=1e-3)
+
+
 def test_all_searches_are_counted(cantilever):
-    found = ks.optimize(
-        cantilever, {"diameter": "20mm:120mm"}, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=12, **STILL
-    )
-    assert len(found.starts) == found.alike == 12 and "12 of 12 searches end here" in str(found)
+    found = ks.optimize(cantilever, {"diameter": "20mm:120mm"}, starts=11, **STILL)
+    assert len(found.starts) == found.alike == 11 and "11 of 11 searches end here" in str(found)
 
 
 @pytest.mark.parametrize(

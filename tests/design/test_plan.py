@@ -41,6 +41,16 @@ def test_a_plan_beats_random_ones():
         assert found.estimates[name].standard_error == pytest.approx(error, rel=1e-6), name
 
 
+def test_the_gain_is_how_much_smaller_standard_errors_are():
+    """Of one unknown that is the ratio of its errors."""
+    robot = package_robots.robot("3rps")
+    over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
+    one = ks.plan_measurements(robot, ["rod_1"], 3, over, LOADS, read=["dz"])
+    assert (
+        one.gain == pytest.approx(one.random_standard_errors["rod_1"] / one.standard_errors["rod_1"], rel=1e-9) and one.gain > 1.2
+    )
+
+
 def test_a_plan_is_saved_and_filled_in(tmp_path):
     robot = package_robots.robot("3rps")
     plan = ks.plan_measurements(robot, RODS, 3, SOME, LOADS, reference="unloaded")

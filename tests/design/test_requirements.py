@@ -7,7 +7,7 @@ import pytest
 from parametric_machines import BEAM, HEAD, INERTIA, RHO, E, moving
 
 import kinetostatics as ks
-from kinetostatics.design.requirements import MEASURES
+from kinetostatics.design.requirements import MEASURES, Measure, parse_requirement
 
 pytest.importorskip("scipy")
 
@@ -132,3 +132,30 @@ def test_every_quantity_is_that_of_the_map(name, maps):
     assert len(found) == (1 if name.startswith("actuator") else 2)
     for own, wanted in found:
         assert own == pytest.approx(wanted, rel=1e-9)
+
+
+@pytest.mark.parametrize(("text", "values", "margins"), [
+    ("stress < 200MPa", [100e6, 200e6, 300e6, np.nan], [0.5, 0, -0.5, -1]),
+    ("least_translational_stiffness > 2N/um", [1e6, 2e6, 3e6, np.inf, np.nan], [-0.5, 0, 0.5, 1e3, -1]),
+])  # fmt: skip
+def test_a_number_that_is_missing_is_a_requirement_broken(text, values, margins):
+    np.testing.assert_allclose(parse_requirement(text).margins(np.array(values)), margins, atol=1e-15)
+
+
+@pytest.mark.parametrize("minimize, subject_to", [("mass", ["sag < 1m", "stress < 1e12Pa"]), ("stress", ["sag < 1m"])])
+def test_what_has_no_number_at_a_pose_is_not_feasible(monkeypatch, minimize, subject_to):
+    """Forces may be indeterminate at a pose whose displacement is known: neither required nor minimized are they met then."""
+    own = MEASURES["stress"].function
+
+    def lost(result, argument):
+        found = np.array(own(result, argument))
+        found[1] = np.nan
+        return found
+
+    given = "3rps", {"rod_diameter": "48mm,52mm"}, minimize, subject_to, {"z": [0.5, 0.55], "rx": 0.0, "ry": 0.0}
+    assert ks.optimize(*given).feasible
+    monkeypatch.setitem(MEASURES, "stress", Measure("stress", lost, None, "stress, but for one pose"))
+    best = ks.optimize(*given)
+    assert not best.feasible and (
+        minimize == "stress" or (np.isnan(best.requirements[1].worst) and best.requirements[1].margin == -1)
+    )

@@ -189,6 +189,15 @@ def test_robots_that_cannot_be_made_do_not_count():
     assert f"{none.sum()} robots made at random have no such pose and do not count" in " ".join(str(found).split())
 
 
+def test_robots_whose_loops_do_not_close_do_not_count():
+    """Near the edge of its workspace an arm of a five-bar may be too short: l1 + l2 < distance, in a plane."""
+    pose = package_robots.robot("five_bar").assemble(platform={"x": 0.0, "y": 0.435})
+    found = ks.spread(pose, {"distal_length": "10mm"}, robots=15, seed=4, load=[1, 0, 0, 0, 0, 0])
+    short = 0.23 + found.values["distal_length"] < np.hypot(0.275 / 2, 0.435)
+    assert found.at_once and 0 < short.sum() < 8
+    np.testing.assert_array_equal(np.isnan(found.samples.displacement), short)
+
+
 def test_the_tip_of_a_tool(cantilever):
     """w = F/3E (L³ + 3 a L² + 3 a² L)/I of a force at a tip that is a beyond the rod; as one batch, and robot by robot."""
     a, off, tool = 0.2, {"diameter": "0.1mm"}, (0.2, 0, 0)

@@ -110,8 +110,8 @@ class Problem:
         except (RobotFileError, StaticsError):
             return Point(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
-        # poses without numbers break the robot, whatever is asked of it
-        margins.append(np.where(np.isnan(result.twist[..., 0]), -1.0, 1.0).ravel())
+        # poses without numbers break the robot, whatever is asked of it; so do those without what is minimized
+        margins.append(np.where(np.isnan(result.twist[..., 0]) | np.any(np.isnan(found), axis=-1), -1.0, 1.0).ravel())
         worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
         return Point(worst, np.concatenate(margins), result, values)
 

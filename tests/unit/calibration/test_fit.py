@@ -8,7 +8,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
-from kinetostatics.calibration.identifiability import unidentifiable
+from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.unknowns import Unknown, Unknowns
@@ -137,6 +137,22 @@ def test_no_exchange_makes_a_plan_better():
         plan = _exchanged(np.einsum("nki,nkj->nij", blocks, blocks), np.arange(4), 1e-12 * np.eye(3)).tolist()
         others = [[*plan[:k], new, *plan[k + 1 :]] for k in range(4) for new in set(range(9)) - set(plan)]
         assert len(set(plan)) == 4 and log_det(blocks[plan]) >= max(log_det(blocks[other]) for other in others) - 1e-8
+
+
+@pytest.mark.parametrize(("size", "rank"), [(3e-6, 2), (0.3e-6, 1)])
+def test_columns_below_a_millionth_are_not_seen(size, rank):
+    """One that is small by itself, and one that is nearly a multiple of another."""
+    assert determined(np.array([[1.0, 0.0], [0.0, size]]))[1].shape[1] == rank
+    assert determined(np.array([[1.0, 1.0], [0.0, 2 * size]]))[1].shape[1] == rank
+
+
+@pytest.mark.parametrize(("part", "is_determined"), [(2e-5, False), (0.5e-5, True)])
+def test_an_unknown_with_next_to_no_part_in_what_is_not_seen_is_determined(part, is_determined):
+    found = determined_ones(np.array([[2.0, 0.0], [2 * part, 0.0], [0.0, 1.0]]))
+    assert found.tolist() == [False, is_determined, False] and determined_ones(np.zeros((2, 0))).tolist() == [True, True]
+    unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "ab"]
+    (only,) = unidentifiable(unknowns, np.array([[1.0], [part]]))
+    assert list(only.direction) == (["a"] if is_determined else ["a", "b"])
 
 
 def test_an_unknown_that_no_reading_sees_is_scaled_as_the_others():
