@@ -114,7 +114,7 @@ class FrameModel:
         size: diagonal of the box around all points [m].
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
         ties: springs between pieces; their forces at the pose are among the loads.
-        within: names of the fixed joints inside the base or the platform.
+        within: names of the fixed joints inside the base or the platform, and of floating ones.
     """
 
     base: int

@@ -272,8 +272,12 @@ class Pieces:
 
     @cached_property
     def within(self) -> frozenset[str]:
-        """Names of the joints between pieces of the base, or of the platform, that are rigidly one."""
-        return frozenset(item.joint.name for item in self.jointed if any(set(item.pieces) <= end for end in self._ends))
+        """Names of the joints inside the base or the platform, whose pieces are rigidly one, and of those that hold nothing."""
+        return frozenset(
+            item.joint.name
+            for item in self.jointed
+            if item.joint.type.is_free or any(set(item.pieces) <= end for end in self._ends)
+        )
 
     @cached_property
     def _directions(self) -> Directions:
