@@ -92,7 +92,12 @@ def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path)
 
 
 #: Scripts, and the tables that they write into pages: pages below docs/how_to, and the topics.
-SCRIPTS = [("engines", "compiled", "engines"), ("functions", "functions", "calls"), ("live", "viewer", "live")]
+SCRIPTS = [
+    ("engines", "compiled", "engines"),
+    ("functions", "functions", "calls"),
+    ("live", "viewer", "live"),
+    ("controllers", "controller", "controllers"),
+]
 
 
 @pytest.mark.parametrize(("script", "place", "topic"), SCRIPTS)
