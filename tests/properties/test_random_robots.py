@@ -28,8 +28,8 @@ pytestmark = pytest.mark.skipif(
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
 
-#: Relative: how far we and finite elements may differ, and how far these may scatter to be believed.
-CLOSE, SURE = 1e-6, 2e-7
+#: Relative: how far we and finite elements may differ beside their scatter, and how far these may scatter to be believed.
+CLOSE, SURE = 1e-8, 2e-7
 
 
 #: Limbs and seeds of usual robots, and of those that were found by larger numbers.
@@ -80,7 +80,7 @@ def agrees_with_finite_elements(kinds, seed):
         return False
     found = ks.verify(pose, load, gravity)
     if max(found.scatter.values()) < SURE:
-        assert max(found.differences.values()) < CLOSE, str(found)
+        assert max(found.differences.values()) < CLOSE + 5 * max(found.scatter.values()), str(found)
         return True
     answer = finite_elements.solve(spec, file, pose, load, gravity)  # where OpenSees has lost its digits
     if answer.gap <= 1e9:
@@ -88,8 +88,8 @@ def agrees_with_finite_elements(kinds, seed):
     unit = np.repeat([1.0, robot.length], 3)
     softness = max(float(np.linalg.norm(scaled(answer.compliance, robot.length))), 1e-14)  # nothing at all, in a rigid robot
     moved = max(float(np.linalg.norm(answer.twist * unit)), 0.1 * softness, 1e-12)
-    assert np.linalg.norm((result.twist - answer.twist) * unit) < CLOSE * moved
-    assert np.linalg.norm(scaled(result.compliance - answer.compliance, robot.length)) < CLOSE * softness
+    assert np.linalg.norm((result.twist - answer.twist) * unit) < 100 * CLOSE * moved
+    assert np.linalg.norm(scaled(result.compliance - answer.compliance, robot.length)) < 100 * CLOSE * softness
     return True
 
 

@@ -63,7 +63,7 @@ def without_opensees(test):
     return test
 
 
-def assert_agrees(pose, tolerance=1e-6, **options):
+def assert_agrees(pose, tolerance=1e-8, **options):
     found = ks.verify(pose, tolerance=tolerance, **options)
     assert found.verified and found.conclusive, str(found)
     assert set(found.ours.joint_wrenches) <= set(found.finite_elements.joint_wrenches)

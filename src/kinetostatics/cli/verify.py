@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_load_arguments(parser)
     arguments.add_json_argument(parser)
     parser.add_argument(
-        "--within", metavar="D", default="1e-6", help="largest relative difference that counts as verified (default: %(default)s)"
+        "--within", metavar="D", default="1e-8", help="largest relative difference that counts as verified (default: %(default)s)"
     )
 
 

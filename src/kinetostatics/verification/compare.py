@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.result import Result
 
 #: Largest difference with which a robot counts as verified.
-TOLERANCE = 1e-6
+TOLERANCE = 1e-8
 #: A twist or force that is smaller than this part of what the loads could cause is zero by symmetry: differences are then
 #: measured against that part.
 NOTHING = 1e-3
