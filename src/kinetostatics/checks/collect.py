@@ -13,6 +13,7 @@ from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of,
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics, warnings_of_zero
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
+from kinetostatics.limbs.group import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.robot import Robot
@@ -60,14 +61,16 @@ def robot_facts(robot: Robot) -> RobotFacts:
     labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
     facts.beams = parts.beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
     facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
-    alike: dict[tuple[object, ...], str] = {}
+    bases: dict[str, Basis] = {}
     for group in groups or ():
         for position, which in enumerate(group.numbers):
             if which < len(facts.limbs):
                 facts.limbs[which].constraint_wrenches = group.labels[position]
                 facts.limbs[which].attached_wrenches = group.attached_labels[position]
+                bases[facts.limbs[which].name] = group.basis
+    alike: dict[tuple[object, ...], str] = {}
     for limb in facts.limbs if groups is not None else ():
-        limb.like = parts.first_like(limb, facts.beams, alike)
+        limb.like = parts.first_like(limb, bases[limb.name], facts.beams, alike)
     facts.massless = parts.massless_links(robot, facts.limbs)
     facts.elastic_joints = parts.elastic_joints(robot)
     facts.springs = list(description.springs.values())

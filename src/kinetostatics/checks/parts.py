@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -12,6 +11,7 @@ from kinetostatics.checks.chains import bodies_of, joints_of, word_of
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.description.elements import Beam
+from kinetostatics.limbs.group import Basis
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import springs_of
@@ -33,11 +33,12 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
     )
 
 
-def first_like(limb: LimbFacts, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
+def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
     """Return the first limb that is built like this one, None if it is the first of its kind.
 
     Args:
-        limb: whose wrenches are known.
+        limb: in question.
+        basis: of its wrenches.
         beams: of the robot.
         alike: the first limb of every kind, to which this one is added.
     """
@@ -50,14 +51,11 @@ def first_like(limb: LimbFacts, beams: list[BeamFacts], alike: dict[tuple[object
         (beam.section, beam.telescopic, rounded(beam.length), rounded(beam.youngs_modulus), rounded(beam.density))
         for beam in mine
     )
-    names = [*(joint.name for joint in limb.joints), *limb.beams, *(name for joint in limb.joints for name in joint.joints)]
-    number = {name: k for k, name in reversed(list(enumerate(names)))}
-    pattern = re.compile("|".join(re.escape(name) for name in sorted(number, key=len, reverse=True)) or "$^")
-    labels = tuple(
-        tuple(pattern.sub(lambda found: f"#{number[found[0]]}", label) for label in part or ())
-        for part in (limb.constraint_wrenches, limb.attached_wrenches)
+    wrenches = tuple(
+        tuple((c.direction[0] if c.direction[0] == "complement" else c.direction, c.centre) for c in part)
+        for part in (basis.constraint, basis.attached)
     )
-    first = alike.setdefault((limb.word, rounded(limb.mass), rows, labels), limb.name)
+    first = alike.setdefault((limb.word, rounded(limb.mass), rows, wrenches), limb.name)
     return None if first == limb.name else first
 
 
