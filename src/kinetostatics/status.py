@@ -21,7 +21,11 @@ Truth = NDArray[np.bool_]
 
 
 class Status(enum.IntEnum):
-    """What became of a pose: the worst of what is true of it. Each fact is a truth value of its own besides."""
+    """What became of a pose: the worst of what is true of it. Each fact is a truth value of its own besides.
+
+    The numbers are names: which of two is worse, they do not tell. Without numbers are UNREACHABLE and SINGULAR; of the others
+    the worst is INDETERMINATE, then come BASIS_DEGENERATE and LIMIT_EXCEEDED.
+    """
 
     OK = 0
     #: A joint is beyond its limit or cone; all numbers are valid.

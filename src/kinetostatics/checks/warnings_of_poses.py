@@ -18,12 +18,14 @@ AT_ZERO = "at the zero pose"
 def facts_of_poses(result: Result, where: str = "") -> list[str]:
     """Say what numbers will be missing at nearly all poses, or are at the pose that ``where`` names."""
     found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
-    limbs = [
+    bad = {
         limb.name
-        for item in result.solutions[0].statics
+        for solution in result.solutions
+        for item in solution.statics
         for position, limb in enumerate(item.group.limbs)
         if np.any(item.degenerate[position])
-    ]
+    }
+    limbs = [limb.name for limb in result.robot.topology.limbs if limb.name in bad]
     if limbs and np.any(result.basis_degenerate):
         verb = "degenerate" if where else "degenerate at some poses"
         found.append(f"{where}the canonical wrenches of {listing(limbs)} {verb}: intensities are NaN there")

@@ -16,11 +16,13 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
     for k, item in enumerate(solutions[0].applied):
         if item.load.kind not in kinds:
             continue
-        for place in item.load.wrenches:
-            loads = [s.applied[k].load for s in solutions]
-            point = np.concatenate([load.points[place] for load in loads], axis=-1).T.reshape(*shape, 3)
-            wrench = np.concatenate([load.wrenches[place] for load in loads], axis=-1).T.reshape(*shape, 6)
-            yield item.load.name, place, take(point), take(wrench)
+        loads = [s.applied[k].load for s in solutions]
+        nothing = [np.zeros((6, s.o.shape[1])) for s in solutions]
+        for place in dict.fromkeys(place for load in loads for place in load.wrenches):  # an end of a beam need not be loaded
+            point = [load.points.get(place, none[:3]) for load, none in zip(loads, nothing, strict=True)]
+            wrench = [load.wrenches.get(place, none) for load, none in zip(loads, nothing, strict=True)]
+            both = (np.concatenate(parts, axis=-1).T.reshape(*shape, -1) for parts in (point, wrench))
+            yield item.load.name, place, *map(take, both)
 
 
 def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:

@@ -2,10 +2,15 @@
 
 import re
 
+import numpy as np
+import package_robots
 import small_robots as sr
 from odd_robots import parsed
 
+import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.warnings_of_poses import facts_of_poses
+from kinetostatics.math import arrays
 
 
 def test_limbs_are_alike_whatever_their_joints_are_called():
@@ -16,3 +21,14 @@ def test_limbs_are_alike_whatever_their_joints_are_called():
     limbs = robot_facts(parsed(text)).limbs
     assert limbs[0].constraint_wrenches[1].startswith("force ∥ a at ")
     assert [limb.like for limb in limbs] == [None, "limb_1", "limb_1"]
+
+
+def test_a_limb_that_degenerates_only_in_a_later_chunk_of_poses_is_named(monkeypatch):
+    monkeypatch.setattr(arrays, "AT_ONCE", 1)
+    robot = package_robots.robot("linear_delta")
+    q = np.repeat(robot.assemble().model_q.T, 2, axis=0)
+    q[1, 1] += np.pi / 2
+    result = ks.analyze(robot.configuration(q, tolerance=10.0), on_failure="nan")
+    assert result.basis_degenerate.tolist() == [False, True]
+    (words,) = facts_of_poses(result)
+    assert words == "the canonical wrenches of limb_2 and limb_3 degenerate at some poses: intensities are NaN there"

@@ -10,7 +10,9 @@ import small_robots
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
+from kinetostatics.math import arrays
 from kinetostatics.statics.link_loads import _joint_around
+from kinetostatics.viewer.scene import describe_scene
 
 NO_GRAVITY = (0, 0, 0)
 
@@ -173,6 +175,19 @@ def test_batches_of_loads_and_poses_are_what_their_elements_are():
             alone = ks.analyze(here, loads={link: loads[row, 0]}, payload=ks.Payload(mass[row, 0], centre))
             close(found.twist[row, column], alone.twist, 1e-9)
             close(coefficients.twist[row, column], alone.payload_coefficients.twist, 1e-9)
+
+
+@pytest.mark.parametrize("order", [[0, 0, 1, 1], [1, 1, 0, 0]])
+def test_a_load_is_drawn_at_whichever_end_of_a_beam_it_acts(monkeypatch, order):
+    """Poses that are computed apart know of different ends."""
+    monkeypatch.setattr(arrays, "AT_ONCE", 2)
+    one = robot("2pru_upr")
+    at = one.assemble(platform={"z": [0.55, 0.6, 0.62, 0.65], "rx": 0.05, "ry": -0.1})
+    frame, points = at.frame("rod_1")[0], ks.analyze(at).beams["rod_1"].points[0]
+    ends = np.array([frame[:3, :3].T @ (point - frame[:3, 3]) for point in points[[0, -1]]])
+    found = ks.analyze(at, loads={"rod_1": ks.LinkLoad([3.0, 4, 12, 0, 0, 0], ends[order])})
+    arrows = [arrow for arrow in describe_scene(found).arrows if arrow.group == "external load" and "rod_1" in arrow.name]
+    np.testing.assert_allclose(sum(arrow.vector for arrow in arrows).sum(axis=1), [[3, 4, 12]] * 4)
 
 
 @pytest.mark.parametrize(("name", "link"), [("3rps", None), ("2pru_upr", "slider"), ("ur10", None)])
