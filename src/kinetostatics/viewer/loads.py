@@ -21,8 +21,8 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
         for place in dict.fromkeys(place for load in loads for place in load.wrenches):  # an end of a beam need not be loaded
             point = [load.points.get(place, none[:3]) for load, none in zip(loads, nothing, strict=True)]
             wrench = [load.wrenches.get(place, none) for load, none in zip(loads, nothing, strict=True)]
-            both = (np.concatenate(parts, axis=-1).T.reshape(*shape, -1) for parts in (point, wrench))
-            yield item.load.name, place, *map(take, both)
+            both = [take(np.concatenate(parts, axis=-1).T.reshape(*shape, -1)) for parts in (point, wrench)]
+            yield item.load.name, place, both[0], both[1]
 
 
 def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:

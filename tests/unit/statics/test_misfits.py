@@ -103,18 +103,18 @@ def test_a_rail_that_is_off_presses_the_paper_s_robot():
 
 @pytest.mark.parametrize("name", ["2pru_upr", "linear_delta", "3prs"])
 def test_errors_act_at_the_point_that_the_joint_s_wrench_is_told_about(name):
-    """Virtual work: what an error moves the platform along a load is its product with the wrench that the load puts on the joint."""
+    """Virtual work: what an error moves the platform along a load is its product with the wrench that the load makes there."""
     machine, rng = package_robots.robot(name), np.random.default_rng(4)
     start = machine.assemble()
     pose = machine.assemble(actuators={key: value + 0.02 * rng.random() for key, value in start.actuators.items()})
     under = ks.analyze(pose, np.eye(6), STILL)
-    for joint in machine.description.joints.values():
-        if joint.type == "prismatic" and joint.name in under.joint_wrenches:
+    for slide in machine.description.joints.values():
+        if slide.type == "prismatic" and slide.name in under.joint_wrenches:
             own = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3] * rng.standard_normal(6)
-            axes = np.kron(np.eye(2), pose.frame(joint.parent)[:3, :3] @ joint.origin.matrix[:3, :3])
-            expected = -under.joint_wrenches[joint.name] @ axes @ own
+            axes = np.kron(np.eye(2), pose.frame(slide.parent)[:3, :3] @ slide.origin.matrix[:3, :3])
+            expected = -under.joint_wrenches[slide.name] @ axes @ own
             for value in ({"twist": own, "frame": "joint"}, axes @ own):
-                twist = ks.analyze(pose, gravity=STILL, misfits={joint.name: value}).twist
+                twist = ks.analyze(pose, gravity=STILL, misfits={slide.name: value}).twist
                 np.testing.assert_allclose(twist, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
