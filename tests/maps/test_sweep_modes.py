@@ -137,6 +137,17 @@ def other_elbow(robot, ds, which):
     return found.q
 
 
+def test_neighbours_that_stay_in_different_modes_are_counted_where_anything_was_put_right(looked_at, monkeypatch):
+    robot, _, _, ds = looked_at
+    monkeypatch.setattr("kinetostatics.workspace.assembly_modes.repair._Look.jumps", lambda self: 3)
+    which = np.zeros(ds["mode"].shape, dtype=bool)
+    assert look(looked_at, ds["q"].values, ~which).jumps == 0
+    which[7, 6] = True
+    q = ds["q"].values.copy()
+    q[which] = other_elbow(robot, ds, which)
+    assert look(looked_at, q, np.ones(which.shape, dtype=bool)).jumps == 3
+
+
 @pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["one", "corner", "half", "checkered"])
 def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):

@@ -7,6 +7,7 @@ import pytest
 
 from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.assembly_modes.repair import _Look
+from kinetostatics.workspace.schema import NO_MODE, ZERO_MODE
 
 pytestmark = pytest.mark.smoke
 
@@ -53,3 +54,32 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
     labels = SimpleNamespace(q=[("q", "rad")] * 3, loose=[False] * 3)
     found = _Look(spec, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool), 1.0).zero_coordinates()
     assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})
+
+
+def test_what_was_tried_in_vain_is_tried_again_from_what_has_been_reached_since():
+    """A square of poses: 1 has been reached from 0, so 3, which 2 did not reach, is tried from 1."""
+    look = SimpleNamespace(shape=(2, 2), mode=np.array([ZERO_MODE, ZERO_MODE, ZERO_MODE, NO_MODE], dtype=np.int8))
+    look.retracted, look._tried = np.zeros(4, dtype=bool), {ZERO_MODE: np.zeros((4, 4), dtype=bool)}
+    look._tried[ZERO_MODE][2, 3] = True
+    for source, found in ((0, [3]), (-1, [])):
+        look._source = np.array([-1, source, -1, -1])
+        targets, starts, ways = _Look._ring(look, ZERO_MODE)
+        assert targets.tolist() == found and starts.tolist() == [1][: len(found)] and ways.tolist() == [0][: len(found)]
+
+
+def test_poses_that_random_starts_reach_are_kept_as_starts_for_others(monkeypatch):
+    """Pose 3 is tried from pose 2, in vain, and poses out of reach from random starts, of which the second arrives."""
+    monkeypatch.setattr(
+        "kinetostatics.workspace.assembly_modes.repair.open_starts", lambda robot, units, count: np.zeros((count, 1))
+    )
+    look = SimpleNamespace(mode=np.array([ZERO_MODE] * 3 + [NO_MODE] * 2), q=np.zeros((5, 1)), robot=None, units=["rad"])
+    look._ring, look._tried = lambda mode: tuple(map(np.array, ([3], [2], [0]))), {ZERO_MODE: np.zeros((2, 5), dtype=bool)}
+    look._padded, look.at, look.set, asked = lambda starts: starts, lambda which: which, lambda *_: None, []
+
+    def follow(starts, at, to):
+        asked.extend(to)
+        return 10.0 * np.arange(len(to))[:, None], np.arange(len(to)) == 2
+
+    look.follow = follow
+    assert not _Look.try_some(look) and asked[0] == 3
+    assert look._seeds.tolist() == [asked[2]] and look._seed_q.tolist() == [[20.0]]
