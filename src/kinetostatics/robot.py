@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import told_keywords
-from kinetostatics.buckling.members import Member, members_of
+from kinetostatics.buckling.members import Members
+from kinetostatics.buckling.structure import Structure
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.choice import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
@@ -147,9 +148,9 @@ class Robot(Shown, RobotKinematics):
         return warnings_of(self)
 
     @cached_property
-    def members(self) -> tuple[Member, ...]:
-        """Runs of beams in one line, which buckle as one, and how their ends are held."""
-        return members_of(self._static_model, self.generic_frames)
+    def members(self) -> Members:
+        """Beams in one line, which buckle as one, and what they are part of."""
+        return Members(Structure(self.statics))
 
     @told_keywords
     def assemble(

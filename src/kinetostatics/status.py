@@ -92,7 +92,7 @@ FACTS: Mapping[str, Fact] = {
         Fact(
             "buckles",
             None,
-            "a beam is beyond its Euler load: the pose cannot carry its loads, whatever the numbers say",
+            "the robot buckles: the pose cannot carry its loads, whatever the numbers say",
             "that buckle",
         ),
     )

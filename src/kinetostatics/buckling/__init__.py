@@ -1,1 +1,1 @@
-"""Members under compression: runs of beams in one line, how their ends are held, and when they buckle."""
+"""Buckling: stiffness and geometric stiffness of the whole robot, its critical load factors, and the members that buckle."""

@@ -104,7 +104,7 @@ MEASURES: Mapping[str, Measure] = {
     "actuator_force": Measure("force", _actuators(True), None, "force of a sliding actuator"),
     "actuator_torque": Measure("moment", _actuators(False), None, "torque of a turning actuator"),
     "stress": Measure("stress", _beams("stress"), None, "largest von Mises stress of a beam"),
-    "buckling": Measure("number", _beams("euler_ratio"), None, "axial force over Euler's load"),
+    "buckling": Measure("number", _beams("euler_ratio"), None, "forces over those at which it buckles"),
 }
 
 

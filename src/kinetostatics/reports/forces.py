@@ -188,10 +188,5 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
     notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
     if any(type(beam.description.section) is Section for beam in beams):
         notes.append(f"stress {MISSING}: <section> does not say the outline; give a circle, tube, rectangle or rectangular_tube")
-    held: dict[str, list[str]] = {}
-    for beam in beams:
-        if beam.name == next(name for name in result.beams if name in beam.member):
-            held.setdefault(beam.ends, []).append("+".join(beam.member))
-    groups = "; ".join(f"{', '.join(names)}: {words}" for words, names in held.items())
-    notes += wrapped(f"N/N_Euler: 100 % buckles; beams in one line count as one. Ends towards base and platform of {groups}", "")
+    notes.append("N/N_Euler: forces over those at which the beam buckles, by itself or with others: 100 % buckles")
     return [*column_table(columns), *notes]

@@ -53,7 +53,7 @@ RESULT_UNITS = {
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
     "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: of the outer part, acting on the inner one",
-    "euler_ratio": "axial forces over those at which the beam's `member`, held at its `ends`, buckles by Euler",
+    "euler_ratio": "forces over those at which the beam's `member` buckles, by itself or with others",
     "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
     "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
     "strain_energy": "J",

@@ -14,7 +14,7 @@ from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.robot import Robot
-from kinetostatics.statics.deformation import Deformation, axial_forces
+from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution
 
@@ -40,10 +40,10 @@ class BeamResult(Shown):
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose
             outline is not known. Sharp inner corners of rectangular tubes do not count.
-        euler_ratio: (…) the axial forces over those at which it buckles, by Euler: 1 and more buckles. Beams in one line that are
+        euler_ratio: (…) the forces over those at which the robot buckles in a mode in which the beam takes part: 1 and more
+            buckles. Of a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Beams in one line that are
             welded, or slide in one another, are one member with one ratio.
         member: names of the beams of that member, from its base to its platform end.
-        ends: how the member's ends are taken to be held, as ``"clamped and free"``: see :mod:`kinetostatics.buckling.members`.
         strain_energy: (…) [J].
     """
 
@@ -61,7 +61,6 @@ class BeamResult(Shown):
     euler_ratio: Array
     strain_energy: Array
     member: tuple[str, ...]
-    ends: str
 
 
 def beam_results(
@@ -69,8 +68,8 @@ def beam_results(
 ) -> Mapping[str, BeamResult]:
     """Return the results of all beams by name, in the order of the file."""
     found: dict[str, BeamResult] = {}
-    ratios = [euler_ratios(robot, solution) for solution in solutions]
-    members = {beam: member for member in robot.members for beam in member.beams}
+    ratios = [robot.members.ratios(solution) for solution in solutions]
+    members = {beam: member for member in robot.members.names for beam in member}
     numbers = [[_numbers(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
     for name, beam in robot.description.beams.items():
         places = [d.places[name] for d in deformations]
@@ -80,8 +79,7 @@ def beam_results(
         mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
         mine["euler_ratio"] = [ratio[name] for ratio in ratios]
         arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
-        member = members[name]
-        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=member.beams, ends=member.words)
+        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=members[name])
     return Named(found)
 
 
@@ -103,15 +101,6 @@ def centre_lines(
         axes, points = (batch.public(chunks) for chunks in zip(*mine, strict=True))
         found[name] = axes, points
     return Named(found)
-
-
-def euler_ratios(robot: Robot, solution: Solution, least: float = 0.0) -> dict[str, Array]:
-    """Return of every beam the ratio (N,) of its member; see :meth:`Member.euler_ratio`."""
-    axial = axial_forces(robot.statics, solution)
-    found: dict[str, Array] = {}
-    for member in robot.members:
-        found |= dict.fromkeys(member.beams, member.euler_ratio(robot.statics, solution.frames, axial, least))
-    return found
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

@@ -19,7 +19,7 @@ from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
-from kinetostatics.results.beam import BeamResult, beam_results, centre_lines, euler_ratios
+from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.results.tool_point import PointResult, point_on_robot, seen_at
@@ -131,12 +131,10 @@ class Result(Told):
 
     @cached_property
     def buckles(self) -> NDArray[np.bool_]:
-        """(…) whether a member buckles by Euler, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
-        if not self.robot.members:
+        """(…) whether the robot buckles, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
+        if not self.robot.members.names:
             return self._truth(np.zeros(len(self._valid), dtype=bool))
-        chunks = [euler_ratios(self.robot, s, least=1.0) for s in self.solutions]
-        worst = np.concatenate([np.max(list(chunk.values()), axis=0) for chunk in chunks])
-        return self._truth(self._valid & (worst >= 1))
+        return self._truth(self._valid & np.concatenate([self.robot.members.buckles(s) for s in self.solutions]))
 
     @cached_property
     def twist(self) -> Array:

@@ -62,18 +62,18 @@ def _tipping(result: Result) -> list[str]:
 
 
 def _ratios(result: Result) -> Iterator[tuple[str, float]]:
-    """Yield every member in words, with the largest ratio of its axial forces to those at which it buckles."""
-    seen: set[str] = set()
-    for beam in result.beams.values():
-        if beam.name not in seen:
-            seen.update(beam.member)
-            what = f"beam {beam.name}" if len(beam.member) == 1 else f"the member {', '.join(beam.member)}"
-            yield f"{what} ({beam.ends})", float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
+    """Yield in words what buckles together, with the largest ratio of the forces to those at which it does."""
+    together: dict[str, list[str]] = {}
+    worst = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
+    for name, ratio in worst.items():
+        together.setdefault(f"{ratio:.6g}", []).append(name)
+    for names in together.values():
+        yield f"beam {names[0]} buckles" if len(names) == 1 else f"beams {', '.join(names)} buckle", worst[names[0]]
 
 
 def _buckling(result: Result) -> list[str]:
     return [
-        f"{what} buckles: its axial force is {100 * worst:.3g} % of its Euler load"
+        f"{what}: the forces are {100 * worst:.3g} % of those at which this begins"
         for what, worst in _ratios(result)
         if worst >= 1
     ]
@@ -81,7 +81,7 @@ def _buckling(result: Result) -> list[str]:
 
 def _slender(result: Result) -> list[str]:
     return [
-        f"the axial force of {what} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates its deflection"
+        f"the forces are {100 * worst:.3g} % of those at which {what}; linear theory underestimates the deflections"
         for what, worst in _ratios(result)
         if EULER_WARNING < worst < 1
     ]

@@ -340,10 +340,11 @@ def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: 
     return move_twist(rotate(axes, yielded), -arm[:, None])[:, :, 0]
 
 
-def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return of every beam the axial forces at its base and platform end, tension positive [N], and its length [m]: (3, N).
+def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
+    """Return the section forces (2, 3, N) at the start and the end of every beam, world axes [N].
 
-    The same as in :func:`deform`, in a fraction of its time.
+    They are those that the side towards its end puts on the side towards its start, as in :func:`deform`, in a fraction of its
+    time.
     """
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):
@@ -351,25 +352,20 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
         elements, signs = group.elements[0], group.element_cut_signs
         if not any(element.is_beam for element in elements):
             continue
-        geometry = group.geometry(solution.frames, solution.o)
         cut_wrenches, share = solution.cut_wrenches(number), solution.contribution_mask(group).sum(axis=0)
         for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
-            total = carried_wrench(signs[k], cut_wrenches)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
-            outer = np.einsum("ign,ign->gn", geometry.beam_axes[:, 0, b], total)
-            inner = outer + share * statics.loads.own[0, b] * geometry.beam_lengths[b]
-            both = [outer, inner] if elements[k].turned else [inner, outer]
-            all_three = np.stack([*both, geometry.beam_lengths[b]])
-            found.update((row[b].name, all_three[:, m]) for m, row in enumerate(group.beams))
+            outer = carried_wrench(signs[k], cut_wrenches)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
+            masses = [row[b].mass_of(row[b].length(solution.frames)) for row in group.beams]
+            inner = outer + share * np.stack(masses) * solution.gravity[:, None]
+            both = np.stack([-outer, -inner] if elements[k].turned else [inner, outer])
+            found.update((row[b].name, both[:, :, m]) for m, row in enumerate(group.beams))
     loads = by_place(solution.applied)
     for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]
-        axis = solution.frames.direction(model.span.carrier, model.axes[:, 0])
-        length = model.length(solution.frames)
         beyond = robot.weights.sum(edge.outboard, solution.weights)
         beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
-        outer = np.einsum("in,in->n", axis, beyond[:3])
-        inner = outer + np.einsum("in,in->n", axis, solution.gravity) * model.mass_of(length)
-        found[model.name] = np.stack([inner, outer, length])
+        mass = model.mass_of(model.length(solution.frames))
+        found[model.name] = np.stack([beyond[:3] + mass * solution.gravity, beyond[:3]])
     return found
 
 

@@ -27,7 +27,7 @@ def joints_in_order(robot: RobotStatics) -> list[tuple[str, int]]:
 
 def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
     """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
-    return _masked(_carried(robot, solution), _open_wrenches(robot, solution))
+    return _masked(carried_wrenches(robot, solution), _open_wrenches(robot, solution))
 
 
 def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
@@ -36,7 +36,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
     names = [name for name in (*robot.description.driven, *followers) if name in table.names]
     which = [table.names.index(name) for name in names]
-    forces = actuator_forces_from(robot, solution, _carried(robot, solution, which), names)
+    forces = actuator_forces_from(robot, solution, carried_wrenches(robot, solution, which), names)
     undetermined = _open_wrenches(robot, solution, which)
     if undetermined is None:
         return forces
@@ -44,7 +44,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
     return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
 
 
-def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
+def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
     """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values.
 
     Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (the method page, section 7).

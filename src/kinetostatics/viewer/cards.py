@@ -166,7 +166,7 @@ class Cards:
         actuators = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.actuators]
         rows = rows + [row for name in actuators for row in self._actuator(name)]
         member = "" if len(beam.member) == 1 else f" as one member with {' and '.join(n for n in beam.member if n != beam.name)}"
-        note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}; ends towards base and platform {beam.ends}."
+        note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}."
         return Card("beam", rows, note, first, lines)
 
     # ---- joints -----------------------------------------------------------------------------------------------------

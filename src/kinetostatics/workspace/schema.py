@@ -153,7 +153,7 @@ VARIABLES: Mapping[str, Variable] = {
     ),
     "characteristic_length": Variable((), "mean distance of the limbs' outer joints from o", "m", ROBOTS),
     "beam_stress": Variable(("beam",), "largest von Mises stress of the beam", "Pa"),
-    "beam_euler_ratio": Variable(("beam",), "axial forces over those at which the member buckles by Euler", "1"),
+    "beam_euler_ratio": Variable(("beam",), "forces over those at which the member buckles", "1"),
     "beam_deflection": Variable(("beam",), "largest displacement of the beam's centre line", "m"),
 }
 

@@ -1,117 +1,77 @@
-"""Euler's ratio: closed forms for all ends, runs of beams as one member, and what is said when it buckles."""
+"""Buckling: closed forms for all ends, rigid parts and sway, finite elements for whole robots, and what is said."""
 
 import json
 from dataclasses import replace
 
+import buckling_elements
 import numpy as np
 import package_robots
 import pytest
 import small_robots as sr
-from mechanisms import Joint, Link
+from mechanisms import Edge, Joint, Link, Stiffness, write_mechanism
+from places import CASES as FILES
 from small_robots import E
 
 import kinetostatics as ks
-from kinetostatics.buckling.euler_loads import Ends, buckling_ratio
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.statics.deformation import axial_forces
+from kinetostatics.statics.deformation import beam_forces
 
 SECTION = sr.Section(2e-3, 4e-7, 9e-7, 6e-7)
+STIFF = sr.Section(20.0, 4e-7, 9e-7, 6e-7)  # along its axis
+EI = E * 4e-7
 ROOT = 4.493409457909064  # of tan x = x
-HELD = {"clamped": (0, 0), "pinned": (0, 1), "guided": (1, 0), "free": (1, 1)}
-CASES = (
-    ("clamped", "free", 2.0),
-    ("pinned", "pinned", 1.0),
-    ("clamped", "pinned", np.pi / ROOT),
-    ("clamped", "guided", 1.0),
-    ("clamped", "clamped", 0.5),
-    ("pinned", "guided", 2.0),
-)
 
 
-def ends(first, last):
-    made = [[np.eye(2)[None] * HELD[words][kind] for words in (first, last)] for kind in (0, 1)]
-    return Ends(np.stack(made[0]), np.stack(made[1]))
+def euler(length, factor=1.0, bending=EI):
+    return np.pi**2 * bending / (factor * length) ** 2
 
 
-def euler(length, factor=1.0, inertia=4e-7):
-    return np.pi**2 * E * inertia / (factor * length) ** 2
+def pushed(spec, load, gravity=(0, 0, 0), **options):
+    return ks.analyze(sr.robot_of(spec, **options).assemble(), load=load, gravity=gravity)
 
 
-def pushed(spec, load, **options):
-    return ks.analyze(sr.robot_of(spec, **options).assemble(), load=load, gravity=(0, 0, 0))
+def worst(result):
+    return max(float(beam.euler_ratio) for beam in result.beams.values())
 
 
-# ---- the eigenvalue problem ----------------------------------------------------------------------------------------------
+def root_of(gap, low, high):
+    """Return where a function is zero between two numbers, by bisection."""
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if gap(low) * gap(middle) > 0 else (low, middle)
+    return low
+
+
+def guided(*column, across=(), beams=()):
+    """Return a robot whose platform a rigid limb lets move along z, and along ``across``, beside a limb of joints and links."""
+    length = 1.1
+    links = tuple(Link(f"carriage_{k}") for k in range(1 + len(across)))
+    ways = [Joint(f"way_{k}", "P", (0.5, 0, length), axis) for k, axis in enumerate(((0, 0, 1), *across))]
+    guide = sr.Limb((*ways, Joint("fixed", "F", (0.5, 0, length))), links)
+    return sr.Spec((guide, sr.Limb(*column)), tuple(beams), o=(0, 0, length))
+
+
+# ---- columns ---------------------------------------------------------------------------------------------------------------
+
+COLUMNS = (
+    ("F", "F", (), 0.5), ("F", "S", (), np.pi / ROOT), ("U", "F", (), np.pi / ROOT), ("U", "S", (), 1.0), ("S", "S", (), 1.0),
+    ("F", "F", ((1, 0, 0), (0, 1, 0)), 1.0), ("U", "F", ((1, 0, 0), (0, 1, 0)), 2.0),
+)  # fmt: skip
 
 
 @pytest.mark.smoke
-@pytest.mark.parametrize("n", [1, 2, 4])
-@pytest.mark.parametrize(("first", "last", "factor"), CASES)
-def test_textbook_columns(first, last, factor, n):
-    """Timoshenko and Gere, section 2.1; whether of one piece or of several."""
-    length, EI = 1.7, 3.0
-    load = np.pi**2 * EI / (factor * length) ** 2
-    pieces = length * np.arange(1, n + 1) / (n * (n + 1) / 2)
-    stiffness = np.array([np.diag([EI, 2.3 * EI])] * n)
-    for around in ((first, last), (last, first)):
-        found = buckling_ratio(pieces[None], stiffness, np.full((1, n, 2), -0.8 * load), ends(*around))
-        assert found == pytest.approx([0.8], rel=3e-6)
-
-
-def test_column_under_its_own_weight():
-    """Timoshenko and Gere, section 2.12: qL = 7.837 EI / L², clamped below and free above."""
-    found = buckling_ratio(np.ones((1, 1)), np.eye(2)[None], np.array([[[-7.8373, 0.0]]]), ends("clamped", "free"))
-    assert found == pytest.approx([1.0], rel=2e-5)
-
-
-def test_stepped_column():
-    """Timoshenko and Gere, section 2.14: clamped, EI_1 below and EI_2 above: k_1 l_1 tan(k_1 l_1) · … tan tan = k_1 / k_2 …"""
-    lengths, EI = np.array([0.6, 0.9]), np.array([5.0, 2.0])
-
-    def gap(P):
-        k = np.sqrt(P / EI)
-        return np.tan(k[0] * lengths[0]) * np.tan(k[1] * lengths[1]) - k[0] * EI[0] / (k[1] * EI[1])
-
-    low, high = 0.1, 0.99 * (np.pi / 2 / max(lengths / np.sqrt(EI))) ** 2
-    assert gap(low) < 0 < gap(high)
-    for _ in range(80):
-        middle = (low + high) / 2
-        low, high = (middle, high) if gap(middle) < 0 else (low, middle)
-    stiffness = EI[:, None, None] * np.diag([1.0, 3.0])
-    found = buckling_ratio(lengths[None], stiffness, np.full((1, 2, 2), -low), ends("clamped", "free"))
-    assert found == pytest.approx([1.0], rel=1e-6)
-
-
-def test_hinge_across_in_any_direction():
-    """Clamped, and hinged about an axis at 0 … 90°: between the softer and the stiffer plane, exact where they part."""
-    EI, loads = np.diag([2.0, 5.0]), []
-    for angle in np.linspace(0, np.pi / 2, 5):
-        axis = np.array([np.cos(angle), np.sin(angle)])  # turns about y let w slope
-        turns = np.stack([np.zeros((1, 2, 2)), np.outer(axis, axis)[None]])
-        held = Ends(np.zeros((2, 1, 2, 2)), turns)
-        loads.append(1 / buckling_ratio(np.ones((1, 1)), EI[None], np.full((1, 1, 2), -1.0), held)[0])
-    pinned, clamped = ROOT**2, 4 * np.pi**2
-    assert loads[0] == pytest.approx(min(2 * clamped, 5 * pinned), rel=1e-5)
-    assert loads[-1] == pytest.approx(min(2 * pinned, 5 * clamped), rel=1e-5)
-    assert np.all(np.diff(loads) < 0)
-
-
-def test_planes_at_once_are_each_by_itself():
-    """Axes turned about the member change nothing, whatever the ends."""
-    rng = np.random.default_rng(0)
-    lengths, forces = np.array([[0.6, 0.9]]), -rng.uniform(0.5, 2, (1, 2, 2))
-    stiffness = np.array([np.diag([5.0, 2.0]), np.diag([3.0, 4.0])])
-    for first in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        for last in ((0, 0), (1, 0), (0, 1)):
-            turns = np.array([np.diag(first), np.diag(last)], dtype=float)[:, None]
-            held = Ends(np.zeros((2, 1, 2, 2)), turns)
-            R = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
-            turned = Ends(held.shifts, R @ turns @ R.T)
-            found = buckling_ratio(lengths, stiffness, forces, held)
-            assert buckling_ratio(lengths, R @ stiffness @ R.T, forces, turned) == pytest.approx(found, rel=1e-11)
-
-
-# ---- members of robots -----------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("backward", [False, True])
+@pytest.mark.parametrize(("foot", "head", "across", "factor"), COLUMNS)
+def test_textbook_columns(foot, head, across, factor, backward):
+    """Timoshenko and Gere, section 2.1, under 2.5 times their load."""
+    length, x, y = 1.1, (1, 0, 0), (0, 1, 0)
+    joints = tuple(Joint(name, kind, (0, 0, z), x, y) for name, kind, z in (("foot", foot, 0), ("head", head, length)))
+    ends = ("head", "foot") if backward else ("foot", "head")
+    beam = sr.Beam("rod", "rod", *ends, SECTION, y_axis=y, density=0.0)
+    spec = guided(joints, (Link("rod"),), across=across, beams=(beam,))
+    found = pushed(spec, (0, 0, -2.5 * euler(length, factor), 0, 0, 0))
+    assert found.beams["rod"].euler_ratio == pytest.approx(2.5, rel=2e-6)
+    assert found.buckles
 
 
 @pytest.mark.parametrize("n", [1, 2, 4])
@@ -124,75 +84,192 @@ def test_a_cantilever_is_one_member_however_it_is_split(n, direction):
     assert len(found.beams) == n
     for beam in found.beams.values():
         assert beam.euler_ratio == pytest.approx(0.96, rel=1e-9)
-        assert len(beam.member) == n and beam.ends == "clamped and free"
-    assert not found.buckles and not any("buckles" in text for text in found.warnings)
-    assert sum("96 % of its Euler load" in text for text in found.warnings) == 1
+        assert len(beam.member) == n
+    assert not found.buckles and not any("this begins" in text for text in found.warnings)
+    assert sum("the forces are 96 % of those" in text for text in found.warnings) == 1
     assert pushed(spec, (*(1e5 * along), 0, 0, 0)).beams["arm"].euler_ratio == 0
 
 
-def test_beams_of_other_sections_and_corners():
-    """A stepped cantilever is one member; an arm with a corner is two, the inner one with a free end, too."""
-    stepped = sr.stepped_beam(density=0.0)
-    found = pushed(stepped, (*(-1e4 * np.array(stepped.o) / np.linalg.norm(stepped.o)), 0, 0, 0))
-    assert len({float(beam.euler_ratio) for beam in found.beams.values()}) == 1
-    corner = sr.locked_chain([(0, 0, 0), (1, 0, 0), (1, 0, 1)], [(0, 1, 0), (0, 1, 0)], section=SECTION, y_axis=(0, 1, 0))
-    found = pushed(corner, (-1000.0, 0, -1000.0, 0, 0, 0))
-    assert [beam.member for beam in found.beams.values()] == [("arm_1",), ("arm_2",)]
-    assert all(beam.ends == "clamped and free" for beam in found.beams.values())
+@pytest.mark.parametrize("backward", [False, True])
+def test_column_under_its_own_weight(backward):
+    """Timoshenko and Gere, section 2.12: qL = 7.837 EI / L², clamped below and free above; hanging it does not buckle."""
+    length, density = 2.0, 7850.0
+    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=density)
+    if backward:
+        spec = sr.with_beams(spec, start="tip", end="root")
+    gravity = 0.9 * 7.83735 * EI / length**3 / (density * SECTION.area)
+    assert worst(pushed(spec, (0,) * 6, (0, 0, -gravity))) == pytest.approx(0.9, rel=1e-5)
+    assert worst(pushed(spec, (0,) * 6, (0, 0, gravity))) == 0
 
 
-@pytest.mark.parametrize(
-    ("kind", "words", "factor"), [("S", "pinned", np.pi / ROOT), ("F", "clamped", 0.5), ("U", "pinned", np.pi / ROOT)]
-)
-def test_ends_by_joints(kind, words, factor):
-    """Struts from a clamped foot to a platform that other limbs hold, too."""
-    length = 1.2
-    spec = sr.portal(height=length, section=SECTION, y_axis=(0, 1, 0), density=0.0)
-    limb = spec.limbs[1]
-    head = replace(limb.joints[1], kind=kind, axis=(1, 0, 0), **({"axis2": (0, 1, 0)} if kind == "U" else {}))
-    spec = replace(spec, limbs=(spec.limbs[0], replace(limb, joints=(limb.joints[0], head))))
-    found = pushed(spec, (0, 0, -1e5, 0, 0, 0)).beams["column_2"]
-    assert found.ends == ("clamped at both ends" if words == "clamped" else f"clamped and {words}")
-    force = -float(found.section_wrenches[0, 0])
-    assert found.euler_ratio == pytest.approx(force / euler(length, factor), rel=3e-6)
+def test_mass_ahead_of_the_sections_that_carry_it():
+    """A beam whose mass lies shifted along it, as that of a link from a CAD model: as lumps on rigid arms along it."""
+    length, mass, shift, n, gravity = 1.5, 3e4, 0.4, 8, (0, 0, -9.81)
+    spec = sr.cantilever(length, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=None)
+    link = Link("arm", mass, (0, 0, length / 2 + shift))
+    found = pushed(replace(spec, limbs=(replace(spec.limbs[0], links=(link,)),)), (0,) * 6, gravity)
+    column = sr.mechanism_of(sr.split(sr.with_beams(spec, density=0.0), 2 * n))
+    heights = (np.arange(n) + 0.5) * length / n
+    lumps = tuple(Link(f"lump_{k}", mass / n, (0, 0, z + shift)) for k, z in enumerate(heights))
+    edges = [Edge(Joint(f"to_{k}", "F", (0, 0, z)), column.links[2 * k].name, f"lump_{k}") for k, z in enumerate(heights)]
+    made = write_mechanism(replace(column, edges=(*column.edges, *edges), links=(*column.links, *lumps)), cuts=set()).robot()
+    lumped = ks.analyze(made.assemble(), gravity=gravity)
+    assert worst(found) == pytest.approx(worst(lumped), rel=5e-3)
+    assert worst(found) > 1.5 * mass * 9.81 * length**2 / (7.83735 * EI)
 
 
-def test_a_leg_of_a_hexapod_is_pinned_and_its_cylinder_and_rod_are_one():
-    robot = package_robots.robot("gough_stewart")
-    found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))
-    cylinder, rod = found.beams["cylinder_1"], found.beams["rod_1"]
-    assert cylinder.member == rod.member == ("cylinder_1", "rod_1")
-    assert rod.ends == "pinned at both ends"
-    assert cylinder.euler_ratio == rod.euler_ratio > 0
+def test_stepped_column():
+    """Timoshenko and Gere, section 2.14: clamped, EI_1 below and EI_2 above: tan(k_1 l_1) tan(k_2 l_2) = k_1 EI_1 / k_2 EI_2."""
+    lengths, bends = np.array([0.6, 0.9]), E * np.array([4e-7, 1.5e-7])
+    sections = (SECTION, sr.Section(2e-3, 1.5e-7, 9e-7, 6e-7))
+    spec = sr.stepped_beam(tuple(lengths), sections, y_axis=(0, 1, 0), density=0.0)
+
+    def gap(P):
+        k = np.sqrt(P / bends)
+        return np.tan(k[0] * lengths[0]) * np.tan(k[1] * lengths[1]) - k[0] * bends[0] / (k[1] * bends[1])
+
+    load = root_of(gap, 1.0, 0.99 * (np.pi / 2 / max(lengths / np.sqrt(bends))) ** 2)
+    assert worst(pushed(spec, (-0.3 * load, 0, 0, 0, 0, 0))) == pytest.approx(0.3, rel=2e-6)
 
 
-@pytest.mark.parametrize("driven", [True, False])
-def test_a_driven_crank_holds_what_hangs_on_its_tip(driven):
-    """A parallelogram: the driven side is clamped, and nothing else keeps its tip from going sideways; the other is a strut."""
+# ---- rigid parts, joints that yield ----------------------------------------------------------------------------------------
+
+
+def test_rigid_parts_are_pieces_of_the_column():
+    """A mast on a rod, tan kl = 1 / ka; two rods with a rigid piece between, as one member; sideways loads do not count."""
+    bend, rod, mast = 2e11 * np.pi * 0.02**4 / 64, 0.5, 1.0
+    k = root_of(lambda k: np.tan(k * rod) - 1 / (k * mast), 1e-3, 0.99 * np.pi / rod / 2)
+    robot = ks.load_robot(FILES / "mast_on_a_rod.urdf")
+    assert worst(ks.analyze(robot.assemble(), [0, 0, -100, 0, 0, 0])) == pytest.approx(100 / (bend * k**2), rel=1e-6)
+    assert worst(ks.analyze(robot.assemble(), [100, 0, 0, 0, 0, 0])) == 0
+
+    def gap(k):
+        return np.tan(k * rod) ** 2 - 1 + k * mast * np.tan(k * rod)
+
+    k = root_of(gap, 1e-3, 0.99 * np.pi / rod / 2)
+    result = ks.analyze(ks.load_robot(FILES / "beam_rigid_beam.urdf").assemble(), [0, 0, -100, 0, 0, 0])
+    for beam in result.beams.values():
+        assert beam.euler_ratio == pytest.approx(100 / (bend * k**2), rel=1e-6)
+        assert beam.member == ("r1", "r2")
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_strut_with_a_rigid_cylinder(turned):
+    """Hinges at both ends, the part next to one of them rigid: tan kl = −ka."""
+    length, rigid, axes = 1.1, 0.4, ((1, 0, 0), (0, 1, 0))
+    rod = length - rigid
+    z, names = (rod if turned else rigid), (("rod", "cylinder") if turned else ("cylinder", "rod"))
+    joints = (Joint("foot", "U", (0, 0, 0), *axes), Joint("lock", "P", (0, 0, z), (0, 0, 1), driven=True))
+    joints = (*joints, Joint("head", "S", (0, 0, length)))
+    beam = sr.Beam("rod", "rod", *(("foot", "lock") if turned else ("lock", "head")), SECTION, y_axis=(0, 1, 0), density=0.0)
+    spec = guided(joints, tuple(Link(name) for name in names), beams=(beam,))
+    k = root_of(lambda k: np.sin(k * rod) + k * rigid * np.cos(k * rod), np.pi / 2 / rod, np.pi / rod)
+    assert worst(pushed(spec, (0, 0, -1000, 0, 0, 0))) == pytest.approx(1000 / (EI * k**2), rel=2e-6)
+
+
+def test_elastic_joints_are_springs():
+    """Timoshenko and Gere, section 2.1: a column on an elastic hinge, kl tan kl = cl / EI."""
+    length, c = 1.5, 2e5
+    spec = sr.cantilever(length, (1, 0, 0), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    root, tip = spec.limbs[0].joints
+    root = replace(root, stiffness=Stiffness(angular=(np.inf, c, c)))
+    spec = replace(spec, limbs=(replace(spec.limbs[0], joints=(root, tip)),))
+    x = root_of(lambda x: x * np.tan(x) - c * length / EI, 1e-3, np.pi / 2 - 1e-9)
+    assert worst(pushed(spec, (-1000, 0, 0, 0, 0, 0))) == pytest.approx(1000 * length**2 / (EI * x**2), rel=1e-6)
+
+
+def test_a_rail_on_the_column_turns_with_it():
+    """A load that slides on a rail across the column's head, and does not go sideways itself: tan kl = −1 / kl.
+
+    δ(∫ EI v″² − P v′² ds / 2 + P v(l) v′(l)) = 0: the load rises on the rail by v v′.
+    """
+    length, y = 1.1, (0, 1, 0)
+    joints = (Joint("foot", "F", (0, 0, 0)), Joint("rail", "P", (0, 0, length), (1, 0, 0)), Joint("head", "R", (0, 0, length), y))
+    beam = sr.Beam("rod", "rod", "foot", "rail", SECTION, y_axis=y, density=0.0)
+    found = pushed(guided(joints, (Link("rod"), Link("slider")), beams=(beam,)), (0, 0, -1000, 0, 0, 0))
+    kl = root_of(lambda x: x * np.sin(x) + np.cos(x), np.pi / 2, np.pi)
+    assert worst(found) == pytest.approx(1000 * length**2 / (EI * kl**2), rel=2e-6)
+
+
+# ---- whole robots ----------------------------------------------------------------------------------------------------------
+
+
+def test_columns_sway_together():
+    """A portal with a rigid beam on top: π² EI / l² of each column, and neither keeps the other upright."""
+    section = sr.Section(20.0, 4e-7, 2e-6, 6e-7)  # stiffer out of the portal's plane
+    spec = sr.portal(1.0, 4.0, section=section, y_axis=(0, 1, 0), density=0.0)
+    found = pushed(spec, (0, 0, -2 * euler(1.0) * 0.7, 0, 0, 0))
+    assert [float(beam.euler_ratio) for beam in found.beams.values()] == pytest.approx([0.7, 0.7], rel=1e-5)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.2])
+def test_a_driven_crank_holds_what_leans_on_it(share):
+    """A parallelogram, its driven side clamped: it carries P_1, and the other P_2 leans on it: tan kl = kl (P_1 + P_2) / P_2."""
     length, width = 1.1, 0.7
     limbs, beams = [], []
     for k, x in ((1, 0.0), (2, width)):
         joints = (
-            Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0), driven=driven and k == 1),
+            Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0), driven=k == 1),
             Joint(f"head_{k}", "R", (x, 0, length), (0, 1, 0)),
         )
         limbs.append(sr.Limb(joints, (Link(f"side_{k}"),)))
-        beams.append(sr.Beam(f"side_{k}", f"side_{k}", f"foot_{k}", f"head_{k}", SECTION, y_axis=(0, 1, 0), density=0.0))
-    if not driven:  # held by a third, rigid limb instead
-        limbs.append(
-            sr.Limb(
-                (Joint("foot_3", "R", (0.3, 0, 0), (0, 1, 0), driven=True), Joint("head_3", "R", (0.3, 0, length), (0, 1, 0))),
-                (Link("side_3"),),
-            )
-        )
-    spec = sr.Spec(tuple(limbs), tuple(beams), o=(width / 2, 0, length))
-    found = pushed(spec, (0, 0, -1e5, 0, 5e4 * (not driven), 0)).beams
-    assert found["side_2"].ends == "hinged at both ends" and any(beam.euler_ratio > 0 for beam in found.values())
-    assert found["side_1"].ends == ("clamped and hinged, swaying" if driven else "hinged at both ends")
-    for name in ("side_1", "side_2"):
-        force = max(-float(found[name].section_wrenches[0, 0]), 0)
-        softer = euler(length, 2.0 if driven and name == "side_1" else 1.0)  # deflecting along x, about the section's y
-        assert found[name].euler_ratio == pytest.approx(force / softer, rel=1e-6)
+        beams.append(sr.Beam(f"side_{k}", f"side_{k}", f"foot_{k}", f"head_{k}", STIFF, y_axis=(0, 1, 0), density=0.0))
+    spec = sr.Spec(tuple(limbs), tuple(beams), o=(share * width, 0, length))
+    found = pushed(spec, (0, 0, -1e5, 0, 0, 0))
+    force = [-float(beam.section_wrenches[0, 0]) for beam in found.beams.values()]
+    assert force == pytest.approx([1e5 * (1 - share), 1e5 * share], rel=1e-3)
+    kl = root_of(lambda x: np.tan(x) - x * sum(force) / force[1], 0.1, np.pi / 2 - 1e-9)
+    # in the plane about the section's y
+    assert found.beams["side_1"].euler_ratio == pytest.approx(force[0] * length**2 / (EI * kl**2), rel=1e-4)
+
+
+ROBOTS = {
+    "gough": sr.gough(telescopic=False),
+    "ball joints at both ends": sr.gough("S", telescopic=False, seed=1),
+    "puu3": sr.puu3(),
+    "pru2_upr": sr.pru2_upr(),
+    "four_bar": sr.four_bar(),
+    "planar_3rrr": sr.planar_3rrr(),
+    "portal": sr.portal(mass=20.0),
+    **{f"random {seed}": sr.random_spec(["rRR"] * 3, seed) for seed in range(3)},
+    "rails and struts": sr.random_spec(["pUS"] * 6, 1),
+}
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_finite_elements(name):
+    spec, load, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (300, -200, -4000, 20, -30, 50), (0, 0, -9.81)
+    expected, written = buckling_elements.largest_ratio(spec, load, gravity, 5)
+    found = ks.analyze(written.robot().assemble(), load=load, gravity=gravity)
+    assert worst(found) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_leg_of_a_hexapod_is_one_member():
+    robot = package_robots.robot("gough_stewart")
+    found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))
+    cylinder, rod = found.beams["cylinder_1"], found.beams["rod_1"]
+    assert cylinder.member == rod.member == ("cylinder_1", "rod_1")
+    assert cylinder.euler_ratio == rod.euler_ratio > 0
+
+
+def test_members_of_other_modes_have_their_own_ratios():
+    """Struts of a hexapod that are pushed differently; those that are pulled take part in modes of the platform at most."""
+    spec = sr.with_beams(sr.gough(telescopic=False), density=0.0)
+    found = pushed(replace(spec, mass=0.0), (3e3, 0, -1e3, 0, 0, 0))
+    for beam in found.beams.values():
+        force, length = float(beam.section_wrenches[0, 0]), float(beam.length)
+        bend = beam.description.youngs_modulus * beam.description.section.I_y
+        assert beam.euler_ratio == pytest.approx(max(-force, 0) / euler(length, 1, bend), rel=2e-3, abs=1e-4)
+
+
+def test_a_floating_joint_holds_nothing():
+    """Written as a joint of the tree beside the column, or not at all."""
+    spec = sr.cantilever(1.5, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    loose = sr.Limb((Joint("loose", "X", (0.3, 0, 0)),), ())
+    load = (0, 0, -0.5 * euler(1.5, 2), 0, 0, 0)
+    both = replace(spec, limbs=(*spec.limbs, loose))
+    assert worst(pushed(both, load, tree=1)) == pytest.approx(worst(pushed(spec, load)), rel=1e-9)
 
 
 @pytest.mark.few(1)
@@ -204,21 +281,20 @@ def test_splitting_beams_changes_no_ratio(n, seed):
     load = (*rng.normal(size=2) * 1e4, -1e5, *rng.normal(size=3) * 1e3)
     one, more = pushed(spec, load), pushed(sr.split(spec, n), load)
     for name, beam in one.beams.items():
-        assert more.beams[name].ends == beam.ends
-        assert float(more.beams[name].euler_ratio) == pytest.approx(float(beam.euler_ratio), rel=1e-6)
+        assert float(more.beams[name].euler_ratio) == pytest.approx(float(beam.euler_ratio), rel=1e-5)
 
 
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["gough_stewart", "delta", "anymal_standing", "ur10"])
-def test_axial_forces_are_those_of_the_beams(name):
+def test_forces_are_those_of_the_beams(name):
     robot = package_robots.robot(name)
     result = ks.analyze(robot.assemble(), load=(30, -20, -500, 4, 5, 6))
-    found = axial_forces(robot, result.solutions[0])
+    found = beam_forces(robot.statics, result.solutions[0])
     assert set(found) == set(result.beams)
     size = max(float(np.abs(beam.section_wrenches).max()) for beam in result.beams.values())
     for key, beam in result.beams.items():
-        np.testing.assert_allclose(found[key][:2, 0], beam.section_wrenches[[0, -1], 0], rtol=1e-9, atol=1e-11 * size)
-        assert found[key][2, 0] == pytest.approx(float(beam.length), rel=1e-12)
+        sections = beam.section_wrenches[[0, -1], :3] @ beam.axes.T
+        np.testing.assert_allclose(found[key][..., 0], sections, rtol=1e-9, atol=1e-11 * size)
 
 
 def test_a_batch_is_its_poses():
@@ -228,7 +304,7 @@ def test_a_batch_is_its_poses():
     for k, (z, ry) in enumerate(((0.5, 0.0), (0.55, 0.1), (0.6, -0.1))):
         alone = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": ry}), load=(0, 0, -1e6, 0, 0, 0))
         for name, beam in alone.beams.items():
-            assert found.beams[name].euler_ratio[k] == pytest.approx(float(beam.euler_ratio), rel=1e-10)
+            assert found.beams[name].euler_ratio[k] == pytest.approx(float(beam.euler_ratio), rel=1e-9)
 
 
 # ---- what is said ----------------------------------------------------------------------------------------------------------
@@ -237,21 +313,20 @@ def test_a_batch_is_its_poses():
 def test_what_buckles_is_said_first():
     length = 1.0
     robot = sr.robot_of(sr.cantilever(length, section=SECTION, y_axis=(0, 1, 0), density=0.0))
-    load = np.zeros((3, 6))
-    load[:, 0] = np.array([-0.5, -0.999999, -45.4]) * euler(length, 2)
+    load = np.zeros((4, 6))
+    load[:, 0] = np.array([-0.5, -0.999999, -1.00001, -45.4]) * euler(length, 2)
     batch = ks.analyze(robot.assemble(), load=load)
-    assert batch.buckles.tolist() == [False, False, True]
-    assert batch.facts["buckles"].tolist() == [False, False, True]
+    assert batch.buckles.tolist() == [False, False, True, True]
+    assert batch.facts["buckles"].tolist() == [False, False, True, True]
     assert np.all(batch.status == ks.Status.OK)
     assert "BUCKLES" in str(batch)
-    found = ks.analyze(robot.assemble(), load=load[2])
+    found = ks.analyze(robot.assemble(), load=load[3])
     assert found.buckles
     assert str(found).splitlines()[0].startswith("Analysis of 'small': BUCKLES")
-    assert found.warnings[0] == "beam arm (clamped and free) buckles: its axial force is 4.54e+03 % of its Euler load"
+    assert found.warnings[0] == "beam arm buckles: the forces are 4.54e+03 % of those at which this begins"
     assert not any("underestimates" in text for text in found.warnings)
     plain = json.loads(json.dumps(found.to_dict()))
-    assert plain["buckles"] is True and plain["beams"]["arm"]["ends"] == "clamped and free"
-    assert plain["beams"]["arm"]["member"] == ["arm"]
+    assert plain["buckles"] is True and plain["beams"]["arm"]["member"] == ["arm"]
 
 
 @pytest.mark.slow

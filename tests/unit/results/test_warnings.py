@@ -1,4 +1,4 @@
-"""When a result warns of members that buckle: once for each member, from a twentieth of its Euler load on."""
+"""When a result warns of members that buckle: once for those of one mode, from a twentieth of its Euler load on."""
 
 from types import SimpleNamespace
 
@@ -9,20 +9,16 @@ from kinetostatics.results.warnings import _buckling, _slender, undetermined_par
 
 
 def result(**ratios):
-    """Beams of which ``a`` and ``b`` are one member, with the ratio of each to its Euler load."""
-    member = {"a": ("a", "b"), "b": ("a", "b")}
-    beams = {
-        name: SimpleNamespace(name=name, member=member.get(name, (name,)), ends="pinned-pinned", euler_ratio=np.array(ratio))
-        for name, ratio in ratios.items()
-    }
+    """Beams, with the ratio of each to its Euler load."""
+    beams = {name: SimpleNamespace(name=name, euler_ratio=np.array(ratio)) for name, ratio in ratios.items()}
     return SimpleNamespace(beams=beams)
 
 
-def test_every_member_is_warned_of_once():
+def test_what_buckles_together_is_warned_of_once():
     found = result(a=[0.2, 1.5], b=[0.2, 1.5], c=0.3, d=[np.nan, 0.0])
-    assert _buckling(found) == ["the member a, b (pinned-pinned) buckles: its axial force is 150 % of its Euler load"]
+    assert _buckling(found) == ["beams a, b buckle: the forces are 150 % of those at which this begins"]
     assert _slender(found) == [
-        "the axial force of beam c (pinned-pinned) reaches 30 % of its Euler load; linear theory underestimates its deflection"
+        "the forces are 30 % of those at which beam c buckles; linear theory underestimates the deflections"
     ]
 
 

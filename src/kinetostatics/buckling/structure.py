@@ -1,0 +1,143 @@
+"""A robot as a structure: rigid bodies, what joins them, and the coordinates of all their small motions.
+
+Joints are as they are: passive freedoms are free, driven joints locked, elastic ones springs. The motions that joints leave
+free, and those of their springs, are coordinates along a tree of joints; what no joint leads to from the base has six of its
+own, held by beams alone. A joint beyond the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the
+loop closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.limb_joints import joint_dofs
+from kinetostatics.mechanism.mechanism import Connection
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.model import RobotStatics
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """A rotation about, or a translation along, an axis (3,) in a body, about a centre (3,) in a body.
+
+    ``stiffness`` is that of a spring along it [N/m, N·m/rad]: 0 where it is free.
+    """
+
+    rotates: bool
+    body: int
+    axis: Array
+    centre_body: int
+    centre: Array
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint between two bodies, and the coordinates of its freedoms; ``closes``: whether it closes a loop of the tree."""
+
+    connection: Connection
+    inner: RigidBody
+    outer: RigidBody
+    columns: tuple[int, ...]
+    closes: bool
+
+
+@dataclass(frozen=True)
+class BeamEnds:
+    """A beam between two bodies, from its start to its end."""
+
+    name: str
+    inner: RigidBody
+    outer: RigidBody
+
+
+class Structure:
+    """Bodies, joints and beams of a robot, and the coordinates of its small motions.
+
+    Attributes:
+        model: the robot.
+        graph: its bodies.
+        beams: all beams, in the order of the file.
+        joints: all joints that hold something.
+        freedoms: for each coordinate what it is, None for the six of a body that no joint leads to.
+        columns: the coordinates that move each body; none for what does not move.
+    """
+
+    def __init__(self, model: RobotStatics) -> None:
+        self.model, self.graph = model, BodyGraph(model.mechanism)
+        self.body_at = {place: body for body in self.graph.bodies() for place in self.graph.places_of(body)}
+        self.beams: list[BeamEnds] = []
+        for name in model.beams:
+            inner, outer = (self.body_at[place] for place in model.topology.beam_ends[name])
+            self.beams.append(BeamEnds(name, inner, outer))
+        edges = [edge for edge in self.graph.edges if edge.connection is not None]
+        own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
+        edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
+        self.joints: list[Joint] = []
+        self.freedoms: list[Freedom | None] = []
+        self.columns: dict[RigidBody, tuple[int, ...]] = {}
+        at: dict[RigidBody, list[BodyEdge]] = {}
+        for edge in edges:
+            for body in edge.ends:
+                at.setdefault(body, []).append(edge)
+        done: set[int] = set()
+        for root in (self.graph.base, self.graph.platform, *self.graph.bodies()):
+            if root in self.columns:
+                continue
+            self.columns[root] = () if root is self.graph.base else self._more([None] * 6)
+            queue = [root]
+            for here in queue:
+                for edge in at.get(here, []):
+                    if id(edge) in done or edge.connection is None:
+                        continue
+                    done.add(id(edge))
+                    inner, outer = edge.ends
+                    other, mine = edge.other(here), self._more(own[id(edge)])
+                    closes = other in self.columns
+                    self.joints.append(Joint(edge.connection, inner, outer, mine, closes))
+                    if not closes:
+                        self.columns[other] = self.columns[here] + mine
+                        queue.append(other)
+
+    def _more(self, freedoms: Iterable[Freedom | None]) -> tuple[int, ...]:
+        first = len(self.freedoms)
+        self.freedoms.extend(freedoms)
+        return tuple(range(first, len(self.freedoms)))
+
+    def _freedoms(self, joint: Connection) -> list[Freedom]:
+        """Return the passive freedoms of a joint, and what its springs leave elastic."""
+        dofs = [dof for dof in joint_dofs(self.model.mechanism, joint, 1) if dof.passive]
+        found = [Freedom(dof.rotates, dof.body, dof.axis, dof.centre_body, dof.centre) for dof in dofs]
+        for spring in springs_of(self.model.mechanism, joint.name):
+            R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
+            for rotates, compliance in ((False, spring.linear), (True, spring.angular)):
+                for k in np.flatnonzero(np.diag(compliance)):
+                    found.append(Freedom(rotates, spring.body, R[:, k], spring.body, centre, 1 / float(compliance[k, k])))
+        return found
+
+    def unit_twists(self, frames: Frames, o: Array) -> Array:
+        """Return the twists (N, 6, n) of the coordinates: rotation, and displacement at o (3, N).
+
+        Rotations are taken times the robot's characteristic length, so that all coordinates are lengths [m].
+        """
+        size = self.model.length
+        found = np.zeros((o.shape[1], 6, len(self.freedoms)))
+        loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]
+        found[:, np.arange(len(loose)) % 6, loose] = np.where(np.arange(len(loose)) % 6 < 3, 1 / size, 1.0)
+        for k, freedom in enumerate(self.freedoms):
+            if freedom is None:
+                continue
+            axis = frames.direction(freedom.body, freedom.axis)
+            if freedom.rotates:
+                arm = frames.point(freedom.centre_body, freedom.centre) - o
+                found[:, :3, k], found[:, 3:, k] = axis.T / size, cross(arm, axis).T / size
+            else:
+                found[:, 3:, k] = axis.T
+        return found
