@@ -61,8 +61,8 @@ def analyze(
         misfits: what joints and beams are off by when nothing is loaded, by name; see
             :mod:`kinetostatics.statics.assembly_errors`. A joint's is a twist (…, 6) [m, rad]: by how much its platform side is
             displaced relative to its base side, at the joint's centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the
-            axes of the joint's own frame. A slide's centre is its origin on the platform side, as of its wrench. A beam's is ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is
-            the contribution "misfit".
+            axes of the joint's own frame. A slide's centre is its origin on the platform side, as of its wrench. A beam's is
+            ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is the contribution "misfit".
         loads: what acts on links, by the link's name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's
             origin, or a :class:`LinkLoad`, which acts at any point and may follow the link's axes, or a list of several. Of an
             elastic link it must be the end of a beam. Each is the contribution "load on LINK".

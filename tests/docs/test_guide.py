@@ -38,6 +38,7 @@ def modules() -> list[str]:
 
 #: Errors that no robot file and no argument leads to, by words of theirs.
 UNREACHABLE = {
+    "moves joints of a closed chain that hangs on base or platform": "needs such a chain, see test_mimic.py",
     "is rigid and cannot carry a beam; give the beam": "the reader refuses such a beam before, with its own message",
     "has a density, which replaces the link's <inertial>; give this": "the reader refuses such beams before",
     "Pinocchio cannot read the URDF part of the file:": "the reader checks all that Pinocchio refuses",

@@ -1,5 +1,7 @@
 """Joints that follow others: positions against closed forms and against Pinocchio."""
 
+import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 from places import CASES, ROOT
 
 import kinetostatics as ks
-from kinetostatics.description import Mimic
+from kinetostatics.description import JointStiffness, Mimic
 from kinetostatics.files.reader import parse_robot_text
 
 ROD, DISTANCE = 0.5, 0.6
@@ -239,6 +241,110 @@ def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
         for link in robot.description.links:
             expected = data.oMf[model.getFrameId(link)].homogeneous
             np.testing.assert_allclose(poses.frame(link)[k], expected, atol=1e-12)
+
+
+def stiff(robot: ks.Robot, **drives: float) -> ks.Robot:
+    description = robot.description
+    for name, stiffness in drives.items():
+        description = description.with_joint_stiffness(JointStiffness(name, drive=stiffness))
+    return ks.Robot(description)
+
+
+def rates(robot: ks.Robot, at: dict[str, float], frame: Callable[[ks.Configuration], np.ndarray]) -> np.ndarray:
+    """Return how a frame moves per unit of each actuator (6, actuators), by differences of assembled poses."""
+    here, columns, h = robot.assemble(actuators=at), [], 1e-6
+    for name in at:
+        ends = [frame(robot.assemble(actuators={**at, name: at[name] + step}, near=here)) for step in (h, -h)]
+        moved = (ends[0] - ends[1]) / (2 * h)
+        spin = moved[:3, :3] @ frame(here)[:3, :3].T
+        columns.append([*moved[:3, 3], spin[2, 1], spin[0, 2], spin[1, 0]])
+    return np.array(columns).T
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_goes_along(seed: int) -> None:
+    """Trees of rigid links: every link moves by its Jacobian times −τ/k, and C = J k⁻¹ Jᵀ."""
+    random = np.random.default_rng(seed)
+    text = tree(random, ("revolute", "prismatic", "continuous"), serial=seed % 2 == 0)
+    inertial = (
+        '><inertial><origin xyz="0.1 -0.2 0.3"/><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    )
+    text = re.sub(r'(<link name="l[3-8]")/>', rf"\1{inertial}</inertial></link>", text)
+    springs = {"j0": 3e4, "j3": 5e4}
+    robot = stiff(ks.Robot(parse_robot_text(text)), **springs)
+    at = dict(zip(springs, random.uniform(-1, 1, 2), strict=True))
+    load = {"l8": ks.LinkLoad(random.normal(size=6) * 50), "l4": ks.LinkLoad(random.normal(size=6) * 50)}
+    found = ks.analyze(robot.assemble(actuators=at), random.normal(size=6) * 100, loads=load)
+    wound_up = [-float(found.actuator_forces[name]) / stiffness for name, stiffness in springs.items()]
+    J = rates(robot, at, lambda pose: pose.platform_frame)
+    np.testing.assert_allclose(found.twist, J @ wound_up, atol=1e-7 * np.abs(found.twist).max())
+    expected = J @ np.diag(1 / np.array(list(springs.values()))) @ J.T
+    np.testing.assert_allclose(found.compliance, expected, atol=1e-7 * np.abs(expected).max())
+    found = ks.analyze(
+        robot.assemble(actuators=at), gravity=(0, 0, 0), loads=load
+    )  # of what hangs on the base its weight is left out
+    wound_up = [-float(found.actuator_forces[name]) / stiffness for name, stiffness in springs.items()]
+    for link, parts in found.link_contributions.items():
+        twist = sum(parts.values())
+        moved = rates(robot, at, lambda pose, link=link: pose.frame(link)) @ wound_up
+        np.testing.assert_allclose(twist, moved, atol=1e-7 * np.abs(found.twist).max(), err_msg=link)
+    parts = found.source_contributions["drives"]
+    np.testing.assert_allclose(sum(parts.values()), found.twist, atol=1e-10 * np.abs(found.twist).max())
+    compiled = ks.analyze(robot.assemble(actuators=at), engine="compiled")
+    np.testing.assert_allclose(compiled.twist, ks.analyze(robot.assemble(actuators=at), engine="numpy").twist, rtol=1e-9)
+
+
+def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
+    """A 3-RPS whose third leg follows the first: as with rigid actuators, but both rods too long by what the drive gives way."""
+    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    rigid = ks.Robot(
+        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
+    )
+    at = {"prismatic_1": 0.02, "prismatic_2": -0.01}
+    pose, held = stiff(rigid, prismatic_1=3e6).assemble(actuators=at), rigid.assemble(actuators=at)
+    load = [300, -200, -500, 10, 20, 30]
+    found = ks.analyze(pose, load)
+    way = -found.actuator_forces["prismatic_1"] / 3e6
+    slides = {"prismatic_1": way, "prismatic_3": -0.4 * way}
+    misfits = {
+        name: {"twist": [*(size * np.array(description.joints[name].axis)), 0, 0, 0], "frame": "joint"}
+        for name, size in slides.items()
+    }
+    expected = ks.analyze(held, load, misfits=misfits)
+    np.testing.assert_allclose(found.twist, expected.twist, rtol=1e-9, atol=1e-15)
+    for name, force in found.actuator_forces.items():
+        assert force == pytest.approx(expected.actuator_forces[name], rel=1e-9)
+    for name, wrench in found.joint_wrenches.items():
+        np.testing.assert_allclose(wrench, expected.joint_wrenches[name], rtol=0, atol=1e-8 * 500, err_msg=name)
+    corrected = ks.compensate(pose, load)
+    there = ks.analyze(pose.robot.assemble(actuators=dict(corrected.actuators), near=pose), load)
+    turned = there.configuration.platform_frame[:3, :3] @ pose.platform_frame[:3, :3].T
+    np.testing.assert_allclose([turned[2, 1], turned[0, 2]], -there.twist[3:5], atol=2e-6)  # it corrects rx and ry
+    pytest.importorskip("openseespy")
+    assert max(ks.verify(pose, load).differences.values()) < 1e-7
+
+
+def test_a_motor_beside_its_screw_is_wound_up_by_the_screw_s_load() -> None:
+    """The motor carries nothing; the screw that follows it carries the platform, a gear beside goes along."""
+    jacks = stiff(jack(GEAR.format(0.25), SCREW.format(3e-3)), motor=40.0)
+    found = ks.analyze(jacks.assemble(actuators={"motor": 2.0}), [0, 0, -700, 0, 0, 0])
+    assert found.twist == pytest.approx([0, 0, -700 * 3e-3**2 / 40, 0, 0, 0])
+    for link, turned in (("rotor", -700 * 3e-3 / 40), ("l0", -700 * 3e-3 / 40 / 4)):
+        assert sum(found.link_contributions[link].values()) == pytest.approx([0, 0, 0, 0, 0, turned])
+
+
+def test_an_elastic_actuator_that_couples_a_ring_beside_the_robot_is_refused() -> None:
+    axis = '<axis xyz="0 0 1"/>'
+    ring = (
+        '<link name="a"/><link name="b"/><joint name="side" type="continuous"><parent link="ground"/><child link="a"/>'
+        f'<mimic joint="motor"/>{axis}</joint><joint name="corner" type="continuous"><parent link="a"/><child link="b"/>'
+        f'<origin xyz="1 0 0"/>{axis}</joint><loop name="shut" type="cylindrical"><predecessor link="ground">'
+        f'<origin xyz="2 0 0"/></predecessor><successor link="b"><origin xyz="1 0 0"/></successor>{axis}</loop>'
+        '<joint_stiffness joint="motor" drive="40"/></robot>'
+    )
+    text = jack(SCREW.format(3e-3)).description.urdf
+    with pytest.raises(ks.RobotFileError, match="'motor' moves joints of a closed chain that hangs on base or platform"):
+        _ = ks.Robot(parse_robot_text(text.replace("</robot>", ring))).topology
 
 
 LEAD = 0.005 / (2 * np.pi)

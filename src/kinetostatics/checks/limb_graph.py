@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from kinetostatics.checks.chains import Body, Chain, Graph, Hanging, Item, JointStep, Network, Stretch, Ways, bodies_of
 from kinetostatics.math.graphs import blocks, joined
-from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
 from kinetostatics.mechanism.limbs import Edge, Limb, Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
@@ -48,7 +48,7 @@ class GraphReader:
         label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         connections = [self.mechanism.connections[name] for name in names]
         mimic = connections[0].mimic
-        elastic = any(springs_of(self.mechanism, name) for name in names)
+        elastic = any(springs_of(self.mechanism, name) or name in drives_of(self.mechanism) for name in names)
         driven = connections[0].driven and mimic is None
         return JointStep(label, names, compound.kind, driven, elastic, None if mimic is None else mimic.joint)
 

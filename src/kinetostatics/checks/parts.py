@@ -14,7 +14,7 @@ from kinetostatics.description.elements import Beam
 from kinetostatics.limbs.group import Basis
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
-from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot
@@ -25,7 +25,8 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
     """Return what can be said of a limb without its pose."""
     graph = reader.limb(limb)
     beams = tuple(edge.beam for edge in limb.edges if edge.beam)
-    sprung = any(springs_of(robot.mechanism, edge.joint) for edge in limb.edges if edge.joint)
+    moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
+    sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
     word = word_of(graph.chain) or "welded"
     return LimbFacts(
@@ -72,14 +73,11 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
     """Return the elastic joints."""
     found = []
     for name in robot.description.joint_stiffness:
-        linear, angular, drive = np.zeros(3), np.zeros(3), None
-        springs = springs_of(robot.mechanism, name)
-        for spring in springs:
-            if spring.is_actuator:
-                drive = robot.description.joint_stiffness[name].drive
-            else:
-                linear, angular = np.diag(spring.linear), np.diag(spring.angular)
-        if springs:
+        linear, angular = np.zeros(3), np.zeros(3)
+        drive = robot.description.joint_stiffness[name].drive if name in drives_of(robot.mechanism) else None
+        for spring in (springs := springs_of(robot.mechanism, name)):
+            linear, angular = np.diag(spring.linear), np.diag(spring.angular)
+        if springs or drive is not None:
             kind = robot.mechanism.connections[name].kind
             found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
     return found

@@ -18,6 +18,7 @@ from kinetostatics.description import elements
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Number, Tape
+from kinetostatics.limbs.drives import LimbDrive
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
@@ -54,7 +55,8 @@ _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("body_of", "connections"),
     Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
-    Spring: ("joint", "is_actuator"),
+    Spring: ("joint",),
+    LimbDrive: ("joints",),
     LimbGroup: ("compounds", "elements", "_edges"),
     CompoundJoint: ("joints",),
 }
@@ -62,6 +64,7 @@ _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
 _LEFT_OUT: Mapping[str, tuple[str, ...]] = {
     "LimbGroup": ("compounds", "elements", "_edges", "dofs", "labels", "attached_labels"),
     "LimbSkeleton": ("dofs", "_compounds"),
+    "LimbDrive": ("joints",),
     "Candidate": ("label",),
 }
 #: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have

@@ -32,11 +32,13 @@ class LimbLoads:
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
         spring_beyond: (6, springs, g, N) the same of each spring.
+        on_drives: (1, drives, g, N) the force or torque of weights on each elastic actuator [N or N·m].
         own: (6, beams, g, N) the beams' own weights, force and moment per length, in beam axes [N/m, N].
     """
 
     beyond: Array
     spring_beyond: Array
+    on_drives: Array
     own: Array
 
 
@@ -58,7 +60,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
 
     C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13);
     Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21): Castigliano's theorem, in closed form for beams.
-    X moves wrenches to the section at s, c is the compliance there; a spring adds one term to each sum.
+    X moves wrenches to the section at s, c is the compliance there; a spring or actuator adds one term to each sum.
 
     Args:
         group, geometry: the limbs and where they are.
@@ -87,11 +89,16 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
         product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(group, k, local))
         C += product[:, :n]
         sag += product[:, n]
+    for k, drive in enumerate(group.drives):
+        force = group.on_drive(geometry, k, columns)
+        known = group.on_drive(geometry, k, particular[:, :, None])[0] + loads.on_drives[0, k]
+        C += drive.compliance * force[:, None] * force
+        sag += drive.compliance * force * known
     return C, sag
 
 
 def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return (g, N) how far all beams and springs move together along forces of 1 N and moments of 1 N times the length [m]."""
+    """Return (g, N) how far all that is elastic moves together along forces of 1 N and moments of 1 N times the length [m]."""
     g, N = geometry.centres.shape[-2:]
     unit = np.broadcast_to(np.diag(group.twist_scale.reshape(6))[:, :, None, None], (6, 6, g, N))
     total: Array = np.zeros((g, N))
@@ -100,6 +107,9 @@ def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
         total += np.einsum("ki...,ki...->...", unit, moved)
     for k in range(len(group.springs[0])):
         total += np.einsum("ki...,ki...->...", unit, spring_twist(group, k, unit))
+    for drive in group.drives:
+        sizes = np.where(group.rotates[list(drive.freedoms)], group.model.length, 1.0)[:, None, None]
+        total += drive.compliance * np.sum((drive.ratios * sizes) ** 2, axis=0)
     return total
 
 

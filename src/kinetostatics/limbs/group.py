@@ -8,17 +8,18 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs.drives import BranchJoint, limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
@@ -70,6 +71,7 @@ class LimbGroup:
         compounds: of every limb, its joints.
         elements: of every limb, its beams and joints, alike but for how many edges of the file they are.
         beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
+        drives: the elastic actuators of the limbs.
         spring_elements: which elements the springs belong to.
         dofs: of every limb, the freedoms of its joints, inboard ones first.
         passive, rotates: (k,) which freedoms are passive, and which are rotations.
@@ -113,6 +115,8 @@ class LimbGroup:
         self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
+        names = [[c.joints[0] for c in row for _ in c.dofs] for row in self.compounds]  # of driven freedoms those of their joints
+        self.drives = limb_drives(model, list(drives_of(model.mechanism).values()), names)
         self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
         self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
         self.beam_masses_per_length = _members_last(
@@ -132,7 +136,9 @@ class LimbGroup:
         own = [[model.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
         most = max(map(len, own), default=0)
         self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most).T
-        self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
+        outboard = self._outboard(freedom_edges)
+        self._outboard_of_passive = outboard[:, self.passive]
+        self._outboard_of_drives = [outboard[:, list(drive.freedoms)] for drive in self.drives]
         self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
 
     def decided(
@@ -177,6 +183,11 @@ class LimbGroup:
         return not np.any(self.to_platform)
 
     @property
+    def only_springs(self) -> bool:
+        """Whether only joints, bearings and actuators are elastic."""
+        return bool(self.springs[0] or self.drives) and not self.beams[0]
+
+    @property
     def signature(self) -> tuple[object, ...]:
         """What limbs must have in common to be stacked."""
         return (
@@ -184,6 +195,7 @@ class LimbGroup:
             tuple(element.signature for element in self.elements[0]),
             tuple(map(tuple, self.spring_cut_signs.tolist())),
             self.spring_elements,
+            tuple((drive.freedoms, len(drive.branches[0])) for drive in self.drives),
             tuple(self.platform_joint.tolist()),
             self.limbs[0].to_platform,
             self.limbs[0].on_platform,
@@ -242,6 +254,57 @@ class LimbGroup:
                 table[g, :, w] = [carries(edge, name) for edge in row]
         return table
 
+    @property
+    def places(self) -> set[str]:
+        """Places at which loads are felt: those of the limbs, and of open branches elsewhere that their actuators move."""
+        elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
+        return elsewhere.union(*(limb.places for limb in self.limbs))
+
+    def weights_on_drives(self, geometry: LimbGeometry, frames: Frames, o: Array, weights: Array) -> Array:
+        """Return the force or torque (1, drives, g, N) of the weights (6, W, N) on every elastic actuator."""
+        own = self._own(weights)
+        carried = [np.einsum("gkw,iwgn->ikgn", table, own) for table in self._outboard_of_drives]
+        return self._on_drives(geometry, carried, frames, o, lambda joint: np.einsum("w,iwn->in", joint.outboard, weights))
+
+    def loads_on_drives(self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> Array:
+        """Return that of loads (6, N), about o, by the place at which they act."""
+        nothing = zeros_for(o[:1].repeat(6, axis=0).shape, o)
+
+        def on(edge: Edge) -> Array:
+            found: Array = sum((carries(edge, place) * wrench for place, wrench in wrenches.items()), nothing)
+            return found
+
+        carried = []
+        for drive in self.drives:
+            rows = [[on(row[k]) for row in self._edges[0]] for k in drive.freedoms]
+            carried.append(np.stack([np.stack(row, axis=1) for row in rows], axis=1))
+        return self._on_drives(geometry, carried, frames, o, lambda joint: on(joint.edge))
+
+    def _on_drives(
+        self,
+        geometry: LimbGeometry,
+        carried: Sequence[Array],
+        frames: Frames,
+        o: Array,
+        outside: Callable[[BranchJoint], Array],
+    ) -> Array:
+        result = zeros_for((1, len(self.drives), *geometry.centres.shape[-2:]), geometry.centres)
+        for number, (drive, wrenches) in enumerate(zip(self.drives, carried, strict=True)):
+            twists = geometry.twists[:, list(drive.freedoms)] * drive.ratios
+            result[0, number] = np.einsum("ikgn,ikgn->gn", twists, wrenches)
+            for position, joints in enumerate(drive.branches):
+                for joint in joints:
+                    result[0, number, position] += np.einsum("in,in->n", joint.twist(frames, o), outside(joint))
+        return result
+
+    def on_drive(self, geometry: LimbGeometry, number: int, cut_wrenches: Array) -> Array:
+        """Return the force or torque (…, g, N) of cut-joint wrenches (M, 6, …, g, N) on an elastic actuator."""
+        drive, total = self.drives[number], np.zeros(cut_wrenches.shape[2:])
+        for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
+            carried = carried_wrench(self.dof_cut_signs[freedom], cut_wrenches)
+            total = total + np.einsum("i...,ij...->j...", geometry.twists[:, freedom] * ratio, carried)
+        return total
+
     def loads_outboard(self, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array]:
         """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
 
@@ -270,12 +333,17 @@ class LimbGroup:
         Returns:
             (6, passive freedoms, g, N), (6, beams, g, N) and (6, springs, g, N).
         """
-        own = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
+        own = self._own(weights)
         return (
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
         )
+
+    def _own(self, weights: Array) -> Array:
+        """Return the limbs' own weights (6, own weights, g, N) out of all of them (6, W, N)."""
+        found: Array = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
+        return found
 
     # ---- cut joints -----------------------------------------------------------------------------------------------------
 

@@ -93,7 +93,8 @@ def limb_statics(
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.weights_outboard(weights)
-    loads = LimbLoads(beyond, spring_beyond, own_weights_of_beams(group, geometry, gravity))
+    on_drives = group.weights_on_drives(geometry, frames, o, weights)
+    loads = LimbLoads(beyond, spring_beyond, on_drives, own_weights_of_beams(group, geometry, gravity))
     return _statics(group, geometry, outboard, loads, assembly_error, False)
 
 
@@ -108,7 +109,8 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
-    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros_like(beyond)), None, True)
+    on_drives = group.loads_on_drives(geometry, frames, o, wrenches)
+    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, on_drives, np.zeros_like(beyond)), None, True)
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
@@ -126,7 +128,7 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
         gravity_displacement=total("gravity_displacement"),
         particular=total("particular"),
         unbalanced=total("unbalanced"),
-        loads=LimbLoads(total("loads.beyond"), total("loads.spring_beyond"), total("loads.own")),
+        loads=LimbLoads(total("loads.beyond"), total("loads.spring_beyond"), total("loads.on_drives"), total("loads.own")),
     )
 
 
@@ -144,7 +146,7 @@ def _statics(
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
         C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
-        if group.springs[0] and not group.beams[0]:  # a beam gives under any force
+        if group.only_springs:  # a beam gives under any force
             C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
         stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
@@ -199,8 +201,8 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:
     """Return where (g, N) limbs that only springs make elastic may be rigid along others than usual; a beam makes all elastic."""
-    if group.beams[0] or not group.springs[0] or len(group.soft) != len(C) - group.rigid_directions:
-        return np.full(C.shape[2:], bool(group.springs[0] and not group.beams[0]))
+    if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
+        return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft).sure
 
 

@@ -1,4 +1,4 @@
-"""Elastic joints, bearings and actuators: compliances at a joint's centre, in its frame on the predecessor's side.
+"""Elastic joints and bearings: compliances at a joint's centre, in its frame on the predecessor's side; and elastic actuators.
 
 The rules are those of ``<joint_stiffness>`` in the page on robot files: along a direction that the joint blocks a missing or
 infinite stiffness is rigid; along one of its freedoms a finite one is a spring, and any other leaves it free.
@@ -12,7 +12,6 @@ import numpy as np
 
 from kinetostatics.description.elements import JointStiffness, Vector
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.mechanism import Mechanism
 
 
@@ -22,42 +21,54 @@ class Spring:
 
     Attributes:
         joint: its name.
-        is_actuator: whether it is the actuator along the joint's own coordinate, else the joint or its bearings.
-        body, frame: the joint's frame (4, 4) in the body on the predecessor's side; an actuator's has one axis along the joint's.
+        body, frame: the joint's frame (4, 4) in the body on the predecessor's side.
         linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
         angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
     """
 
     joint: str
-    is_actuator: bool
     body: int
     frame: Array
     linear: Array
     angular: Array
 
 
+@dataclass(frozen=True)
+class Drive:
+    """An elastic actuator, which winds up under its own force and its share of those of the joints that mimic it.
+
+    Attributes:
+        joint: its name.
+        compliance: of its own coordinate [m/N, rad/(N·m)].
+        moves: the joints that it moves, and how far per unit of its own coordinate: itself, then those that follow.
+    """
+
+    joint: str
+    compliance: float
+    moves: tuple[tuple[str, float], ...]
+
+
 def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
-    """Return the springs of a joint: itself or its bearings, and its actuator."""
+    """Return what is elastic in a joint: itself or its bearings."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
         return ()
     connection = mechanism.connections[joint]
-    place = connection.predecessor_body, connection.predecessor_frame
-    zero = np.zeros((3, 3))
-    found: list[Spring] = []
     linear, angular = np.diag(_compliances(stiffness.linear)), np.diag(_compliances(stiffness.angular))
-    if np.any(linear) or np.any(angular):
-        found.append(Spring(joint, False, *place, linear, angular))
-    if stiffness.drive is not None and np.isfinite(stiffness.drive):
-        # in axes of its own what it does not feel is nothing, and not rounding that looks like another elastic direction
-        body, frame, axis = connection.predecessor_body, np.array(connection.predecessor_frame), connection.axis
-        if np.max(np.abs(axis)) < 1:
-            frame[:3, :3] = frame[:3, :3] @ np.stack([*across(axis), axis], axis=1)
-            axis = np.array([0.0, 0.0, 1.0])
-        along = np.diag(np.where(np.abs(axis) < 1, 0.0, 1 / stiffness.drive))
-        slides = connection.type.is_slide
-        found.append(Spring(joint, True, body, frame, along if slides else zero, zero if slides else along))
-    return tuple(found)
+    if not np.any(linear) and not np.any(angular):
+        return ()
+    return (Spring(joint, connection.predecessor_body, connection.predecessor_frame, linear, angular),)
+
+
+def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
+    """Return all elastic actuators by the name of their joint."""
+    found = {}
+    for name, stiffness in mechanism.description.joint_stiffness.items():
+        if stiffness.drive is not None and np.isfinite(stiffness.drive):
+            followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
+            moves = tuple((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
+            found[name] = Drive(name, 1 / stiffness.drive, ((name, 1.0), *moves))
+    return found
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:

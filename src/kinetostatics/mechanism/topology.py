@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 
-from kinetostatics.math.graphs import blocks, reachable
+from kinetostatics.math.graphs import blocks, joined, reachable
 from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges
+from kinetostatics.mechanism.joint_compliance import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
@@ -23,7 +25,7 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
 
 class _Builder:
     def __init__(self, mechanism: Mechanism) -> None:
-        self.graph = BodyGraph(mechanism)
+        self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
         self.spans = dict(self.graph.spans)
         self.warnings = list(self.graph.warnings)
         self.carried_by: dict[str, str] = {}
@@ -36,7 +38,7 @@ class _Builder:
         for edge in graph.edges:
             for end in edge.ends:
                 neighbours[end].append(edge.other(end))
-        limbs: list[tuple[int, Limb]] = []
+        limbs: list[tuple[list[RigidBody], list[BodyEdge]]] = []
         hanging: list[Limb] = []
         attached: dict[RigidBody, list[tuple[list[RigidBody], Limb]]] = {base: [], platform: []}
         seen: set[RigidBody] = {base, platform}
@@ -48,11 +50,11 @@ class _Builder:
             component = [body for body in graph.bodies() if body in together]
             edges = [edge for edge in graph.edges if any(end in together for end in edge.ends)]
             seen.update(component)
-            limb = self._limb(component, edges)
             touched = {end for edge in edges for end in edge.ends}
             if base in touched and platform in touched:
-                limbs.append((min(order[link] for link in limb.links), limb))
+                limbs.append((component, edges))
                 continue
+            limb = self._limb(component, edges)
             root = platform if limb.on_platform else base
             attached[root].append((component, limb))
             if limb.to_platform:
@@ -61,13 +63,26 @@ class _Builder:
             joint = edge.connection
             holds_nothing = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
             if set(edge.ends) == {base, platform} and not holds_nothing:
-                limbs.append((len(order), self._limb([], [edge])))
-        limbs.sort(key=lambda pair: pair[0])
-        numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
+                limbs.append(([], [edge]))
+        made = [self._limb(*item) for item in self._moved_together(limbs)]
+        made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
+        numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
+        self._check_actuators((*numbered, *hanging))
         on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
         known = self.spans, self.carried_by, tuple(self.warnings), self.beam_ends
         return Topology(numbered, tuple(hanging), on_base, on_platform, *known, unsupported)
+
+    def _moved_together(
+        self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]
+    ) -> Iterator[tuple[list[RigidBody], list[BodyEdge]]]:
+        """Yield the bodies and edges of limbs; those with joints that one elastic actuator moves, which couples them, are one."""
+        owner = {joint: k for k, (_, edges) in enumerate(limbs) for edge in edges for joint in _joints_of(edge)}
+        rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
+        together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
+        for members in dict.fromkeys(together.values()):
+            mine = [limbs[k] for k in sorted(members)]
+            yield [body for bodies, _ in mine for body in bodies], [edge for _, edges in mine for edge in edges]
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
@@ -239,6 +254,16 @@ class _Builder:
                 )
         return unsupported
 
+    def _check_actuators(self, limbs: tuple[Limb, ...]) -> None:
+        """Refuse elastic actuators that couple closed chains, which hang on base or platform, with something else."""
+        for drive in drives_of(self.mechanism).values():
+            joints = {name for name, _ in drive.moves}
+            if sum(any(edge.joint in joints for edge in limb.edges) for limb in limbs) > 1:
+                raise self.mechanism.connections[drive.joint].place.error(
+                    f"the elastic actuator of {drive.joint!r} moves joints of a closed chain that hangs on base or platform, and "
+                    "others elsewhere; make it rigid"
+                )
+
     def _is_weight(self, name: str) -> bool:
         """Whether what has a name in ``outboard`` weighs something."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
@@ -249,6 +274,12 @@ class _Builder:
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
         places = [name for body in bodies for name in self.graph.places_of(body)]
         return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
+
+
+def _joints_of(edge: BodyEdge) -> list[str]:
+    """Return the names of an edge's joint, or of those that its beam spans."""
+    inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
+    return [item.name for item in (edge.connection, *inside) if item is not None]
 
 
 def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:

@@ -82,11 +82,14 @@ def source_contributions(
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)
+        mine: dict[tuple[str, str], Array] = {}
         for item in deformation.elastic:
             carried = carried_wrench(item.cut_signs, units[item.number])[:, :, list(item.positions)]
             twists = np.einsum("iagn,ign->agn", carried, item.motion)
             for position, name in enumerate(item.names):
-                parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
+                mine[item.kind, name] = mine.get((item.kind, name), 0.0) + twists[:, position]
+        for (kind, name), twist in mine.items():
+            parts.setdefault(kind, {}).setdefault(name, []).append(twist)
     return Named({kind: Named({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()})
 
 

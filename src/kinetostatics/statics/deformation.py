@@ -7,7 +7,7 @@ alike stay stacked: arrays are ``(component, S, limb, pose)``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.compliance import spring_twist
+from kinetostatics.limbs.drives import BranchJoint, branch_joints
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
-from kinetostatics.mechanism.joint_compliance import Spring, springs_of
+from kinetostatics.mechanism.joint_compliance import Spring, drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
@@ -59,12 +60,14 @@ class Deformation:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
         elastic: what deforms in the limbs.
+        wound_up: (S, N) how far every elastic actuator gives way along its coordinate [m, rad], by its joint.
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
     elastic: list[ElasticDeformation]
+    wound_up: dict[str, Array]
     spring_energy: Array
 
     @cached_property
@@ -75,7 +78,7 @@ class Deformation:
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
-    out = Deformation({}, [], [], zeros_for((solution.o.shape[1],), solution.o))
+    out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
     S = len(solution.sources)
@@ -84,9 +87,10 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
     branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
     branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
+    moved = _wind_up_branches(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
     for edges, forces, strains, root in branches:
         if edges:
-            _deform_branches(robot, solution, edges, forces, strains, root, out)
+            _deform_branches(robot, solution, edges, forces, strains, root, moved, out)
     return out
 
 
@@ -140,8 +144,19 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         moved = move_twist(rotate(axes, local), -arm[:, None])
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
-        kind = "drives" if group.springs[0][spring].is_actuator else "joints"
-        out.elastic.append(ElasticDeformation(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
+        out.elastic.append(ElasticDeformation("joints", names, group, number, everyone, signs[k], moved.sum(axis=1)))
+    element_of = {element.compound: k for k, element in enumerate(elements)}
+    for d, drive in enumerate(group.drives):
+        own = share * statics.loads.on_drives[:, None, d]
+        force = group.on_drive(geometry, d, cut_wrenches) + _with_loads(solution, number, own, "on_drives", d)[0]
+        way = drive.compliance * force
+        out.spring_energy[:] += np.einsum("gn,gn->n", force.sum(axis=0), way.sum(axis=0)) / 2
+        out.wound_up.update((joint, way[:, m]) for m, joint in enumerate(drive.joints))
+        for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
+            k = element_of[int(group.compound_of[freedom])]
+            moved = geometry.twists[:, None, freedom] * (ratio * way)
+            gives[k] = gives.get(k, 0.0) + moved
+            out.elastic.append(ElasticDeformation("drives", drive.joints, group, number, everyone, signs[k], moved.sum(axis=1)))
     _add_assembly_errors(solution, number, gives, beam_of, out)
     turned = _joint_motions(solution, statics, geometry, gives, signs, S)
     # from base to platform the motions of all elements add up
@@ -174,8 +189,8 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
         solution: the chunk of poses.
         number: of the group of limbs.
         weights: that it carries.
-        name: of the loads that are meant: "beyond" or "spring_beyond".
-        element: number of the beam or spring.
+        name: of the loads that are meant: "beyond", "spring_beyond" or "on_drives".
+        element: number of the beam, spring or drive.
     """
 
     def picked(item: AppliedStatics) -> Array | None:
@@ -256,6 +271,7 @@ def _deform_branches(
     forces: int,
     strains: int,
     root: Array | None,
+    moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
     """Let open branches follow what they hang on, their beams bent by their own weight.
@@ -268,6 +284,7 @@ def _deform_branches(
             nothing but itself, and has a place of its own behind them.
         strains: which contribution the strains belong to that their weight causes in them.
         root: motion of what they hang on where an edge has no parent; None: it stands still.
+        moved: by their keys, the joints of branches that elastic actuators move, and the actuators' joints.
         out: where the motions are put.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
@@ -313,7 +330,45 @@ def _deform_branches(
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
             motion = motion + _spring_motion(robot, solution, edge, spring, share[:, 0])
+        if edge.key in moved:
+            actuator, joint = moved[edge.key]
+            motion = motion + joint.twist(frames, solution.o)[:, None] * _of_shape(out.wound_up[actuator], len(share))
         out.motions[edge.key] = motion + off
+
+
+def _wind_up_branches(
+    robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
+) -> dict[str, tuple[str, BranchJoint]]:
+    """Find how far actuators give way that move joints of open branches alone; return all that such actuators move.
+
+    Args:
+        robot: the robot.
+        solution: the chunk of poses.
+        branches: edges of open branches, and which contribution the strains of their weight belong to.
+        out: where it is put.
+    """
+    found: dict[str, tuple[str, BranchJoint]] = {}
+    place_of = {edge.key: place for edges, place in branches for edge in edges}
+    for name, drive in drives_of(robot.mechanism).items():
+        joints = branch_joints(robot, drive)
+        found |= {joint.edge.key: (name, joint) for joint in joints}
+        if name in out.wound_up or not joints:
+            continue
+        force = np.zeros((len(solution.sources) + 1, solution.o.shape[1]))
+        for joint in joints:
+            share = np.zeros((len(force), 1))
+            share[place_of[joint.edge.key]] = 1
+            own = np.einsum("w,iwn->in", joint.outboard, solution.weights)[:, None] * share
+            carried = _with_branch_loads(solution, joint.edge, own)
+            force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
+        out.wound_up[name] = drive.compliance * force
+    return found
+
+
+def _of_shape(contributions: Array, count: int) -> Array:
+    """Return the first contributions (count, N) of some (S, N), none where there are fewer."""
+    missing = max(count - len(contributions), 0)
+    return np.concatenate([contributions[:count], np.zeros((missing, *contributions.shape[1:]))])
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:

@@ -35,7 +35,7 @@ def groups_of_poses(
         frames, o: N poses.
         statics: of the usual groups there.
     """
-    stiffening = [k for k, item in enumerate(statics) if item.group.springs[0] and not item.group.beams[0]]
+    stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
     stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
     if not stiffening and not any([item.doubtful.any() for item in statics]):
         return {}

@@ -90,7 +90,7 @@ def applied_statics(
     """Find what loads do to limbs by themselves; the first load's contribution has the number ``first``."""
     found, groups = [], list(groups)
     for number, load in enumerate(loads, first):
-        mine = [load.at(place for limb in group.limbs for place in limb.places) for group in groups]
+        mine = [load.at(group.places) for group in groups]
         parts = [limb_statics_under(group, frames, o, w) if w else None for group, w in zip(groups, mine, strict=True)]
         share = np.zeros((sources, o.shape[1]))
         share[number] = 1.0

@@ -90,10 +90,14 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A driven joint: the coordinates that it moves, its own first, and how much of each per unit of its own."""
+    """A driven joint: the coordinates that it moves, its own first, and how much of each per unit of its own.
+
+    ``stiffness`` [N/m, N·m/rad]: of an elastic one that others follow; one that moves its own joint alone is a spring of that.
+    """
 
     name: str
     moves: tuple[tuple[float, Coordinate], ...]
+    stiffness: float = np.inf
 
     @property
     def rotates(self) -> bool:

@@ -7,6 +7,7 @@ in SI units and world axes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -56,6 +57,8 @@ class _Builder:
         self.misfits = misfits
         self.pieces = Pieces(configuration)
         self.roots: list[int] = []
+        masters = {joint.mimic.joint for joint in self.description.joints.values() if joint.mimic is not None}
+        self.followed = masters & set(self.description.joint_stiffness)
 
     def number(self, piece: int) -> int:
         root = self.pieces.find(piece)
@@ -169,13 +172,16 @@ class _Builder:
                     for joint in self.description.joints.values()
                     if joint.mimic is not None and joint.mimic.joint == name and joint.name in coordinates
                 ]
-                yield Actuator(name, ((1.0, coordinates[name]), *followers))
+                stiffness = self.description.joint_stiffness[name].drive if name in self.followed else None
+                yield Actuator(name, ((1.0, coordinates[name]), *followers), np.inf if stiffness is None else stiffness)
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 
     def _joint(self, item: JointedBodies, outward: bool) -> FrameJoint:
         joint = item.joint
         elastic = self.description.joint_stiffness.get(joint.name)
+        if elastic is not None and joint.name in self.followed:
+            elastic = replace(elastic, drive=None)  # it is wound up by more than this joint
         axes, free = releases(joint, elastic)
         first, second = (self.number(piece) for piece in item.pieces)
         # the centre of a sliding joint is the one on its outer side; of others the two are the same

@@ -12,8 +12,8 @@ import importlib.util
 import json
 import subprocess
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ import numpy as np
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named, ShortRepr
-from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
@@ -67,7 +67,77 @@ class FrameSolution(ShortRepr):
 
 
 def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame.
+    """Solve a frame, with elastic actuators that others follow: held, and as far off as each of them gives way.
+
+    Returns and errors are those of :func:`_solve`.
+    """
+    soft = [actuator for actuator in model.actuators if np.isfinite(actuator.stiffness)]
+    held = _solve(model)
+    ways = [_solve(_moved_by(model, actuator)) for actuator in soft]
+    first, second = (_given_way(model, soft, held[k], [way[k] for way in ways]) for k in (0, 1))
+    return first, second
+
+
+def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
+    """Return a frame without loads whose joints are off by what a unit of an actuator's coordinate moves them."""
+    by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
+    joints = []
+    for joint in model.joints:
+        ratio, part = by.get(joint.name, (0.0, None))
+        along = np.zeros(3) if part is None else ratio * part.axis
+        parts = (np.zeros(3), along) if part is not None and part.rotates else (along, np.zeros(3))
+        joints.append(replace(joint, misfit=np.concatenate(parts)))
+    beams = tuple(replace(beam, load=np.zeros(6), too_long=0.0) for beam in model.beams)
+    return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
+
+
+def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution, ways: Sequence[FrameSolution]) -> FrameSolution:
+    """Add to an answer with rigid actuators what they do in giving way: f = G w and f = −k w, by the sum of both f.
+
+    By reciprocity a unit load of the platform has in an actuator minus the force that a unit of its way moves the platform.
+    """
+    if not soft:
+        return held
+    resist = np.array([[way.actuator_forces[item.name] for way in ways] for item in soft])
+    resist = np.linalg.inv(resist + np.diag([item.stiffness for item in soft]))
+    w = -resist @ [held.actuator_forces[item.name] for item in soft]
+    moved = np.stack([way.twist for way in ways], axis=1)
+
+    def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
+        return Named(
+            {
+                name: frozen(value + sum(a * pick(way)[name] for a, way in zip(w, ways, strict=True)))
+                for name, value in pick(held).items()
+            }
+        )
+
+    C = held.compliance + moved @ resist @ moved.T
+    forces = {
+        name: force + sum(a * way.actuator_forces[name] for a, way in zip(w.tolist(), ways, strict=True))
+        for name, force in held.actuator_forces.items()
+    }
+    return replace(
+        held,
+        twist=frozen(held.twist + moved @ w),
+        compliance=frozen(C),
+        stiffness=frozen(_inverse(C, model.length)),
+        joint_wrenches=summed(lambda item: item.joint_wrenches),
+        beam_wrenches=summed(lambda item: item.beam_wrenches),
+        actuator_forces=Named(forces),
+    )
+
+
+def _inverse(compliance: Array, length: float) -> Array:
+    """Return the stiffness (6, 6) of a compliance, NaN where it is singular."""
+    unit = np.outer(*[np.repeat([1.0, length], 3)] * 2)
+    try:
+        return np.asarray(np.linalg.inv(compliance * unit) * unit, dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.full((6, 6), np.nan)
+
+
+def _solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
+    """Solve a frame with rigid actuators, but for those that are springs of joints.
 
     Returns:
         The solution; and one that is extrapolated from one level less, which tells how sure the first is.
@@ -269,16 +339,11 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
     }
     C = raw["compliance"] * scale.twist[:, None] / scale.wrench
     C = (C + C.T) / 2
-    unit = np.repeat([1.0, model.length], 3)
-    try:
-        stiffness = np.asarray(np.linalg.inv(C * np.outer(unit, unit)) * np.outer(unit, unit), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        stiffness = np.full((6, 6), np.nan)
     torques = frozenset(actuator.name for actuator in model.actuators if actuator.rotates)
     return FrameSolution(
         frozen(raw["twist"] * scale.twist),
         frozen(C),
-        frozen(stiffness),
+        frozen(_inverse(C, model.length)),
         Named({name: frozen(wrench) for name, wrench in wrenches.items()}),
         Named({name: frozen(wrench) for name, wrench in sections.items()}),
         Named(forces),

@@ -11,8 +11,7 @@ from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.limbs.compliance import rigid_counts
-from kinetostatics.mechanism.joint_compliance import is_sprung, springs_of
+from kinetostatics.mechanism.joint_compliance import is_sprung
 
 pytestmark = pytest.mark.smoke
 
@@ -150,15 +149,6 @@ def test_a_drive_along_an_oblique_axis_gives_way_along_it(kind, twist):
     expected = np.zeros(6)
     expected[twist] = axis * (axis @ load[twist]) / 500
     np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
-    # and along nothing else: rounding would look like another elastic direction of a limb that hardly loads it
-    (spring,) = springs_of(machine.mechanism, "mount")
-    compliance = spring.linear if kind == "prismatic" else spring.angular
-    assert np.count_nonzero(compliance) == 1 and compliance.max() == 1 / 500
-    across = np.linalg.svd(axis[None])[2][1:]
-    for wrench in np.linspace(0, 1, 50)[:, None] * across[0] + 1e-3 * axis + across[1]:
-        along = np.stack([wrench, wrench + across[0]]) @ spring.frame[:3, :3]
-        C = along @ compliance @ along.T
-        assert rigid_counts(C[:, :, None, None])[0, 0] == 1
 
 
 def test_bearings_are_along_the_joint_s_frame_whatever_its_axis():

@@ -1,0 +1,100 @@
+"""Elastic actuators of limbs built alike: each gives way along the freedoms that it moves, all by the force of all of them.
+
+With the unit twists s_j of its joint and of those that follow it, r_j times as far, and the wrenches w_j that they carry, an
+actuator of compliance c feels f = Σ r_j s_jᵀ w_j and moves them by r_j s_j c f: the sums of Eqs. (1) and (16) have one term more
+for each, of rank one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.limbs.model import StaticModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import rotation_twist, translation_twist
+from kinetostatics.mechanism.joint_compliance import Drive
+from kinetostatics.mechanism.limb_joints import JointDof, joint_dofs
+from kinetostatics.mechanism.limbs import Edge, carries
+from kinetostatics.mechanism.tree import Frames
+
+
+@dataclass(frozen=True)
+class BranchJoint:
+    """A joint of an open branch that an elastic actuator moves.
+
+    Attributes:
+        edge: the joint as it lies on the way out.
+        ratio: how far it moves per unit of the actuator's coordinate.
+        dof: its freedom.
+        outboard: (W,) which weights it carries.
+    """
+
+    edge: Edge
+    ratio: float
+    dof: JointDof
+    outboard: Array
+
+    def twist(self, frames: Frames, o: Array) -> Array:
+        """Return the twist (6, N), about o, of its outer side per unit of the actuator's coordinate."""
+        axis = frames.direction(self.dof.body, self.dof.axis) * (self.dof.sign * self.ratio)
+        arm = frames.point(self.dof.centre_body, self.dof.centre) - o
+        return rotation_twist(axis, arm) if self.dof.rotates else translation_twist(axis)
+
+
+def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
+    """Return the joints of open branches that an actuator moves."""
+    topology, found = model.topology, []
+    edges = [edge for limb in topology.all_limbs for edge in limb.branches] + [*topology.base.edges, *topology.platform.edges]
+    ratios = dict(drive.moves)
+    for edge in edges:
+        if edge.joint in ratios:
+            [dof] = joint_dofs(model.mechanism, model.mechanism.connections[edge.joint], edge.sign)
+            outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
+            found.append(BranchJoint(edge, ratios[edge.joint], dof, outboard))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class LimbDrive:
+    """An actuator in the same place of g limbs.
+
+    Attributes:
+        joints: its name in each limb.
+        compliance: (g, 1) of its own coordinate [m/N, rad/(N·m)].
+        freedoms: numbers of the limbs' freedoms that it moves.
+        ratios: (freedoms, g, 1) how far per unit of its own coordinate.
+        branches: of each limb, the joints of open branches that it moves, too.
+    """
+
+    joints: tuple[str, ...]
+    compliance: Array
+    freedoms: tuple[int, ...]
+    ratios: Array
+    branches: tuple[tuple[BranchJoint, ...], ...]
+
+
+def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[Sequence[str]]) -> tuple[LimbDrive, ...]:
+    """Return the actuators that move freedoms of alike limbs.
+
+    Args:
+        model: the robot.
+        drives: all elastic actuators.
+        freedoms: of every limb, the joints of its freedoms, inboard ones first.
+    """
+    rows = []
+    for joints in freedoms:
+        ratios = [(drive, [(joints.index(name), ratio) for name, ratio in drive.moves if name in joints]) for drive in drives]
+        rows.append(sorted(((drive, sorted(mine)) for drive, mine in ratios if mine), key=lambda item: item[1][0]))
+    return tuple(
+        LimbDrive(
+            tuple(drive.joint for drive, _ in alike),
+            np.array([drive.compliance for drive, _ in alike])[:, None],
+            tuple(number for number, _ in alike[0][1]),
+            np.array([[ratio for _, ratio in mine] for _, mine in alike]).T[..., None],
+            tuple(branch_joints(model, drive) for drive, _ in alike),
+        )
+        for alike in zip(*rows, strict=True)
+    )
