@@ -82,6 +82,7 @@ POSES = (
     code('robot.assemble(platform={"ry": 0.1})', "Choose coordinates along which it moves."),
     code('robot.assemble(platform={"z": 0.29})', "Upright rods move the plate along x alone."),
     code('robot.assemble(platform={"x": 0.6})', "Out of reach: the rods are 0.3 m long."),
+    code('robot.assemble(platform={"x": 1e12})', "A length in metres; numbers that large leave no digits to loops."),
     code('robot.assemble(actuators={"a": 2})', "At π/2 the rods are in line, and the parallelogram can fold: begin at a pose on "
          "the other side, from `robot.configuration(q)`."),
     Mistake('`<origin xyz="5 0 0"/>` at the loop\'s successor', "A length or a frame is wrong: draw it.",

@@ -14,7 +14,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
-from kinetostatics.kinematics.lines import follow
+from kinetostatics.kinematics.lines import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.openings import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
@@ -249,11 +249,17 @@ def _say_unreachable(
     robot: RobotKinematics, prescribed: PrescribedCoordinates, names: list[str], pose: SolverState, target: Array, gone: float
 ) -> None:
     mobility = robot.mobility.platform
+    hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
+    if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
+        text = (
+            f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: lines are followed up to "
+            f"{FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, and the one to there is longer"
+        )
+        raise AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
-    wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = (
-        f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
+        f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: on the straight line from the start the loops close "
         f"up to {100 * gone:.1f} % of the way; "
     )
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
@@ -277,13 +283,11 @@ def _say_unreachable(
             + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
             + f", where {worst_gaps_text(robot.equations, gaps)}"
         )
-    hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
-    raise AssemblyError(
-        "; ".join([text, *hints]),
-        gaps,
-        mobility,
-        gone,
-    )
+    raise AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
+
+
+def _said(names: list[str], target: Array) -> str:
+    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
 
 
 def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
@@ -291,7 +295,7 @@ def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], 
     loops = {loop.name for loop in robot.equations.loops}
     what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
     verb = "do not close" if what == "loops" else "do not fit together"
-    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings)}, more than the tolerance "
+    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings, tolerance)}, more than the tolerance "
     text += f"{tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)

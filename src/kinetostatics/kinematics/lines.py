@@ -14,6 +14,9 @@ from kinetostatics.math.arrays import Array, chunks
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Where steps of this part of the longest ones are too long still, a line ends.
 _SHORTEST = 1e-3
+#: Longer lines, in longest turns and in the robot's reaches, are not followed: at their end numbers have no digits left that could
+#: tell whether loops are closed.
+MOST_TURNED, FARTHEST = 1e4, 1e8
 #: So many times the robot's reach away from its start, a line goes on in steps as long as this part of the way already gone: the
 #: robot is small beside that, and only the lengths of sliding joints change.
 _FAR_AWAY, _LEAP = 40.0, 0.25
@@ -67,7 +70,7 @@ def _follow_chunk(
     # a pose knows the angle of what turns freely but for full turns: the shorter way
     first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
     state = SolverState(for_each(start.x, N), c)
-    strides = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
+    strides = _strides(solver, prescribed, first, target)
     if N == 1 and np.max(strides, initial=0.0) <= 1:
         moved = solver.in_one_go(prescribed, state, target, local)
         if moved is not None:
@@ -79,11 +82,11 @@ def _follow_chunk(
             return moved, good, np.ones(N)
         state.x[:, good], state.c[:, good], gone[good] = moved.x[:, good], moved.c[:, good], 1.0
         steady, active = good, active[~good]
-    turns = _turns(solver, prescribed)
-    most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
+    most_turned, most_shifted = _longest(solver, prescribed, strides)
     usual = 1 / np.maximum(1.0, np.maximum(most_turned, most_shifted))
     stride, longest = np.where(steady, usual, usual / 2), np.array(usual)
     reaches = most_shifted * (LONGEST_SHIFT * solver.length / solver.reach)
+    active = active[~_beyond(most_turned, reaches)[active]]
     while active.size:
         trial = np.minimum(gone[active] + stride[active], 1.0)
         with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
@@ -107,6 +110,31 @@ def _follow_chunk(
         steady[active] = good  # after a step that was too long the next is not doubled at once
         active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * usual[active])]
     return state, gone >= 1, gone
+
+
+def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> NDArray[np.bool_]:
+    """Return which targets (n, N) are farther from poses than lines are followed."""
+    strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
+    most_turned, most_shifted = _longest(solver, prescribed, strides)
+    return _beyond(most_turned, most_shifted * (LONGEST_SHIFT * solver.length / solver.reach))
+
+
+def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
+    """Return ways of coordinates (n, N) in longest strides; without unknowns nothing can go wrong on the way."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        ways = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
+        return ways if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * ways
+
+
+def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) -> tuple[Array, Array]:
+    """Return the largest turns and shifts (N,) of ways (n, N), in longest strides."""
+    turns = _turns(solver, prescribed)
+    most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
+    return most_turned, most_shifted
+
+
+def _beyond(most_turned: Array, reaches: Array) -> NDArray[np.bool_]:
+    return np.asarray(~((most_turned <= MOST_TURNED) & (reaches <= FARTHEST)))
 
 
 def _step(

@@ -27,10 +27,10 @@ def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: 
     return all(a <= metres and b <= radians for a, b in gaps.values())
 
 
-def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]]) -> str:
-    """Say how far the loops that are widest open are so."""
+def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]], least: float = CLOSED) -> str:
+    """Say how far the loops that are widest open are so, by more than ``least`` [m, rad]."""
     items = list(gaps.items())
-    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > CLOSED]
+    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > least]
     shown = []
     for name, (metres, radians) in worst[:3]:
         metres, radians = (0.0 if size <= NOTHING * max(worst[0][1]) else size for size in (metres, radians))

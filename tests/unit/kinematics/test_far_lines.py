@@ -47,3 +47,33 @@ def test_long_steps_lead_to_the_same_pose(name, platform, corrected, monkeypatch
     usual = one.assemble(platform=platform, engine="numpy")
     assert len(corrected) - few > 2 * few
     np.testing.assert_allclose(quick.q, usual.q, rtol=0, atol=1e-11)
+
+
+@pytest.mark.filterwarnings("ignore:.*times the robot's size|.*turns")
+@pytest.mark.parametrize("size", [1e9, 1e14, 1e30, 1.7e308])
+def test_what_has_no_digits_left_is_out_of_reach_at_once(size, corrected):
+    """Single poses say so; in a batch the others are reached all the same."""
+    tripod = robot("3rps")
+    for wanted in ({"z": size, "rx": 0.1, "ry": 0.0}, {"z": 0.5, "rx": -size, "ry": 0.0}):
+        with pytest.raises(ks.AssemblyError, match=r"lines are followed up to 1e\+08 times the robot's reach and 7000 rad"):
+            tripod.assemble(platform=wanted, engine="numpy")
+    found = tripod.assemble(platform={"z": [0.5, size, 0.55, 0.6], "rx": [0.1, 0.0, size, -0.1], "ry": 0.0}, engine="numpy")
+    assert found.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE, ks.Status.UNREACHABLE, ks.Status.OK]
+    assert len(corrected) <= 2
+
+
+@pytest.mark.filterwarnings("ignore:.*turns")
+def test_nothing_goes_wrong_on_a_line_without_unknowns(corrected):
+    """A serial arm goes to any angle in one step."""
+    arm = robot("ur10")
+    first, *others = arm.description.driven
+    found = arm.assemble(actuators={first: 1e6, **dict.fromkeys(others, 0.2)}, engine="numpy")
+    near = arm.assemble(actuators={first: 1e6 % (2 * np.pi), **dict.fromkeys(others, 0.2)}, engine="numpy")
+    np.testing.assert_allclose(found.platform_frame, near.platform_frame, atol=1e-9)
+    assert len(corrected) == 2
+
+
+@pytest.mark.filterwarnings("ignore:z = 1e")
+def test_loops_that_rounding_leaves_open_are_named():
+    with pytest.raises(ks.AssemblyError, match=r"do not close: loop '.*' stays \S+e-10 m open.*, more than the tolerance 1e-10"):
+        robot("3rps").assemble(platform={"z": 1e6, "rx": 0.0, "ry": 0.0}, engine="numpy")
