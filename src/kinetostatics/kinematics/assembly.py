@@ -295,7 +295,9 @@ def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], 
     loops = {loop.name for loop in robot.equations.loops}
     what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
     verb = "do not close" if what == "loops" else "do not fit together"
-    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings, tolerance)}, more than the tolerance "
+    text = (
+        f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings, tolerance)}, more than the tolerance "
+    )
     text += f"{tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)

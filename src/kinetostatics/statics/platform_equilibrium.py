@@ -91,7 +91,7 @@ class PlatformEquilibrium:
             self.compliance, self.singular = _invert(K, self.scale)
             self.stiffness, self.indeterminate = K, np.zeros(N, dtype=bool)
 
-    def solve(self, right: Array, strains: Sequence[Array]) -> tuple[Array, list[Array]]:
+    def solve(self, right: Array, strains: Sequence[Array], errors: bool = False) -> tuple[Array, list[Array]]:
         """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
 
         Δ = K⁻¹ (W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc), Eq. (12), in the motions that rigid limbs leave.
@@ -99,6 +99,7 @@ class PlatformEquilibrium:
         Args:
             right: (6, S, N) what the world puts on the platform, less what it puts on the limbs whatever their intensities.
             strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
+            errors: whether the last strains are assembly errors, to which rigid limbs are no exception: nothing else moves these.
         """
         total = np.array(right, subok=True)
         for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
@@ -112,7 +113,7 @@ class PlatformEquilibrium:
             multipliers: list[Array] = []
         else:
             given = [strain for strain, factor in zip(strains, self._factors, strict=True) if isinstance(factor, _Split)]
-            twists, multipliers = self._rigid.solve(total, self._splits, given)
+            twists, multipliers = self._rigid.solve(total, self._splits, given, errors)
         intensities = self._intensities(twists, strains, multipliers)
         if self._rigid is None:
             self._refine(right, twists, intensities)
@@ -253,16 +254,17 @@ class _RigidPart:
             at += g * r
         return result
 
-    def solve(self, right: Array, splits: list[_Split], strains: list[Array]) -> tuple[Array, list[Array]]:
+    def solve(self, right: Array, splits: list[_Split], strains: list[Array], errors: bool = False) -> tuple[Array, list[Array]]:
         """Return twists (6, S, N), and for each partly rigid group the multipliers (r, S, g, N) of its rigid wrenches."""
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
         given = []
+        moves = np.zeros(right.shape[1])
+        moves[-1:] = errors
         for split, strain in zip(splits, strains, strict=True):
-            along, size = (
-                np.einsum("gnir,isgn->ngrs", *pair) for pair in ((split.rigid, strain), (abs(split.rigid), abs(strain)))
-            )
+            along = np.einsum("gnir,isgn->ngrs", split.rigid, strain)
+            size = np.einsum("gnir,sgn->ngrs", abs(split.rigid), np.max(abs(strain), axis=0, initial=0.0))
             # along rigid directions nothing sags; what rigid rings cannot follow stays NaN
-            given.append(np.where(np.abs(along) <= _DEPENDENT * size, 0.0, along))
+            given.append(np.where(np.abs(along) <= _DEPENDENT * size, 0.0, along * moves))
         wanted = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
         wanted = wanted / self.sizes[:, :, None]
         shift = np.swapaxes(self.gain, 1, 2) @ wanted

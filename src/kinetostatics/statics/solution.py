@@ -178,7 +178,8 @@ def solve(
         sources += ("misfit",)
     balance = PlatformEquilibrium(robot, statics, o.shape[1])
     loads = applied_statics(applied, groups, frames, o, first, len(sources))
-    twists, intensities = balance.solve(*_by_contribution(robot, sources, statics, load, platform_weight, loads))
+    right, strains = _by_contribution(robot, sources, statics, load, platform_weight, loads)
+    twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
     acting = [item for item in loads if item.load.kind != "change"]
     if applied:
@@ -261,7 +262,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     for strain in strains:
         none = np.zeros_like(strain[:, first])
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
-    twists, intensities = balance.solve(right, moved)
+    twists, intensities = balance.solve(right, moved, sources[-1] == "misfit")
     applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
     return replace(solution.whole, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
 

@@ -1,8 +1,11 @@
 """What rigid parts and what hangs do with misfits and weights: contradictions are NaN, everything else is a number."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from odd_robots import parsed, rigid_limbs, written
+from package_robots import robot
 from simple_machines import RHO, bar, joint, link, loop, mount, springs, two_columns
 
 import kinetostatics as ks
@@ -125,6 +128,21 @@ def test_a_ring_that_hangs_on_the_platform_is_the_platform_s():
         np.testing.assert_allclose(moved["load"], rigid["load"], rtol=1e-9, atol=1e-15)
         bent = moved["platform_weight"] - rigid["platform_weight"]
         assert bent[2] < -1e-8 and np.linalg.norm(bent) > 10 * np.linalg.norm(moved["load"] - rigid["load"])
+
+
+@pytest.mark.parametrize("rigid", [("bar_1a", "bar_1b"), ("bar_1b", "bar_2b", "bar_3a", "bar_3b")])
+def test_where_forces_are_undetermined_the_twist_is_that_of_stiff_parts(rigid):
+    """An orthoglide, some of whose rods are rigid: as if these were a million times stiffer than the others."""
+    description = robot("orthoglide").description
+    stiff = {name: replace(beam.material, youngs_modulus=7e16, density=0.0) for name, beam in description.beams.items()}
+    ends = {name: replace(description.beams[name], material=stiff[name]) for name in rigid}
+    one = ks.Robot(replace(description, beams={name: beam for name, beam in description.beams.items() if name not in rigid}))
+    other = ks.Robot(replace(description, beams={**description.beams, **ends}))
+    at = dict(zip(description.driven, [[0.0, 0.01, 0.013], [0.0, -0.01, -0.004], [0.0, 0.01, 0.02]], strict=True))
+    load = [10, -20, -30, 1, 2, 3]
+    found, wanted = (ks.analyze(robot.assemble(actuators=at), load) for robot in (one, other))
+    assert (found.status == ks.Status.INDETERMINATE).all()
+    np.testing.assert_allclose(found.twist, wanted.twist, rtol=1e-4, atol=2e-9)
 
 
 def test_warmth_needs_a_thermal_expansion():
