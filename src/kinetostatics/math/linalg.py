@@ -279,7 +279,8 @@ def surely_have_one_sign(one: Array, two: Array) -> Mask:
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
     sure: Mask = np.ones(one.shape[2], dtype=bool)
-    for k in range(least.shape[0]):
-        sure = sure & (rest[0, 0] > least[k])
-        rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for k in range(least.shape[0]):
+            sure = sure & (rest[0, 0] > least[k])
+            rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
     return sure

@@ -38,6 +38,13 @@ def test_labels_say_what_intensities_are(result):
     assert "components: coordinates, in a basis, of what the platform puts on a limb that is a network" in report
 
 
+def test_wrenches_times_intensities_are_all_that_the_platform_puts_on_a_limb(result):
+    """Constraint and attached ones: the limb's wrench itself is the sum of its joints' wrenches, see the arrows below."""
+    for limb in result.limbs.values():
+        parts = limb.constraint_wrenches @ limb.intensities + limb.attached_wrenches @ limb.attached_intensities
+        np.testing.assert_allclose(parts, limb.wrench, rtol=0, atol=1e-10 * np.abs(limb.wrench).max())
+
+
 def test_serial_limbs_have_no_components():
     result = ks.analyze(package_robots.robot("2pru_upr").assemble())
     for limb in result.limbs.values():

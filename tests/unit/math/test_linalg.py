@@ -1,0 +1,111 @@
+"""Small dense linear algebra beside NumPy's own, and its thresholds."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.math import linalg
+
+
+def at_angles(*angles):
+    """Two unit columns (3, 2, N) that are so far apart."""
+    angles = np.array(angles)
+    first = np.broadcast_to([[1.0], [0], [0]], (3, len(angles)))
+    return np.stack([first, np.array([np.cos(angles), np.sin(angles), 0 * angles])], axis=1)
+
+
+def test_signs_of_determinants_tell_something_until_columns_fall_together():
+    pairs = at_angles(1.0, 1.0, 3e-7, 5e-8)
+    swapped = pairs[:, ::-1]
+    assert linalg.have_one_sign(pairs, pairs).tolist() == [True] * 4
+    assert linalg.have_one_sign(pairs, swapped).tolist() == [False, False, False, True]  # sin² = 9e-14, 2.5e-15
+
+
+@pytest.mark.parametrize("other", [(0, 1), (1, 0)])
+def test_signs_are_sure_while_no_pivot_is_small(other):
+    first, second = np.eye(3)[:, :2, None], np.eye(3)[:, list(other), None] * 1.0
+    assert linalg.surely_have_one_sign(first, second).item() == (other == (0, 1))
+    for cosine, sure in ((1e-7, True), (1e-9, False), (-1e-7, False)):
+        turned = np.array([[1.0, 0, 0], [0, cosine, np.sqrt(1 - cosine**2)]]).T[:, :, None]
+        for columns in (slice(None), slice(None, None, -1)):
+            assert linalg.surely_have_one_sign(first[:, columns], turned[:, columns]).item() == sure
+
+
+@pytest.mark.parametrize(("pivot", "by_lapack"), [(1e-3, False), (2e-5, False), (5e-6, True), (1e-9, True)])
+def test_elimination_asks_lapack_where_a_pivot_is_small(monkeypatch, pivot, by_lapack):
+    rng = np.random.default_rng(0)
+    a, b = rng.standard_normal((4, 4, 3)), rng.standard_normal((4, 2, 3))
+    a[0, 0, 1] = pivot * np.max(np.abs(a[0, 1:, 1]))
+    wanted = np.moveaxis(np.linalg.solve(np.moveaxis(a, 2, 0), np.moveaxis(b, 2, 0)), 0, 2)
+    asked, solve = [], np.linalg.solve
+    monkeypatch.setattr(np.linalg, "solve", lambda *given: asked.append(len(given[0])) or solve(*given))
+    np.testing.assert_allclose(linalg.solve_by_elimination(a, b), wanted, rtol=0, atol=1e-10 * np.abs(wanted).max())
+    assert asked == [1] * by_lapack
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-9, 0.0])
+def test_columns_are_moved_across_others_by_as_little_as_does_it(size):
+    """Beside the projection by singular values; a direction of the others that is rounding stays out of it."""
+    rng = np.random.default_rng(1)
+    for k, m in ((4, 2), (3, 3), (5, 1)):
+        basis = np.linalg.qr(rng.standard_normal((6, 6)))[0]
+        a = basis[:, : 6 - m] @ rng.standard_normal((6 - m, k))
+        a = np.column_stack([a, a[:, 0] + 1e-2 * size * basis[:, -1]])  # dependent but for rounding
+        b = basis[:, 6 - m :] @ (np.eye(m) + 0.2 * rng.standard_normal((m, m))) + size * rng.standard_normal((6, m))
+        b /= np.linalg.norm(b, axis=0)
+        moved = b - linalg.step_across(a[..., None], b[..., None])[..., 0]
+        span = np.linalg.svd(a)[0][:, : 6 - m]
+        np.testing.assert_allclose(moved, b - span @ (span.T @ b), rtol=0, atol=1e-13 + 30 * size**2)
+        assert np.abs(moved - b).max() < 10 * size + 1e-14
+        np.testing.assert_allclose(basis[:, : 6 - m].T @ moved, 0, atol=1e-13 + 0.1 * size)
+
+
+def test_factors_and_their_bounds():
+    rng = np.random.default_rng(2)
+    half = rng.standard_normal((5, 4, 4))
+    a = np.moveaxis(half @ half.swapaxes(1, 2) + 0.1 * np.eye(4), 0, 2)
+    factor, values = linalg.Cholesky(a), np.linalg.eigvalsh(np.moveaxis(a, 2, 0))
+    bound = factor.smallest_eigenvalue()
+    assert np.all(bound <= values[:, 0] * (1 + 1e-12)) and np.all(bound >= values[:, 0] / 4 * (1 - 1e-12))
+    np.testing.assert_allclose(linalg.inverse_of(factor), np.moveaxis(np.linalg.inv(np.moveaxis(a, 2, 0)), 0, 2), rtol=1e-9)
+    for limit in (0.5, 0.9, 1.1, 4.5):  # the bound decides where the determinant does not
+        sure = linalg.definite(a, limit)
+        assert not np.any(sure & (values[:, 0] <= limit)) and np.all(sure | (values[:, 0] <= 4 * limit))
+    diagonal = np.einsum("ii...->i...", a)
+    pivots = np.array([np.linalg.cholesky(a[..., k]).diagonal() ** 2 for k in range(5)]).T
+    np.testing.assert_allclose(factor.smallest_pivot, (pivots / diagonal).min(axis=0))
+    assert linalg.Cholesky(-a).smallest_pivot.tolist() == [-np.inf] * 5 and not linalg.Cholesky(-a).smallest_eigenvalue().any()
+
+
+def test_least_squares_leave_out_directions_that_do_not_matter():
+    rng = np.random.default_rng(3)
+    a, b = rng.standard_normal((7, 4, 3)), rng.standard_normal((7, 2, 3))
+    for k in range(3):
+        wanted = np.linalg.lstsq(a[..., k], b[..., k])[0]
+        np.testing.assert_allclose(linalg.least_squares(a, b)[..., k], wanted, rtol=0, atol=1e-9)
+    a[:, 3] = a[:, 0] - 2 * a[:, 1]
+    found = linalg.least_squares(a, b, nullity=1)
+    for k in range(3):
+        np.testing.assert_allclose(found[..., k], np.linalg.pinv(a[..., k], rcond=1e-8) @ b[..., k], rtol=0, atol=1e-6)
+
+
+def test_scaled_matrices_have_a_unit_diagonal_but_where_it_is_rounding():
+    a = np.diag([4.0, 1e-8, 1e-25])
+    a[0, 1] = a[1, 0] = 1e-4
+    scaled, unit = linalg.correlation(a)
+    np.testing.assert_allclose(unit, [0.5, 1e4, 0.5])
+    np.testing.assert_allclose(scaled, [[1, 0.5, 0], [0.5, 1, 0], [0, 0, 0]], atol=1e-24)
+    for part, own in ((2e-11, True), (0.5e-11, False)):
+        assert (linalg.correlation(np.diag([1.0, part**2]))[1][1] > 1.5) == own
+
+
+def test_null_spaces_depend_on_the_space_alone():
+    rng = np.random.default_rng(4)
+    matrix = rng.standard_normal((3, 6))
+    basis, rank, gap = linalg.null_space(matrix, 1e-5)
+    other = linalg.null_space(rng.standard_normal((5, 3)) @ matrix, 1e-5)[0]
+    assert rank == 3 and gap == np.inf and basis.shape == (6, 3)
+    np.testing.assert_allclose(basis.T @ basis, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(basis, other, atol=1e-12)
+    values = np.array([1.0, 2e-5, 0.5e-5])
+    assert linalg.null_space(np.diag(values), 1e-5)[1:] == (2, pytest.approx(4.0))
+    assert linalg.null_space(np.zeros((2, 3)), 1e-5)[1] == 0 and linalg.null_space(1e-7 * matrix, 1e-5)[1] == 0
