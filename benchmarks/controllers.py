@@ -3,7 +3,8 @@
     python benchmarks/controllers.py [--write docs/how_to/controller.md] [ROBOT …]
 
 Times are those of the test program that is exported, `gcc -O2`, beside the last pose; flash is that of a Cortex-M7 by
-`arm-none-eabi-gcc -O2`. Poses lie around the zero pose, every fifth farther away. `ROBOT compensate` corrects the actuators' positions too.
+`arm-none-eabi-gcc -O2`. Poses lie around the zero pose, every fifth farther away. `ROBOT compensate` corrects the actuators'
+positions too.
 """
 
 from __future__ import annotations
