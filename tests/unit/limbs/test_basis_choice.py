@@ -1,12 +1,14 @@
 """How canonical wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
 
+import copy
 from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 import pytest
 
-from kinetostatics.limbs.basis_choice import _regular, rank
+from kinetostatics.limbs.basis_choice import _regular, evaluate_bases, rank
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.limbs.wrenches import _crossed
 from kinetostatics.math.screws import rotation_twist, translation_twist
@@ -85,3 +87,31 @@ def test_ranks_come_with_the_gap_that_decides_them():
     assert rank(columns, 1e-4) == (2, pytest.approx(5e5)) and rank(columns, 1e-7) == (3, np.inf)
     assert rank(columns[:, :0], 1e-4) == (0, np.inf) and rank(np.zeros((6, 1)), 1e-4) == (0, np.inf)
     assert rank(columns, 2.4e-1) == (2, pytest.approx(5e5)) and rank(columns, 2.6e-1) == (1, pytest.approx(4.0))
+
+
+@pytest.mark.parametrize(
+    ("off", "closing_error", "bad"), [(5e-7, 0, False), (2e-6, 0, True), (5e-5, 1e-6, False), (2e-4, 1e-6, True), (0, 0, False)]
+)
+def test_wrenches_are_moved_if_they_are_nearly_reciprocal_and_else_replaced(off, closing_error, bad):
+    """A hinge of one of three limbs at two poses is off by a unit twist's part that a constraint wrench works on."""
+    robot = package_robots.robot("3rps")
+    group = copy.copy(robot.statics.groups[0])
+    length = group.model.length
+    group.model = SimpleNamespace(length=length, closing_error=closing_error)
+    frames = robot.generic_frames.take(slice(0, 2))
+    geometry = group.geometry(frames, robot.mechanism.platform_pose(frames)[1])
+    scale = np.repeat([length, 1.0], 3).reshape(6, 1, 1, 1)
+    allowed = geometry.twists[:, group.passive] / scale
+    allowed /= np.sqrt(np.sum(allowed**2, axis=0))
+    before, attached, _ = evaluate_bases(group, geometry, allowed * scale)
+    unit = before[:, 0] * scale[:, 0] / np.sqrt(np.sum((before[:, 0] * scale[:, 0]) ** 2, axis=0))
+    allowed[:, 0, 1, 0] += off * unit[:, 1, 0]
+    J_c, J_g, degenerate = evaluate_bases(group, geometry, allowed * scale)
+    assert np.argwhere(degenerate).tolist() == ([[1, 0]] if bad else [])
+    assert np.abs(np.einsum("ikgn,ijgn->kjgn", allowed, J_c * scale)).max() < 1e-14
+    others = ~degenerate
+    others[1, 0] = False
+    np.testing.assert_array_equal(J_c[..., others], before[..., others])
+    if not bad:
+        np.testing.assert_allclose(J_c, before, rtol=0, atol=5 * off)
+        np.testing.assert_array_equal(J_g, attached)
