@@ -78,6 +78,11 @@ class FrameJoint:
     springs: tuple[FrameSpring, ...]
     misfit: Array
 
+    @property
+    def holds_nothing(self) -> bool:
+        """Whether it joins its pieces in no direction."""
+        return not self.springs and not np.any(self.blocked)
+
 
 @dataclass(frozen=True)
 class Coordinate:
