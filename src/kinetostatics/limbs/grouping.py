@@ -36,6 +36,7 @@ def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tu
             basis.carried,
             elimination,
             limb.rigid_directions,
+            limb.soft,
         )
         alike.setdefault(key, []).append((limb, basis))
     return tuple(_stacked(model, members) for members in alike.values())

@@ -186,6 +186,8 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float
     if len(run) < 2:
         return None
     meetings = []
+    places = [frame[:3, 3] for edge, connection in run for _, frame in sides(edge, connection)]
+    size = 1 + float(np.max(np.abs(places)))
     for (edge, connection), (next_edge, following) in itertools.pairwise(run):
         body, frame = sides(edge, connection)[1]
         next_body, next_frame = sides(next_edge, following)[0]
@@ -196,7 +198,7 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float
         if meeting is None:
             return None
         meetings.append(meeting)
-    if len(meetings) == 2 and abs(meetings[0][1] - meetings[1][0]) > 1e-9:
+    if len(meetings) == 2 and abs(meetings[0][1] - meetings[1][0]) > 1e-9 * size:
         return None
     return meetings[0][0], meetings[-1][1]
 

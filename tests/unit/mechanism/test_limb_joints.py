@@ -38,6 +38,7 @@ X, Y, Z, OBLIQUE = "1 0 0", "0 1 0", "0 0 1", "1 1 1"
         ((Y, X, Y), (0, 0, 0.3), "universal revolute"),
         ((X, Y, Z), (0, 0.3, 0.3), "spherical"),
         ((Y, X, Z), (0, 0, 0.3), "universal revolute"),
+        ((Y, X, Z), (1000, 1000, 1000 + 1e-7), "spherical"),  # but for the rounding of coordinates in mm
     ],
 )
 def test_hinges_that_meet_are_one_joint(axes, at, kinds):

@@ -4,6 +4,8 @@ The robot is a mast of two telescopes in series, both driven, so that the compli
 one of them had a negative length.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from telescopes import mast
@@ -43,6 +45,16 @@ def test_a_telescope_shorter_than_rounding_weighs_nothing() -> None:
         except ks.KinetostaticsError:
             continue
         assert np.isfinite(result.twist).all()
+
+
+def test_an_open_branch_may_be_pushed_together_to_nothing() -> None:
+    """What hangs on the platform by a telescope without length is bent by nothing, and weighs what there is of it."""
+    whole = mast().description
+    branch = ks.Robot(replace(whole, platform="end_a"))
+    with np.errstate(all="raise"):
+        found = ks.analyze(posed(branch, 0.0, -0.5), [10, 0, 0, 0, 0, 0])
+        motion = sum(found.link_contributions["end_b"].values())
+    np.testing.assert_allclose(motion, found.twist, rtol=1e-12)  # their origins are one point
 
 
 def test_one_pose_weighs_what_many_weigh() -> None:

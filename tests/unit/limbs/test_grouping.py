@@ -1,0 +1,30 @@
+"""Limbs that are stacked are alike in all that is decided once for them."""
+
+import numpy as np
+import pytest
+from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, circle, write_mechanism
+
+import kinetostatics as ks
+from kinetostatics.limbs.compliance import split_rigid
+
+
+@pytest.mark.parametrize(("group", "first", "second"), [("linear", 0, 1), ("linear", 2, 1), ("angular", 1, 2)])
+def test_limbs_that_give_way_along_other_wrenches_are_not_stacked(group, first, second):
+    """Bolts between base and platform, each elastic in one direction: what tells how one gives way says nothing of the other."""
+
+    def bolt(name, direction, height):
+        values = [np.inf] * 3
+        values[direction] = 3e5
+        joint = Joint(name, "F", (0.3, 0.2, height), stiffness=Stiffness(**{group: tuple(values)}))
+        return Edge(joint, "base", "platform")
+
+    rod = [Edge(Joint("foot", "F", (0, 0, 0)), "base", "rod"), Edge(Joint("head", "F", (0.1, 0, 0.8)), "rod", "platform")]
+    machine = Mechanism(
+        (*rod, bolt("one", first, 0.1), bolt("two", second, 0.3)),
+        (Link("rod"),),
+        (Beam("rod", "rod", "foot", "head", circle(0.03)),),
+    )
+    robot = write_mechanism(machine, cuts={"one", "two"}).robot()
+    for statics in ks.analyze(robot.assemble()).solutions[0].statics:
+        if statics.group.rigid_directions:
+            assert split_rigid(statics.C, statics.group.soft).sure.all()
