@@ -35,6 +35,9 @@ from kinetostatics.statics.model import RobotStatics, statics_on
 _FREE = 1e-9
 #: Part of the robot's length by which bodies are moved to difference masses, and a rate of motion that counts as none [m].
 _SHIFT, _TINY = 1e-3, 1e-300
+#: Part of a parameter's step by which the robot is changed to see whether a record holds beside it: so little that loops stay
+#: closed but for rounding as bodies move to first order.
+_NEAR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -262,7 +265,7 @@ class Derivatives:
         return found
 
     def _by_rates(self, rates: Rates, own: Gradients, step: float) -> dict[str, Array] | None:
-        """Return the derivatives, None if the record does not hold a step further."""
+        """Return the derivatives, None if the record does not hold next to the robot."""
         inside = bodies_inside(self.robot)
         rotation, position = rates.rotation, rates.position
         assert not np.any(rotation[:, :, inside])
@@ -276,7 +279,7 @@ class Derivatives:
             moved = frame_rates(self._moves, self._twists, self.pose.frames, np.nan_to_num(v[:, 0]))
             rotation, position, mass = rotation + moved[0], position + moved[1], mass + self._mass_along(*moved)
         for record, where in own.records:
-            for by in (step, -step):
+            for by in (_NEAR * step, -_NEAR * step):
                 moved = self.pose.frames.rotation + by * rotation, self.pose.frames.position + by * position
                 inputs = self._inputs(*moved, where)
                 results = values(record.tape, needed_by(record.tape, [record.holds]), inputs, own.numbers + by * rates.constants)
