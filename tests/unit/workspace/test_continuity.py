@@ -22,6 +22,7 @@ def test_steps_that_are_too_large():
     assert steps(1e-2, 1.1e-2, 1e-2, 1.1e-2) == []
     assert steps(1e-2, 1e-2, 1.0, 1e-2, 1e-2) == [2]
     assert steps(1e-9, 1e-9, 9e-7, 1e-9, 1e-9) == [] and steps(1e-9, 1e-9, 2e-6, 1e-9, 1e-9) == [2]  # all but the same
+    assert steps(1e-2, 1e-2, 1e-2, 3e-2) == [3] and steps(3e-2, 1e-2, 1e-2, 1e-2) == [0]  # at an end, with one neighbour
     # how much more than half of the smaller neighbour, and a fifth of the usual
     assert steps(1e-2, 1e-2, 1.65e-2, 1e-2, 1e-2) == [] and steps(1e-2, 1e-2, 1.75e-2, 1e-2, 1e-2) == [2]
 
