@@ -434,3 +434,9 @@ def test_what_changes_nothing_is_told():
     assert best.idle == ("rod_length_max",) and best.at_bounds == () and best.evaluations < 10
     assert "rod_length_max changes nothing of what is asked" in " ".join(str(best).split())
     assert best.to_dict()["idle"] == ["rod_length_max"]
+
+
+def test_a_file_without_arguments_has_no_numbers_to_vary(folder, cantilever):
+    ks.save_robot(ks.load_robot(cantilever), folder / "no_arguments.urdf")
+    with pytest.raises(ks.ArgumentError, match="has no number 'diameter' among its xacro arguments: it has none"):
+        ks.optimize(folder / "no_arguments.urdf", {"diameter": "20mm:60mm"})

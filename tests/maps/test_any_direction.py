@@ -36,6 +36,8 @@ def test_no_direction_does_more_and_one_does_as_much(orientation):
     result = ks.analyze(pose, moment, gravity=(0, 0, 0))
     tried = np.linalg.norm(result.twist[..., 3:], axis=-1).max(axis=0)
     assert np.all(tried <= turned * (1 + 1e-12)) and np.all(tried > 0.995 * turned)
+    for one, size, found in ((ks.indices.deflection_any_direction, 500, at_o), (ks.indices.rotation_any_direction, 20, turned)):
+        np.testing.assert_allclose(size * one(ds), found, rtol=1e-14)  # of 1 N, 1 N·m
     named = ks.indices.quantity(ds, "deflection_any_direction:0.5kN")
     np.testing.assert_allclose(named, at_o, rtol=1e-14)
     assert named.attrs["units"] == "m" and "500 N" in named.attrs["long_name"]

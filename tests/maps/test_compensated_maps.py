@@ -32,6 +32,8 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
         "units": "m",
         "long_name": "correction of prismatic_2",
     }
+    words = {"remaining:z": "displacement along z that remains", "twist:rx": "rotation about x"}
+    assert {name: ks.indices.quantity(ds, name).attrs["long_name"] for name in words} == words
     assert {"remaining:z", "actuator_correction:prismatic_1", "remaining_linear_sag"} <= set(ks.indices.names(ds))
     assert ds.remaining.sel(component="z").max() < 1e-12
 

@@ -47,8 +47,9 @@ def test_errors_at_the_tip_of_a_tool():
     assert of_tip.to_dict()["tool"] == [0.05, 0, 0.2] and "tool" not in of_o.to_dict()
 
 
-def test_a_determinate_robot_locks_in_no_force():
-    table = ks.tolerances(package_robots.robot("3rps").assemble())
+@pytest.mark.parametrize("platform", [None, {"z": 0.5, "rx": 0.1, "ry": -0.05}])
+def test_a_determinate_robot_locks_in_no_force(platform):
+    table = ks.tolerances(package_robots.robot("3rps").assemble(platform=platform))
     assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
     assert "not overconstrained" in str(table)
     # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not in the table
@@ -77,3 +78,32 @@ def test_an_error_without_effect_is_not_in_the_table():
     pose = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4")).assemble()
     assert len(ks.tolerances(pose, length=1e-8, angle=0.2)) == 6
     assert {row.error for row in ks.tolerances(pose, length=1e-11, angle=0.2)} == {"rx", "ry", "rz"}
+
+
+def test_which_forces_are_rounding_does_not_depend_on_how_large_errors_are():
+    """All is linear: errors that lock in moments alone do so whatever their size, beside moments of any size."""
+    pose = package_robots.robot("tripteron").assemble()
+
+    def told(size):
+        rows = ks.tolerances(pose, 1e-4 * size, 1e-3 * size).rows
+        return {(row.name, row.error): (row.force / size, row.moment / size) for row in rows}
+
+    own = told(1.0)
+    assert sum(force == 0 < moment for force, moment in own.values()) == 24
+    with pytest.warns(UserWarning):
+        other = told(1e8)
+    for name, (force, moment) in told(1e-8).items() | other.items():
+        assert (force, moment) == pytest.approx(own[name], rel=1e-6) and (force == 0) == (own[name][0] == 0)
+
+
+def test_forces_that_rigid_parts_leave_open_do_not_count():
+    """Two rigid bars of a parallelogram share in a way that nobody knows; what errors lock into the other bars is told."""
+    description = package_robots.robot("orthoglide").description
+    for name in ("bar_1b", "bar_2b", "bar_3a", "bar_3b"):
+        description = description.without_beam(name)
+    pose = ks.Robot(description).assemble()
+    (row, *_) = table = ks.tolerances(pose)
+    assert all(np.all(np.isfinite([row.force, row.moment, *row.twist])) for row in table)
+    one = ks.analyze(pose, gravity=STILL, misfits={row.name: {"twist": [row.amount, 0, 0, 0, 0, 0], "frame": "joint"}})
+    forces = [np.linalg.norm(wrench[:3]) for wrench in one.joint_wrenches.values()]
+    assert np.any(np.isnan(forces)) and row.error == "x" and row.force == pytest.approx(np.nanmax(forces), rel=1e-6)

@@ -136,6 +136,10 @@ def test_no_exchange_makes_a_plan_better():
         assert log_det(blocks[best_subset(blocks, 4, rng)]) == pytest.approx(best, rel=1e-12)
         plan = _exchanged(np.einsum("nki,nkj->nij", blocks, blocks), np.arange(4), 1e-12 * np.eye(3)).tolist()
         others = [[*plan[:k], new, *plan[k + 1 :]] for k in range(4) for new in set(range(9)) - set(plan)]
+        assert (
+            best_subset(1e-6 * blocks, 4, np.random.default_rng(1)).tolist()
+            == best_subset(blocks, 4, np.random.default_rng(1)).tolist()
+        )
         assert len(set(plan)) == 4 and log_det(blocks[plan]) >= max(log_det(blocks[other]) for other in others) - 1e-8
 
 
