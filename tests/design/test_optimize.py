@@ -436,6 +436,14 @@ def test_what_changes_nothing_is_told():
     assert best.to_dict()["idle"] == ["rod_length_max"]
 
 
+def test_of_two_ranges_what_comes_nearest_is_at_both_ends(cantilever):
+    """F L³/3EI is least of the thickest and shortest rod, though no such rod is stiff enough."""
+    vary = {"diameter": "20mm:40mm", "length": "0.8:1.2", "density": "7000:8000"}
+    best = ks.optimize(cantilever, vary, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=1, **STILL)
+    assert not best.feasible and best.parameters["diameter"] == pytest.approx(0.04, rel=1e-4)
+    assert best.parameters["length"] == pytest.approx(0.8, rel=1e-4)
+
+
 def test_a_file_without_arguments_has_no_numbers_to_vary(folder, cantilever):
     ks.save_robot(ks.load_robot(cantilever), folder / "no_arguments.urdf")
     with pytest.raises(ks.ArgumentError, match="has no number 'diameter' among its xacro arguments: it has none"):

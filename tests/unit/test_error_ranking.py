@@ -31,6 +31,8 @@ def test_the_table_of_tolerances():
         assert row.force == pytest.approx(max(forces.values()), rel=1e-6, abs=1e-4)
     text = str(ks.tolerances(pose))
     assert "ranked by the force" in text and "foot_a" in text and "temperature" in text
+    amounts = {"x": 1e-4, "length": 1e-4, "rx": 1e-3, "temperature": 1.0}  # without others
+    assert {row.error: row.amount for row in ks.tolerances(pose) if row.error in amounts} == amounts
 
 
 def test_errors_at_the_tip_of_a_tool():

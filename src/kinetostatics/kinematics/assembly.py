@@ -259,8 +259,8 @@ def _say_unreachable(
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
     text = (
-        f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: on the straight line from the start the loops "
-        f"close up to {100 * gone:.1f} % of the way; "
+        f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: on the straight line from the start the "
+        f"loops close up to {100 * gone:.1f} % of the way; "
     )
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
         convention = prescribed.orientation
