@@ -39,17 +39,19 @@ def work_of_turning(forces, arms):
     return np.array(terms) / (4 * h * h)
 
 
-def largest_ratio(spec, load, gravity=(0, 0, 0), pieces=6, pose=None):
-    """Return the largest ratio of the robot's forces to those at which it buckles, of a spec whose beams have no shear."""
-    whole, cut = sr.write(sr.split(spec, 1)), sr.split(spec, pieces)
+def largest_ratio(spec, load, gravity=(0, 0, 0), pieces=6):
+    """Return the largest ratio of the robot's forces to those at which it buckles, and the robot, written with whole beams."""
+    cut = sr.split(spec, pieces)
     written = sr.write(cut)
-    robot = written.robot()
-    configuration = robot.assemble(**(pose(robot) if pose else {}))
-    answer = fe.solve(cut, written, configuration, load, gravity)
+    answer = fe.solve(cut, written, written.robot().assemble(), load, gravity)
+    return ratio_of(sr.mechanism_of(cut), answer, load, gravity), sr.write(sr.split(spec, 1))
+
+
+def ratio_of(mechanism, answer, load, gravity):
+    """Return the largest ratio of a mechanism whose equilibrium is known; its beams have no shear."""
     frame, K, C, _ = answer.system
     n = len(K)
     G = np.zeros((n, n))
-    mechanism = sr.mechanism_of(cut)
     at = {node: slice(6 * node, 6 * node + 6) for node in range(len(frame.positions))}
     forces = {node: [] for node in at}  # (force, point)
     axes = {node: [] for node in at}
@@ -100,7 +102,7 @@ def largest_ratio(spec, load, gravity=(0, 0, 0), pieces=6, pose=None):
                 uo[:, at[outer]] = fe.to_point(centre - frame.positions[outer])[:3]
             theta = np.zeros((3, n))
             theta[:, at[inner]][:, 3:] = np.eye(3)
-            mixed = theta.T @ fe.skew(-force).T @ (uo - ui)  # f · (θ × u)
+            mixed = theta.T @ fe.skew(-force) @ (uo - ui)  # f · (θ × u)
             G += mixed + mixed.T
     for root in set(same.values()):
         mine = [node for node in at if same[node] == root]
@@ -120,4 +122,4 @@ def largest_ratio(spec, load, gravity=(0, 0, 0), pieces=6, pose=None):
     Kz, Gz = Kz / np.outer(size, size), Gz / np.outer(size, size)
     values, vectors = np.linalg.eigh(Kz)
     basis = vectors[:, values > 1e-10 * values[-1]] / np.sqrt(values[values > 1e-10 * values[-1]])
-    return float(max(np.linalg.eigvalsh(-basis.T @ Gz @ basis)[-1], 0.0)), whole
+    return float(max(np.linalg.eigvalsh(-basis.T @ Gz @ basis)[-1], 0.0))

@@ -75,7 +75,7 @@ class Members:
             slides = item.type.is_slide and np.linalg.norm(cross(axis, x)) < _IN_LINE
             if (item.type.is_fixed or slides) and not {joint.inner, joint.outer} & {graph.base, graph.platform}:
                 pairs.append((joint.inner, joint.outer))
-        return joined(graph.bodies(), pairs)
+        return joined(self.structure.columns, pairs)
 
     def ratios(self, solution: Solution) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to those at which its member buckles.

@@ -73,10 +73,6 @@ class Structure:
     def __init__(self, model: RobotStatics) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         self.body_at = {place: body for body in self.graph.bodies() for place in self.graph.places_of(body)}
-        self.beams: list[BeamEnds] = []
-        for name in model.beams:
-            inner, outer = (self.body_at[place] for place in model.topology.beam_ends[name])
-            self.beams.append(BeamEnds(name, inner, outer))
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
@@ -105,6 +101,23 @@ class Structure:
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
+        self.beams = [self._beam(name) for name in model.beams]
+
+    def _beam(self, name: str) -> BeamEnds:
+        """Return a beam between its ends, or between bodies of its own behind the joints in its span."""
+        span, (start, end) = self.model.beams[name].span, (self.body_at[at] for at in self.model.topology.beam_ends[name])
+        inner = self._in_span(start, span.start_link, span.inward[::-1])
+        return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
+
+    def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
+        """Return the body behind some joints of a beam's span, seen from an end of it."""
+        for joint in joints:
+            mine, behind = self._more(self._freedoms(joint)), RigidBody(joint.name)
+            self.columns[behind] = self.columns[body] + mine
+            inner, outer = (body, behind) if joint.predecessor == link else (behind, body)
+            self.joints.append(Joint(joint, inner, outer, mine, False))
+            body, link = behind, joint.other(link)
+        return body
 
     def _more(self, freedoms: Iterable[Freedom | None]) -> tuple[int, ...]:
         first = len(self.freedoms)

@@ -412,7 +412,7 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
             outer = carried_wrench(signs[k], cut_wrenches)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
             masses = [row[b].mass_of(row[b].length(solution.frames)) for row in group.beams]
             inner = outer + share * np.stack(masses) * solution.gravity[:, None]
-            both = np.stack([-outer, -inner] if elements[k].turned else [inner, outer])
+            both = np.stack([inner, outer])
             found.update((row[b].name, both[:, :, m]) for m, row in enumerate(group.beams))
     loads = by_place(solution.applied)
     for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):

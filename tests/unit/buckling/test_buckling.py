@@ -4,8 +4,11 @@ import json
 from dataclasses import replace
 
 import buckling_elements
+import finite_elements
+import hybrid_robots
 import numpy as np
 import package_robots
+import pinocchio as pin
 import pytest
 import small_robots as sr
 from mechanisms import Edge, Joint, Link, Stiffness, write_mechanism
@@ -13,6 +16,7 @@ from places import CASES as FILES
 from small_robots import E
 
 import kinetostatics as ks
+from kinetostatics.buckling.stability import forces_of, stability
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.statics.deformation import beam_forces
 
@@ -243,6 +247,34 @@ def test_finite_elements(name):
     expected, written = buckling_elements.largest_ratio(spec, load, gravity, 5)
     found = ks.analyze(written.robot().assemble(), load=load, gravity=gravity)
     assert worst(found) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize("seed", [2, 8, 9, 12, 37, 38, 40, 48, 49, 56, 57])
+def test_hybrids(seed):
+    """Rings, passive telescopes, slides: K gives the platform's compliance, all forces balance, and finite elements agree.
+
+    One cubic element for each beam, and so without the inner deflections.
+    """
+    mechanism = hybrid_robots.random_hybrid(seed, elastic_joints=0.0)
+    mechanism = replace(mechanism, beams=tuple(replace(beam, kappa=np.inf, density=0.0) for beam in mechanism.beams))
+    mechanism, written = hybrid_robots.write_randomly(mechanism, seed)
+    load = np.random.default_rng(seed).standard_normal(6) * [5e3, 5e3, 5e3, 0, 0, 0]
+    robot = written.robot()
+    pose = robot.configuration(pin.neutral(robot.model))
+    solution = ks.analyze(pose, load, (0, 0, 0)).solutions[0]
+    forces = forces_of(robot.members.structure, solution)
+    found = stability(robot.members.structure, forces)
+    n = found.stiffness.shape[1]
+    motions = found.modes()[1][0, :n]
+    columns = list(robot.members.structure.columns[robot.members.structure.graph.platform])
+    twists = robot.members.structure.unit_twists(forces.frames, forces.o)[0][:, columns] @ motions[columns]
+    compliance = np.roll(twists, 3, axis=0) @ np.roll(twists, 3, axis=0).T
+    assert np.abs(compliance - solution.compliance[..., 0]).max() < 1e-6 * np.abs(compliance).max()
+    answer = finite_elements.solve(mechanism, written, pose, load, (0, 0, 0))
+    expected = buckling_elements.ratio_of(mechanism, answer, load, (0, 0, 0))
+    cubic = replace(found, geometric=found.geometric[:, :n, :n])
+    assert cubic.modes()[0].max() == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_leg_of_a_hexapod_is_one_member():
