@@ -157,6 +157,25 @@ def test_rigid_parts_are_pieces_of_the_column():
         assert beam.member == ("r1", "r2")
 
 
+def test_loads_on_links_push_where_they_act():
+    """Half of the load on the mast of a rod at half its height: as if all of it acted at three quarters."""
+    bend, rod = 2e11 * np.pi * 0.02**4 / 64, 0.5
+    k = root_of(lambda k: np.tan(k * rod) - 1 / (k * 0.75), 1e-3, 0.99 * np.pi / rod / 2)
+    pose = ks.load_robot(FILES / "mast_on_a_rod.urdf").assemble()
+    found = ks.analyze(pose, (0, 0, -50, 0, 0, 0), loads={"platform": ks.LinkLoad((0, 0, -50, 0, 0, 0), (0, 0, 0.5))})
+    assert worst(found) == pytest.approx(100 / (bend * k**2), rel=1e-6)
+
+
+def test_a_strut_that_is_soft_across_one_axis_alone_buckles():
+    """The platform does not feel it: only the strut's own bending tells."""
+    joints = (Joint("foot", "U", (0, 0, 0), (1, 0, 0), (0, 1, 0)), Joint("head", "S", (0, 0, 1.1)))
+    for inertias in ((4e-7, 4e-3), (4e-3, 4e-7)):
+        section = sr.Section(2e-3, *inertias, 6e-7)
+        beam = sr.Beam("rod", "rod", "foot", "head", section, y_axis=(0, 1, 0), density=0.0)
+        found = pushed(guided(joints, (Link("rod"),), beams=(beam,)), (0, 0, -1.1 * euler(1.1), 0, 0, 0))
+        assert found.buckles and worst(found) == pytest.approx(1.1, rel=1e-5)
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_strut_with_a_rigid_cylinder(turned):
     """Hinges at both ends, the part next to one of them rigid: tan kl = −ka."""
@@ -283,6 +302,15 @@ def test_a_leg_of_a_hexapod_is_one_member():
     cylinder, rod = found.beams["cylinder_1"], found.beams["rod_1"]
     assert cylinder.member == rod.member == ("cylinder_1", "rod_1")
     assert cylinder.euler_ratio == rod.euler_ratio > 0
+
+
+def test_arms_that_a_hinge_joins_are_two_members():
+    """In one line, the hinge locked by its actuator: two members with one ratio, that of a column of both."""
+    points = [(0, 0, 0), (0, 0, 0.8), (0, 0, 1.5)]
+    spec = sr.locked_chain(points, [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0), density=0.0)
+    for beam in pushed(spec, (0, 0, -0.3 * euler(1.5, 2), 0, 0, 0)).beams.values():
+        assert beam.member == (beam.name,)
+        assert beam.euler_ratio == pytest.approx(0.3, rel=1e-6)
 
 
 def test_members_of_other_modes_have_their_own_ratios():
