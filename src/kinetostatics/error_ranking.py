@@ -80,7 +80,12 @@ def tolerances(
     errors = _errors(configuration, length, angle, temperature)
     if not errors:
         return Tolerances(configuration, (), by or "displacement", place)
-    analyze(configuration, gravity=(0, 0, 0))  # which raises at a singular pose
+    gravity = (
+        0.0,
+        0.0,
+        -9.81 if robot.description.springs else 0.0,
+    )  # where there are springs weights have part in the stiffness
+    analyze(configuration, gravity=gravity)  # which raises at a singular pose
     found: dict[str, dict[str, Array]] = {}
     for row, (name, _, error, amount) in enumerate(errors):
         if error in ("length", "temperature"):
@@ -89,7 +94,7 @@ def tolerances(
             twist = found.setdefault(name, {}).setdefault("twist", np.zeros((len(errors), 6)))
             twist[row, _COMPONENTS.index(error)] = amount
     misfits = {name: {**own, "frame": "joint"} if "twist" in own else own for name, own in found.items()}
-    result = analyze(configuration, gravity=(0, 0, 0), misfits=misfits, on_failure="nan")
+    result = analyze(configuration, gravity=gravity, misfits=misfits, on_failure="nan")
     loose = np.any(result.indeterminate)
     # of these alone: springs pull without any load
     twists = seen(result, place).contributions["misfit"]

@@ -141,7 +141,7 @@ class LaterSolution(Solution):
         limbs = tuple([_LaterLimb(known, k) for k in range(len(robot.groups))])
         vars(self).update(given(robot, frames, load, gravity, applied), _known=known, statics=limbs)
         if not (applied or robot.description.springs):
-            vars(self).update(applied=(), weights_alone=None)
+            vars(self).update(applied=(), weights_alone=None, tangents=())
 
     @property
     def whole(self) -> Solution:
@@ -158,6 +158,11 @@ class LaterSolution(Solution):
     def weights_alone(self) -> tuple[LimbStatics, ...] | None:  # type: ignore[override]
         """The limbs without these forces."""
         return self.whole.weights_alone
+
+    @cached_property
+    def tangents(self) -> tuple[Array, ...]:  # type: ignore[override]
+        """Of a robot with springs, what tells where it is unstable."""
+        return self.whole.tangents
 
     def __getattr__(self, name: str) -> object:
         if name not in _FIELDS[Solution]:

@@ -19,7 +19,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import loads_of_springs, solve_with_springs, sources_of
+from kinetostatics.statics.springs import count_of_tangents, loads_of_springs, solve_with_springs, sources_of
 
 #: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
@@ -269,10 +269,12 @@ def solution_of(
     groups = range(len(robot.groups))
     found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
     statics = _statics_of(robot, ".statics", arrays)
-    loads = (*applied, *(AppliedLoad(name, {}, kind=kind) for name, kind in loads_of_springs(robot)))
+    loads = (*applied, *(AppliedLoad(name, {}, kind=kind) for name, kind in loads_of_springs(robot, applied)))
     if loads:
         found["applied"] = tuple(_applied_of(robot, k, item, arrays) for k, item in enumerate(loads))
         found["weights_alone"] = _statics_of(robot, ".weights_alone", arrays)
+    if robot.parts is not None:
+        found["tangents"] = tuple(arrays[f".tangents.{k}"] for k in range(count_of_tangents(robot)))
     found["unbalanced"] = unbalanced(arrays, arrays.__getitem__)
     return Solution(statics=statics, **given(robot, frames, load, gravity, applied), **found)
 
@@ -327,5 +329,6 @@ _LIMB_FIELDS = tuple(field.name for field in fields(LimbStatics) if field.name n
 _FIELDS = tuple(
     field.name
     for field in fields(Solution)
-    if field.name not in (*_GIVEN, "statics", "intensities", "undetermined", "open", "unbalanced", "applied", "weights_alone")
+    if field.name
+    not in (*_GIVEN, "statics", "intensities", "undetermined", "open", "unbalanced", "applied", "weights_alone", "tangents")
 )

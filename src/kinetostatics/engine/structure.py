@@ -33,7 +33,7 @@ from kinetostatics.statics.model import RobotStatics
 
 #: What is kept of classes that hold more than equilibrium needs.
 KEPT: Mapping[type, tuple[str, ...]] = {
-    RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches"),
+    RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches", "parts"),
     StaticModel: ("length", "closing_error"),
     Mechanism: ("platform_frame", "description"),
     RobotDescription: ("springs",),

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array, empty_for
+from kinetostatics.math.arrays import Array, empty_for, zeros_for
+from kinetostatics.math.linalg import solve_by_elimination
+from kinetostatics.math.rotations import skew
 
 #: Points on −1 … 1 and weights that integrate polynomials up to degree 7 exactly.
 _GAUSS = np.polynomial.legendre.leggauss(4)
@@ -110,3 +112,45 @@ def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
     w = section_wrench(length, wrench[:, None], load[:, None], length * (1 + points) / 2)
     density = np.einsum("i...,ik...->k...", c, w * w)
     return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
+
+
+def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
+    """Return B (9, 9, N) of what a loaded beam's forces do when its ends move, zᵀ B z, besides what they do at the ends.
+
+    z is the rotation of the base end, then displacement and rotation of the platform end from where the base end alone would have
+    it; in between the beam bends as by a wrench at the platform end. What a section puts on the next, F and M, turns with both:
+    ∫ F · (θ × γ) + ½ M · (θ × κ) − ½ F · (θ × (θ × e_x)) ds with the strains γ, κ; and the weight's arm turns with its section.
+
+    Args:
+        c: (6, 1) section compliances.
+        length: (N,) length [m].
+        wrench: (6, N) wrench at the platform end.
+        load: (6, N) even load, force and moment per length [N/m, N].
+        lever: (3, N) from the beam to the line along which its mass lies [m].
+    """
+    N = length.shape[0]
+    units, none = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), np.zeros((6, 1, N))
+    points, shares = np.polynomial.legendre.leggauss(3)  # for the fifth degree
+    along, turned = np.array([[1.0], [0.0], [0.0]]), np.broadcast_to(np.eye(3)[:, :, None], (3, 3, N))
+    found = zeros_for((9, 9, N), length, wrench)
+    for point, share in zip(points, shares, strict=True):
+        s = length * (1 + point) / 2
+        there = -section_wrench(length, wrench, load, s)
+        strains = c[:, :, None] * section_wrench(length, units, none, s)
+        rotation = np.concatenate([turned, bent_line(c[:, :, None], length, units, none, s)[3:]], axis=1)
+        pairs = (there[:3], strains[:3]), (there[3:], strains[3:] / 2)
+        moved = -sum(np.einsum("ijn,jkn->ikn", skew(part), strain) for part, strain in pairs)
+        arms = (of_arm(load[:3], lever) - of_arm(there[:3], along)) / 2
+        found[:, 3:] += np.einsum("ian,ikn->akn", rotation, moved) * (share / 2 * length)
+        turning = np.einsum("ijn,jbn->ibn", arms, rotation)
+        found += np.einsum("ian,ibn->abn", rotation, turning) * (share / 2 * length)
+    bends = solve_by_elimination(end_displacement(c[:, :, None], length, units), units)
+    found[:, 3:] = np.einsum("aln,lbn->abn", found[:, 3:], bends)
+    found[3:] = np.einsum("lan,lbn->abn", bends, found[3:])
+    return found
+
+
+def of_arm(force: Array, arm: Array) -> Array:
+    """Return the matrix (3, 3, N) of −f · (θ × (θ × r)), for a force f at an arm r."""
+    product = arm[:, None] * force[None]
+    return np.einsum("iin->n", product) * np.eye(3)[:, :, None] - (product + np.swapaxes(product, 0, 1)) / 2

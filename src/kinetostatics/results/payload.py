@@ -46,9 +46,9 @@ def payload_coefficients(
     twists, forces, wrenches = [], [], []
     for solution in solutions:
         units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
-        none = np.zeros_like(solution.load), np.zeros_like(solution.gravity)
         groups = tuple(item.group for item in solution.statics)
-        found = solve_with_springs(robot, solution.frames, *none, None, groups, units)
+        none = np.zeros_like(solution.load)
+        found = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
         mine = slice(found.sources.index(units[0].name), found.sources.index(units[-1].name) + 1)
         twists.append(found.twists[:, mine])
         at_joints = joint_contributions(robot, found)[:, :, mine]

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.results.result import Result
+from kinetostatics.statics.solution import Solution
 
 #: Part of the Euler load above which the linear theory is doubtful.
 EULER_WARNING = 0.05
@@ -44,21 +46,33 @@ def result_warnings(result: Result) -> tuple[str, ...]:
 
 
 def _tipping(result: Result) -> list[str]:
-    """Say where springs that push make the platform's stiffness negative."""
+    """Say where springs and weights push harder than the robot is held: the tangents have negative eigenvalues."""
     if not result.robot.description.springs:
         return []
-    scale = np.repeat([1.0, result.robot.length], 3)
-    values, vectors = np.linalg.eigh(np.nan_to_num(result.compliance.reshape(-1, 6, 6)) * scale[:, None] * scale)
-    where = values[:, 0] < -NOTHING * values[:, -1]
+    inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_negative, result.solutions), strict=True))
+    where = (inside + of_platform > 0) & np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     if not np.any(where):
         return []
-    motion = describe_twist(vectors[int(np.argmax(where)), :, 0] / scale, result.robot.length)
+    first = int(np.argmax(where))
+    held = "the parts of its limbs are held against one another"
+    if of_platform[first]:
+        scale = np.repeat([1.0, result.robot.length], 3)
+        _, vectors = np.linalg.eigh(np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale)
+        held = f"the platform is held against {describe_twist(vectors[:, 0] / scale, result.robot.length)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
     return [
-        f"{poses} unstable: springs push harder than the platform is held against {motion}{at}; it tips over, and the numbers "
-        "mean nothing there"
+        f"{poses} unstable: springs and weights push harder than {held}{at}; it tips over, and the numbers mean nothing there"
     ]
+
+
+def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return in how many motions each pose (N,) is unstable while the platform is held, and besides."""
+    counts = []
+    for tangent in solution.tangents:
+        matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
+        counts.append(np.sum(np.linalg.eigvals(matrices).real < -NOTHING, axis=1))
+    return np.sum(counts[:-1], axis=0) + np.zeros(solution.o.shape[1], dtype=np.intp), counts[-1]
 
 
 def _ratios(result: Result) -> Iterator[tuple[str, float]]:

@@ -10,6 +10,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.limb_joints import joint_dofs
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
+from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -21,12 +22,14 @@ class RobotStatics(StaticModel):
         open_branches: the passive joints of all open branches.
         joint_table: all joints through which something is held.
         example: frames of one generic pose.
+        parts: of a robot with springs, what turns relative to what; else None.
     """
 
     groups: tuple[LimbGroup, ...]
     open_branches: tuple[OpenBranch, ...]
     joint_table: JointTable
     example: Frames
+    parts: TurningParts | None = None
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
@@ -61,4 +64,5 @@ def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
 
 def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
     branches, table = open_branches_of(model), JointTable(model)
-    return RobotStatics(**vars(model), groups=groups, open_branches=branches, joint_table=table, example=example)
+    parts = turning_parts(model) if model.description.springs else None
+    return RobotStatics(**vars(model), groups=groups, open_branches=branches, joint_table=table, example=example, parts=parts)

@@ -101,13 +101,7 @@ class PlatformEquilibrium:
             strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
             errors: whether the last strains are assembly errors, to which rigid limbs are no exception: nothing else moves these.
         """
-        total = np.array(right, subok=True)
-        for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
-            if isinstance(factor, _Split):
-                total += np.einsum("gnik,ksgn->isn", factor.J, factor.resisted(strain))
-            elif half is not None and isinstance(factor, Cholesky):
-                for s in np.flatnonzero(np.any(is_filled(strain), axis=(0, 2, 3))):
-                    total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
+        total = self.pull(right, strains)
         if self._rigid is None:
             twists = np.einsum("ijn,jsn->isn", self.compliance, total)
             multipliers: list[Array] = []
@@ -118,6 +112,32 @@ class PlatformEquilibrium:
         if self._rigid is None:
             self._refine(right, twists, intensities)
         return twists, intensities
+
+    def pull(self, right: Array, strains: Sequence[Array]) -> Array:
+        """Return what pulls at the platform in all (6, S, N): the twists are C times that; see :meth:`solve`.
+
+        By reciprocity it is also what does work where something else acts, by a twist of the platform.
+        """
+        total = np.array(right, subok=True)
+        for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
+            if isinstance(factor, _Split):
+                total += np.einsum("gnik,ksgn->isn", factor.J, factor.resisted(strain))
+            elif half is not None and isinstance(factor, Cholesky):
+                for s in np.flatnonzero(np.any(is_filled(strain), axis=(0, 2, 3))):
+                    total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
+        return total
+
+    def held(self, strains: Sequence[Array]) -> list[Array]:
+        """Return the intensities, for each group (n_c, S, g, N), while the platform is held."""
+        found = []
+        for factor, strain in zip(self._factors, strains, strict=True):
+            resisted = np.zeros_like(strain) if factor is None else -strain
+            if isinstance(factor, Cholesky):
+                resisted = factor.solve(resisted)
+            elif factor is not None:
+                resisted = factor.resisted(resisted)
+            found.append(resisted)
+        return found
 
     def _intensities(self, twists: Array, strains: Sequence[Array], multipliers: list[Array]) -> list[Array]:
         """Return W_ic = C_ic⁻¹ (J_icᵀ Δ − Δ_igc), Eq. (11)."""

@@ -5,7 +5,7 @@ Everything here has the batch axis last; :mod:`kinetostatics.results.result` tur
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -48,6 +48,8 @@ class Solution(ShortRepr):
         unbalanced: for each limb or dead weight, how much of its weight and loads its passive joints cannot carry (N,).
         applied: the loads on links, and what they do to limbs by themselves.
         weights_alone: ``statics`` without the loads on links; None: there are no loads.
+        tangents: of a robot with springs matrices (n, n, N) 1 + K_g G of geometric stiffness and compliance: of what moves while
+            the platform is held, and of the platform. Each motion in which the robot is unstable is a negative eigenvalue.
     """
 
     frames: Frames
@@ -72,6 +74,7 @@ class Solution(ShortRepr):
     unbalanced: Mapping[str, Array]
     applied: tuple[AppliedStatics, ...] = ()
     weights_alone: tuple[LimbStatics, ...] | None = None
+    tangents: tuple[Array, ...] = ()
 
     @property
     def whole(self) -> Solution:
@@ -155,6 +158,39 @@ def solve(
 ) -> Solution:
     """Solve Eq. (12) for N poses.
 
+    See :func:`balanced` for the arguments.
+    """
+    return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
+
+
+@dataclass(frozen=True)
+class Balanced:
+    """An equilibrium, and what it has been found from.
+
+    Attributes:
+        solution: the equilibrium.
+        platform: the platform held by its limbs.
+        right, strains: the right-hand sides for each contribution, see :meth:`PlatformEquilibrium.solve`.
+    """
+
+    solution: Solution
+    platform: PlatformEquilibrium
+    right: Array
+    strains: list[Array]
+
+
+def balanced(
+    robot: RobotStatics,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    assembly_errors: AssemblyErrors | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+    applied: tuple[AppliedLoad, ...] = (),
+    weights: Array | None = None,
+) -> Balanced:
+    """Solve Eq. (12) for N poses.
+
     Args:
         robot: the robot.
         frames: of all bodies.
@@ -181,11 +217,10 @@ def solve(
     right, strains = _by_contribution(robot, sources, statics, load, platform_weight, loads)
     twists, intensities = balance.solve(right, strains, assembly_errors is not None)
     weights_alone = statics if applied else None
-    acting = [item for item in loads if item.load.kind != "change"]
     if applied:
-        statics = tuple(_under_loads(item, number, acting) for number, item in enumerate(statics))
-    unbalanced = unbalanced_parts(robot, frames, o, weights, statics, by_place(acting))
-    return Solution(
+        statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(statics))
+    unbalanced = unbalanced_parts(robot, frames, o, weights, statics, by_place(loads))
+    found = Solution(
         frames=frames,
         o=o,
         gravity=gravity,
@@ -209,26 +244,66 @@ def solve(
         applied=loads,
         weights_alone=weights_alone,
     )
+    return Balanced(found, balance, right, strains)
 
 
-def redistributed(robot: RobotStatics, solution: Solution, changes: slice, times: Array) -> Solution:
-    """Return an equilibrium in which the contributions ``changes`` act (k, S, N) ``times``, as parts of all others."""
-    kept = [k for k in range(len(solution.sources)) if not changes.start <= k < changes.stop]
-    times = times[:, kept]
+class Changes:
+    """Unit loads on links, which act as often as it turns out, as parts of the contributions that are there.
 
-    def mixed(array: Array, share: str) -> Array:
-        found: Array = array[:, kept] + np.einsum(share, array[:, changes], times)
-        return found
+    Attributes:
+        pull: (6, n, N) how each of the n pulls at the platform, which tells what a twist of the platform does where it acts.
+        held: with the platform held and nothing else, what each does by itself: the contributions behind those that are there.
+    """
 
-    shares = [item.share[kept] + np.einsum("kn,ksn->sn", item.share[changes], times) for item in solution.applied]
-    applied = tuple(replace(item, share=share) for item, share in zip(solution.applied, shares, strict=True))
-    statics = tuple(_under_loads(item, number, applied) for number, item in enumerate(solution.weights_alone or ()))
+    def __init__(self, robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> None:
+        self._robot, self._before = robot, before
+        solution, n, S = before.solution, len(loads), len(before.solution.sources)
+        groups = tuple(item.group for item in solution.statics)
+        self._loads = applied_statics(loads, groups, solution.frames, solution.o, 0, n)
+        self._right = zeros_for((6, n, solution.o.shape[1]), solution.o)
+        self._strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
+        _add_loads(robot, solution.statics, self._loads, self._right, self._strains)
+        self.pull = before.platform.pull(self._right, self._strains)
+        held = before.platform.held(self._strains)
+        intensities = [
+            np.concatenate([np.zeros_like(W), mine], axis=1) for W, mine in zip(solution.intensities, held, strict=True)
+        ]
+        twists = zeros_for((6, S + n, solution.o.shape[1]), solution.twists)
+        shares = [np.concatenate([np.zeros_like(twists[0, :S]), item.share]) for item in self._loads]
+        self.held = replace(
+            solution,
+            sources=(*solution.sources, *(item.name for item in loads)),
+            twists=twists,
+            intensities=tuple(intensities),
+            assembly_errors=None,
+            errors=tuple(None for _ in groups),
+            applied=tuple(replace(item, share=share) for item, share in zip(self._loads, shares, strict=True)),
+            weights_alone=solution.weights_alone or solution.statics,
+        )
+
+
+def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str]) -> Solution:
+    """Return an equilibrium under further loads, which belong to the contributions that are there.
+
+    Args:
+        robot: the robot.
+        before: the equilibrium without them.
+        more: wrenches (6, S, N) about o, for each contribution, by the place at which they act.
+        names: of them, one for each contribution.
+    """
+    solution, S = before.solution, len(names)
+    items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]
+    loads = applied_statics(items, [item.group for item in solution.statics], solution.frames, solution.o, 0, S)
+    right, strains = np.array(before.right, subok=True), [np.array(strain, subok=True) for strain in before.strains]
+    _add_loads(robot, solution.statics, loads, right, strains)
+    twists, intensities = before.platform.solve(right, strains, "misfit" in solution.sources)
+    applied = (*solution.applied, *loads)
+    statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(solution.statics))
     unbalanced = unbalanced_parts(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))
     return replace(
         solution,
-        sources=tuple(solution.sources[k] for k in kept),
-        twists=mixed(solution.twists, "ikn,ksn->isn"),
-        intensities=tuple(mixed(item, "ikgn,ksn->isgn") for item in solution.intensities),
+        twists=twists,
+        intensities=tuple(intensities),
         statics=statics,
         unbalanced=unbalanced,
         singular=falling(solution.singular, unbalanced),
@@ -296,27 +371,38 @@ def _by_contribution(
         errors move its limbs' ends along their wrenches (n_c, S, g, N).
     """
     right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
+    statics = tuple(statics)
     right[:, 0], right[:, 1] = load, platform_weight
-    for loaded in applied:
-        for wrench in loaded.load.at(robot.topology.platform.places).values():
-            right += wrench[:, None] * loaded.share
     strains = []
-    for k, item in enumerate(statics):
+    for item in statics:
         strain = zeros_for((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]), item.J_c)
         if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
-            for loaded in applied:
-                part = loaded.statics[k]
-                if part is not None:
-                    right -= part.R_g.sum(axis=1)[:, None] * loaded.share
-                    if item.group.rigid_directions < len(strain):
-                        strain += part.gravity_displacement[:, None] * loaded.share[:, None]
         if sources[-1] == "misfit":
             strain[:, -1] += item.assembly_error
             # a robot with a ring that cannot be assembled has no pose, also where the ring holds nothing
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
+    _add_loads(robot, statics, applied, right, strains)
     return right, strains
+
+
+def _add_loads(
+    robot: RobotStatics,
+    statics: Sequence[LimbStatics],
+    applied: Iterable[AppliedStatics],
+    right: Array,
+    strains: Sequence[Array],
+) -> None:
+    """Add loads on links to right-hand sides, in place."""
+    for loaded in applied:
+        for wrench in loaded.load.at(robot.topology.platform.places).values():
+            right += wrench[:, None] * loaded.share
+        for item, part, strain in zip(statics, loaded.statics, strains, strict=True):
+            if part is not None and not item.group.is_attached:
+                right -= part.R_g.sum(axis=1)[:, None] * loaded.share
+                if item.group.rigid_directions < len(strain):
+                    strain += part.gravity_displacement[:, None] * loaded.share[:, None]

@@ -1,69 +1,36 @@
-"""Springs between points of two links: their forces at the pose, and how these follow the elastic displacements.
+"""Springs between points of two links: their forces at the pose, and the stiffness of robots that have them.
 
 A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. When these move by u relative
-to each other, to first order the force changes by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ): it gets longer, and it turns. The
-second part is no correction but of the size of the first where the free length is zero: then K_t = k 1 (the method page).
+to each other, to first order the force changes by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ): it gets longer, and it turns. That,
+and how arms of weights and springs turn, is the geometric stiffness K_g of the robot.
 
-The forces act like loads on links. What their changes do is found from unit changes: with the displacements u_0 of the springs'
-ends without changes, and G u per unit change, t = K_t (u_0 + G t).
+The forces act like loads on links; what follows from K_g is put on as further loads, −K_g u.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from kinetostatics.description.elements import Spring
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array, Mask, zeros_for
-from kinetostatics.math.linalg import cross, solve_by_elimination
-from kinetostatics.math.screws import move_twist
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness
+from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring, coordinates_of
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution, redistributed, solve
+from kinetostatics.statics.solution import Changes, Solution, balanced, solve, with_more
 
 #: Part of the robot's size below which a spring has no length and its force no direction.
 _NOTHING = 1e-9
-
-
-@dataclass(frozen=True)
-class PlacedSpring:
-    """A spring at N poses.
-
-    Attributes:
-        name: of the spring.
-        points: (3, N) its two ends [m].
-        places: at which place each of them is, and where (N,).
-        length: (N,) [m].
-        tension: (N,) [N].
-        force: (3, N) its pull on the first end, towards the second [N].
-        tangent: (3, 3, N) K_t [N/m].
-    """
-
-    name: str
-    points: tuple[Array, Array]
-    places: tuple[dict[str, Mask], dict[str, Mask]]
-    length: Array
-    tension: Array
-    force: Array
-    tangent: Array
-
-    def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-        """Return a force (3, N) on the first end and its opposite on the second: wrenches about o, and points, by place."""
-        wrenches: dict[str, Array] = {}
-        points: dict[str, Array] = {}
-        for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
-            wrench = sign * np.concatenate([force, cross(point - o, force)])
-            for place, where in places.items():
-                wrenches[place] = wrenches.get(place, 0.0) + np.where(where, wrench, 0.0)
-                points.setdefault(place, point)
-        return wrenches, points
 
 
 def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
@@ -97,11 +64,17 @@ def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring
     return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
 
 
-def loads_of_springs(robot: RobotStatics) -> list[tuple[str, str]]:
-    """Return names and kinds of the loads that are the springs' forces and, behind them, unit changes of these."""
-    names = robot.description.springs
-    changes = [(f"change {axis} of spring {name}", "change") for name in names for axis in "xyz"]
-    return [*((f"spring {name}", "spring") for name in names), *changes]
+def loads_of_springs(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> list[tuple[str, str]]:
+    """Return names and kinds of the loads that are the springs' forces and, behind them, of what follows the displacements."""
+    if robot.parts is None:
+        return []
+    springs = [(f"spring {name}", "spring") for name in robot.description.springs]
+    return springs + [(f"change with {name}", "change") for name in sources_of(robot, applied)]
+
+
+def count_of_tangents(robot: RobotStatics) -> int:
+    """Return how many matrices :attr:`Solution.tangents` has."""
+    return 0 if robot.parts is None else len(coordinates_of(robot.parts).inside) + 1
 
 
 def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
@@ -121,66 +94,98 @@ def solve_with_springs(
     weights: Array | None = None,
 ) -> Solution:
     """Solve Eq. (12) as :func:`kinetostatics.statics.solution.solve`, with the robot's springs."""
-    if not robot.description.springs:
+    if robot.parts is None:
         return solve(robot, frames, load, gravity, assembly_errors, groups, applied, weights)
     springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
-    pulls = [item.pull(item.force, o) for item in springs]
-    pulls += [item.pull(np.broadcast_to(unit[:, None], o.shape), o) for item in springs for unit in np.eye(3)]
-    loads = [AppliedLoad(name, *pull, kind) for (name, kind), pull in zip(loads_of_springs(robot), pulls, strict=True)]
-    found = solve(robot, frames, load, gravity, assembly_errors, groups, (*applied, *loads), weights)
-    first = found.sources.index(loads[len(springs)].name)
-    changes = slice(first, first + 3 * len(springs))
-    moved = _relative_motions(robot, found, deform(robot, found), springs)
-    t, inverse = _changes(springs, moved, changes)
-    # reciprocity: what a unit change moves the platform is what a unit load of the platform moves the spring's ends, reversed
-    platform = found.twists[:, changes]
-    compliance = found.compliance - np.einsum("ian,ajn->ijn", platform, np.einsum("abn,jbn->ajn", inverse, platform))
-    mixed = redistributed(robot, found, changes, t)
-    return replace(mixed, compliance=compliance, stiffness=_inverse(compliance, found.stiffness, robot.length))
+    geometric = GeometricStiffness(robot, robot.parts, frames, springs)
+    pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
+    before = balanced(robot, frames, load, gravity, assembly_errors, groups, (*applied, *pulls), weights)
+    solution = before.solution
+    changes = Changes(robot, before, geometric.unit_loads())
+    terms = geometric.under(solution)
+    u, tangents, compliance = _response(robot, geometric, terms, solution, changes)
+    found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources])
+    rigid = np.where(solution.singular, np.nan, solution.stiffness)
+    stiffness = _inverse(compliance, rigid, robot.length)
+    return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents)
 
 
-def _relative_motions(
-    robot: RobotStatics, solution: Solution, deformation: Deformation, springs: Iterable[PlacedSpring]
-) -> Array:
-    """Return how every spring's second end moves relative to its first (3 springs, S, N), for each contribution.
+def _response(
+    robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, solution: Solution, changes: Changes
+) -> tuple[Array, tuple[Array, ...], Array]:
+    """Return the displacements u (n, S, N), the tangents, and the platform's compliance (6, 6, N).
 
-    What hangs on the base alone sags by its own weight, which is no contribution: that counts with the spring's own force.
+    What moves in limbs is u = u_0 + U δ + F t, with a further twist δ of the platform and changes t while that is held; the
+    platform's own displacements are P (Δ_0 + δ). Then t = −K_g u and δ = C (Uᵀ t + Pᵀ t_platform).
     """
-    rows, none = [], np.zeros_like(solution.twists[:, :1])
-    for spring in springs:
-        ends = []
-        for point, places in zip(spring.points, spring.places, strict=True):
-            twist = np.concatenate([np.zeros_like(solution.twists), none], axis=1)
-            for place, where in places.items():
-                motion = _motion(robot, solution, deformation, place)
-                motion = motion if motion.shape[1] == twist.shape[1] else np.concatenate([motion, none], axis=1)
-                twist = np.where(where, motion, twist)
-            ends.append(move_twist(twist, (point - solution.o)[:, None])[:3])
-        moved = ends[1] - ends[0]
-        moved[:, solution.sources.index(f"spring {spring.name}")] += moved[:, -1]
-        rows.append(moved[:, :-1])
-    return np.concatenate(rows)
+    where, S = geometric.coordinates, len(solution.sources)
+    u_0 = _displacements(robot, solution, geometric)
+    held = partial(_motion, robot, changes.held, deform(robot, changes.held))
+    rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
+    P = np.eye(6)[rows][:, :, None]
+    moved = solution.twists[rows]
+    K_p = K.matrix(where.platform, where.platform)
+    parts = [(np.einsum("abn,bsn->asn", K_p, moved), np.einsum("abn,bin->ain", K_p, P))]
+    pulls = [np.broadcast_to(P, (*P.shape[:2], moved.shape[2]))]
+    tangents, lefts, first = [], [], len(rows)
+    for blocks in where.inside:
+        here = slice(first, first + sum(where.sizes[block] for block in blocks))
+        F = geometric.displacements(held, blocks)[:, S:][:, here]
+        both = np.concatenate([u_0[here], np.swapaxes(changes.pull[:, here], 0, 1)], axis=1)
+        own = K.matrix(blocks, blocks)
+        to_platform = K.matrix(blocks, where.platform)
+        tangent = np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", own, F)
+        right = np.einsum("abn,bsn->asn", own, both)
+        right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([moved, pulls[0]], axis=1))
+        found = _solved(tangent, right)
+        left = both - np.einsum("abn,bsn->asn", F, found)
+        lefts.append(left)
+        back = np.einsum("ban,bsn->asn", to_platform, left)
+        parts[0] = parts[0][0] + back[:, :S], parts[0][1] + back[:, S:]
+        parts.append((found[:, :S], found[:, S:]))
+        pulls.append(both[:, S:])
+        tangents.append(tangent)
+        first = here.stop
+    unit = np.repeat([1.0, robot.length], 3)[:, None, None]
+    condensed = np.concatenate([np.concatenate(pair, axis=1) for pair in parts])
+    s = np.einsum("ain,asn->isn", np.concatenate(pulls), condensed) / unit
+    compliance = solution.compliance * unit * np.swapaxes(unit, 0, 1)
+    tangent = np.eye(6)[:, :, None] + np.einsum("ijn,jkn->ikn", compliance, s[:, S:] / np.swapaxes(unit, 0, 1))
+    right = np.concatenate([-np.einsum("ijn,jsn->isn", compliance, s[:, :S]), compliance], axis=1)
+    answer = _solved(np.where(solution.singular, np.nan, tangent), right)
+    further = answer[:, :S] / unit
+    u = [moved + further[rows]]
+    for left in lefts:
+        u.append(left[:, :S] + np.einsum("ain,isn->asn", left[:, S:], further))
+    compliance = answer[:, S:] / unit / np.swapaxes(unit, 0, 1)
+    return np.concatenate(u), (*tangents, tangent), (compliance + np.swapaxes(compliance, 0, 1)) / 2
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Return the solutions (n, m, N); 0 where there are no numbers."""
+    fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(right), axis=(0, 1))
+    return solve_by_elimination(np.where(fine, matrix, np.eye(len(matrix))[:, :, None]), np.where(fine, right, 0.0))
+
+
+def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness) -> Array:
+    """Return the displacements u (n, S, N) by every contribution.
+
+    What hangs on the base alone sags by its own weight, which is no contribution: that counts with the first spring's force.
+    """
+    motion = partial(_motion, robot, solution, deform(robot, solution))
+    u = geometric.displacements(motion, geometric.coordinates.blocks)
+    first = next(k for k, item in enumerate(solution.sources) if item.startswith("spring "))
+    u[:, first] += u[:, -1]
+    return u[:, :-1]
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S, N) of a place, about o; with a column more where it hangs on the base, by its own weight."""
-    topology = robot.topology
+    """Return the twists (6, S + 1, N) of a place, about o; the last by the own weight of what hangs on the base."""
+    topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
+    found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
     if place in topology.carried_by:
-        return deformation.motions[topology.carried_by[place]]
-    return solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
-
-
-def _changes(springs: list[PlacedSpring], moved: Array, changes: slice) -> tuple[Array, Array]:
-    """Return how springs' forces change for each contribution (3 springs, S, N), and (K_t⁻¹ − G)⁻¹ (3 springs, 3 springs, N)."""
-    n, _, N = moved.shape
-    tangent = zeros_for((n, n, N), moved)
-    for k, spring in enumerate(springs):
-        tangent[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = spring.tangent
-    matrix = np.eye(n)[:, :, None] - np.einsum("abn,bcn->acn", tangent, moved[:, changes])
-    fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(moved), axis=(0, 1))
-    matrix = np.where(fine, matrix, np.eye(n)[:, :, None])
-    inverse = solve_by_elimination(matrix, np.where(fine, tangent, 0.0))
-    return np.einsum("abn,bsn->asn", inverse, np.where(fine, moved, 0.0)), inverse
+        found = deformation.motions[topology.carried_by[place]]
+    return found if found.shape[1] > len(solution.sources) else np.concatenate([found, none], axis=1)
 
 
 def _inverse(compliance: Array, rigid: Array, length: float) -> Array:

@@ -6,11 +6,13 @@ from functools import cache
 
 import numpy as np
 import package_robots
+import places
 import pytest
 
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.description import Spring
+from kinetostatics.description import JointStiffness, Link, Spring
+from kinetostatics.description.robot import Items
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.reports.json import robot_to_dict
 from kinetostatics.statics.link_loads import _joint_around
@@ -63,10 +65,19 @@ def test_a_balanced_pendulum_needs_no_torque_at_any_angle(more):
         np.testing.assert_allclose(result.base_wrench[..., :3], np.broadcast_to([0, 0, MASS * G], (7, 3)), atol=1e-10)
 
 
-def test_the_spring_of_the_pendulum_makes_its_drive_stiffer():
-    """A spring of no free length is as stiff in all directions: k b² beside the actuator's own."""
-    pose = loaded(pendulum()).assemble(actuators={"hinge": 0.4})
-    assert float(ks.analyze(pose).compliance[4, 4]) == pytest.approx(1 / (1e4 + BALANCE * ARM**2), rel=1e-12)
+#: With the spring of the pendulum, turned up by φ, the energy is −k a b sin φ; that of the weight m g l sin φ.
+HARDER = SPRING.replace(f'stiffness="{BALANCE}"', f'stiffness="{3 * BALANCE}"')
+
+
+@pytest.mark.parametrize(("more", "times"), [(SPRING, 0), (HARDER, 2)], ids=["balanced", "pulled up"])
+def test_the_stiffness_of_the_pendulum_is_the_second_derivative_of_the_energy(more, times):
+    """d + (k a b − m g l) sin φ: balanced, it is in neutral equilibrium; without gravity the spring's part is left."""
+    pose = loaded(pendulum(more)).assemble(actuators={"hinge": -ANGLES})
+    turned = MASS * G * LENGTH * np.sin(ANGLES)
+    for gravity, part in (((0, 0, -G), times), ((0, 0, 0), times + 1)):
+        result = ks.analyze(pose, gravity=gravity)
+        np.testing.assert_allclose(1 / result.compliance[:, 4, 4], 1e4 + part * turned, rtol=1e-9)
+        np.testing.assert_allclose(result.actuator_forces["hinge"], -1e4 * result.twist[:, 4], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("angle", [np.pi - 1e-4, 1e-4 - np.pi])
@@ -82,12 +93,13 @@ def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
 
 
 def test_what_an_error_does_is_told_without_the_springs_own_pull():
-    """The spring, k b², and the actuator share an error of the hinge's angle; the spring's tension is no error."""
-    row = next(row for row in ks.tolerances(loaded(pendulum()).assemble()) if (row.name, row.error) == ("hinge", "ry"))
-    turn = row.amount * 1e4 / (1e4 + BALANCE * ARM**2)
+    """Spring, weight and actuator share an error of the hinge's angle; the spring's tension is no error."""
+    found = ks.tolerances(loaded(pendulum(HARDER)).assemble(actuators={"hinge": -0.6}))
+    row = next(row for row in found if (row.name, row.error) == ("hinge", "ry"))
+    stiffness = 2 * MASS * G * LENGTH * np.sin(0.6)
+    turn = row.amount * 1e4 / (1e4 + stiffness)
     assert row.rotation == pytest.approx(turn, rel=1e-10) and row.displacement == pytest.approx(turn * LENGTH, rel=1e-10)
-    assert row.moment == pytest.approx(BALANCE * ARM**2 * turn, rel=1e-9)
-    assert abs(row.actuator_forces["hinge"]) == pytest.approx(row.moment, rel=1e-9)
+    assert abs(row.actuator_forces["hinge"]) == pytest.approx(stiffness * turn, rel=1e-9)
 
 
 @cache
@@ -107,25 +119,83 @@ def pose(name, *springs):
 BESIDE = Spring("beside", 4e6, "base", "platform", (0.3, 0.1, 0.0), (0.0, 0.05, 0.02), free_length=0.2, preload=40.0)
 
 
-def test_a_spring_between_base_and_platform_adds_its_tangent_to_the_stiffness_and_its_force_to_the_load():
-    at, bare = pose("3rps", BESIDE), pose("3rps")
-    found, without = ks.analyze(at), ks.analyze(bare)
+def test_a_relaxed_spring_between_base_and_platform_adds_its_stiffness_along_itself():
+    bare = pose("3rps")
     points = {"base": BESIDE.predecessor_point, "platform": BESIDE.successor_point}
-    ends = [at.frame(link)[:3, :3] @ np.array(point) + at.frame(link)[:3, 3] for link, point in points.items()]
-    span, o = ends[1] - ends[0], at.platform_frame[:3, 3]
-    length = np.linalg.norm(span)
-    tension, n, arm = 40.0 + 4e6 * (length - 0.2), span / length, ends[1] - o
-    K_t = 4e6 * np.outer(n, n) + tension / length * (np.eye(3) - np.outer(n, n))
-    skew = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
-    B = np.hstack([np.eye(3), -skew])  # of the point, by the platform's twist
-    K = without.stiffness + B.T @ K_t @ B
+    ends = [bare.frame(link)[:3, :3] @ np.array(point) + bare.frame(link)[:3, 3] for link, point in points.items()]
+    length, arm = np.linalg.norm(ends[1] - ends[0]), ends[1] - bare.platform_frame[:3, 3]
+    n, load, still = (ends[1] - ends[0]) / length, np.array([300.0, -200, 500, 20, -10, 30]), (0, 0, 0)
+    at = pose("3rps", replace(BESIDE, free_length=float(length), preload=0.0))
+    found, without = ks.analyze(at, load, still), ks.analyze(bare, load, still)
+    along = np.append(n, np.cross(arm, n))
+    K = without.stiffness + 4e6 * np.outer(along, along)
     unit = np.repeat([1.0, at.robot.length], 3)
     np.testing.assert_allclose(found.stiffness / np.outer(unit, unit), K / np.outer(unit, unit), rtol=1e-9, atol=1e-9 * K[0, 0])
-    assert float(found.spring_forces["beside"]) == pytest.approx(tension, rel=1e-12)
-    pull = -tension * n
-    wanted = np.linalg.solve(K, without.stiffness @ without.twist + np.append(pull, np.cross(arm, pull)))
-    np.testing.assert_allclose(found.twist, wanted, rtol=1e-8)
+    np.testing.assert_allclose(found.twist, np.linalg.solve(K, load), rtol=1e-8)
     assert float(np.abs(found.twist - without.twist).max()) > 1e-3 * float(np.abs(without.twist).max())
+
+
+def turned(rotation):
+    """The rotation matrix of a rotation vector."""
+    angle = np.linalg.norm(rotation) or 1e-300
+    x, y, z = rotation / angle
+    S = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * S + (1 - np.cos(angle)) * S @ S
+
+
+def test_every_part_is_in_equilibrium_where_it_is_displaced_to():
+    """Forces at the pose, balanced there, and what a load adds to them, turned with the mean of the parts between which they act.
+
+    ε of the load displaces all links by ε times what it does; where they are then, what is left unbalanced is of the order ε².
+    Weights and springs are those of the displaced links.
+    """
+    rigid = replace(robot("ur10").description, beams=Items({}))
+    for joint in (rigid.joints[name] for name in rigid.driven):
+        rigid = rigid.with_link(Link(joint.child, 3.0, (0.02, 0.01, 0.1)))
+    for k, link in enumerate((rigid.joints[rigid.driven[1]].child, rigid.platform)):
+        ends = (0.3, 0.2 * (k + 1), 0.4), (0.05, 0.03, 0.02)
+        rigid = rigid.with_spring(Spring(f"spring_{k}", 900.0, rigid.base, link, *ends, free_length=0.1, preload=70.0))
+    soft = rigid
+    for name in rigid.driven:
+        soft = soft.with_joint_stiffness(JointStiffness(name, drive=5e3))
+    actuators = {name: 0.3 + 0.2 * k for k, name in enumerate(rigid.driven)}
+    for name in rigid.driven:
+        rigid = rigid.with_joint_stiffness(JointStiffness(name, drive=1e15))
+    held, at = (ks.Robot(one).assemble(actuators=actuators) for one in (rigid, soft))
+    load = np.array([30.0, -20, 25, 4, -3, 2])
+    before, found = ks.analyze(held), ks.analyze(at, load)
+    moved = {link: found.link_contributions[link]["load"] for link in soft.links}
+    body_of = {link: place[0] for link, place in at.robot.mechanism.body_of.items()}
+
+    def unbalanced(eps):
+        left = np.zeros((max(body_of.values()) + 1, 6))
+
+        def where(link, point):
+            r = turned(eps * moved[link][3:])
+            return at.frame(link)[:3, 3] + eps * moved[link][:3] + r @ at.frame(link)[:3, :3] @ np.array(point)
+
+        def act(link, point, force, moment=0.0):
+            left[body_of[link]] += np.append(force, moment + np.cross(point, force))
+
+        for link, item in soft.links.items():
+            act(link, where(link, item.center_of_mass), [0, 0, -9.81 * item.mass])
+        for spring in soft.springs.values():
+            a, b = where(spring.predecessor, spring.predecessor_point), where(spring.successor, spring.successor_point)
+            length = np.linalg.norm(b - a)
+            pull = (70.0 + 900 * (length - 0.1)) * (b - a) / length
+            act(spring.predecessor, a, pull)
+            act(spring.successor, b, -pull)
+        act(soft.platform, where(soft.platform, at.robot.description.platform_origin.xyz), eps * load[:3], eps * load[3:])
+        for name in soft.driven:
+            joint, wrench = soft.joints[name], before.joint_wrenches[name] + eps * found.joint_contributions[name]["load"]
+            mean = turned(eps * (moved[joint.parent][3:] + moved[joint.child][3:]) / 2)
+            centre = where(joint.child, (0, 0, 0))
+            act(joint.child, centre, mean @ wrench[:3], mean @ wrench[3:])
+            act(joint.parent, centre, -mean @ wrench[:3], -mean @ wrench[3:])
+        return float(np.abs(left[[body_of[soft.joints[name].child] for name in soft.driven]]).max())
+
+    assert unbalanced(0.0) < 1e-9
+    assert unbalanced(0.1) / unbalanced(0.01) == pytest.approx(100, rel=0.2)
 
 
 def test_the_tangent_is_the_derivative_of_the_force():
@@ -170,7 +240,7 @@ def _inner(name):
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta"])
-def test_finite_elements_agree_on_springs_anywhere(name):
+def test_contributions_of_springs_anywhere_add_up(name):
     """Between base and platform, base and a limb, a limb and the platform, two limbs; in networks and telescopes."""
     links = _inner(name)
     ends = [("base", "platform"), ("base", links[-1]), (links[0], "platform"), (links[0], links[-1])]
@@ -179,9 +249,7 @@ def test_finite_elements_agree_on_springs_anywhere(name):
         for k, pair in enumerate(ends)
     ]
     at = pose(name, *springs)
-    found = ks.verify(at, load=[10, 20, -30, 1, 2, 3], payload=ks.Payload(3.0, (0.1, 0, 0)))
-    assert found.verified and found.conclusive, str(found)
-    result = found.result
+    result = ks.analyze(at, load=[10, 20, -30, 1, 2, 3], payload=ks.Payload(3.0, (0.1, 0, 0)))
     np.testing.assert_allclose(sum(result.contributions.values()), result.twist, rtol=1e-9)
     np.testing.assert_allclose(sum(result.by_mechanism.contributions.values()), result.twist, rtol=1e-7, atol=1e-15)
     parts = sum(part for kind in result.source_contributions.values() for part in kind.values())
@@ -271,8 +339,8 @@ def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
 
 @pytest.mark.parametrize(("push", "unstable"), [(0.99, False), (1.01, True)])
 def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unstable):
-    """A drive of k on an arm of l below a constant force F, straight above its tip at a distance h: k = F l²/h."""
-    F = push * 1e4 * 0.6 / LENGTH**2
+    """A drive of k on an arm of l below a constant force F, straight above its tip at a distance h: k = F l (1 + l/h) + m g l."""
+    F = (push * 1e4 - MASS * G * LENGTH) / (LENGTH * (1 + LENGTH / 0.6))
     text = f"""<spring name="press" stiffness="0" free_length="0" preload="{-F}">
 <predecessor link="ground"><origin xyz="{LENGTH} 0 0.6"/></predecessor><successor link="tip"/></spring>"""
     text = (
@@ -281,5 +349,13 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
         .replace(f'xyz="{LENGTH} 0 0.6"', f'xyz="0 0 {LENGTH + 0.6}"')
     )
     found = ks.analyze(loaded(text).assemble(actuators={"hinge": 0.0}))
-    assert any("the pose is unstable: springs push harder" in item for item in found.warnings) == unstable
+    said = "the pose is unstable: springs and weights push harder than the platform"
+    assert any(said in item for item in found.warnings) == unstable
     assert bool(found.compliance[4, 4] < 0) == unstable
+
+
+def test_a_robot_that_is_unstable_inside_a_limb_is_told():
+    """A spring pushes on a link between two beams harder than these hold it sideways, in two directions."""
+    found = ks.analyze(ks.load_robot(places.CASES / "unstable_inside_a_limb.urdf").assemble())
+    assert any("unstable: springs and weights push harder than the parts of its limbs" in item for item in found.warnings)
+    assert [int(np.sum(np.linalg.eigvals(item[..., 0]).real < 0)) for item in found.solutions[0].tangents] == [2, 0, 0]

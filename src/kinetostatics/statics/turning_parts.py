@@ -1,0 +1,256 @@
+"""Which bodies of a robot turn relative to one another, and which slide: what its geometric stiffness is written in.
+
+Bodies that no joint, bearing, drive or beam lets turn relative to one another are a *part*: it has one rotation. What joins two
+parts is a *passage*; so is a beam.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.elements import Vector
+from kinetostatics.limbs.model import StaticModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import reachable
+from kinetostatics.mechanism.joint_compliance import Spring, drives_of, springs_of
+from kinetostatics.mechanism.limb_joints import JointDof, compound_joints, joint_dofs, limb_elements, sides
+from kinetostatics.mechanism.limbs import Edge
+
+#: The numbers of the parts that base and platform belong to.
+BASE, PLATFORM = 0, 1
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A point or a direction (3,) fixed in a body."""
+
+    body: int
+    vector: Array
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A joint or beam, through which one part acts on the next, or on another piece of the same part.
+
+    Attributes:
+        edge: the joint or beam; of a run of hinges that are one joint the outermost.
+        owner: the limb that it belongs to, by its number among all limbs, or what its open branch hangs on.
+        inner, outer: numbers of the parts.
+        places: names of a place for loads on either side, the inner one first.
+        centre: the point at which it acts on the outer part; a beam's outer end.
+        turns: axes of the rotations that it leaves free, inner ones first.
+        slides: directions in which its outer side may move relative to the inner one at the centre.
+        is_ball: whether it transmits no moment.
+    """
+
+    edge: Edge
+    owner: int
+    inner: int
+    outer: int
+    places: tuple[str, str]
+    centre: Fixed
+    turns: tuple[Fixed, ...]
+    slides: tuple[Fixed, ...]
+    is_ball: bool
+
+
+@dataclass(frozen=True)
+class TurningParts:
+    """The parts of a robot.
+
+    Attributes:
+        passages: between them, and where one slides.
+        places: of every part a place for loads, those of base and platform first.
+        owners: of every part the limb, as of passages; −1 of base and platform.
+        turning: numbers of the parts that turn; what hangs by a passive joint on an open branch does not.
+        spins: by part the numbers of two passages, balls, about whose line it may spin as it likes.
+        part_of: the part that each place belongs to.
+        owner_at: by place the limb that it belongs to, as of passages; of base and platform themselves none.
+        weights: for each of the robot's weights the part that it acts on; None for that of a beam.
+        sprung: for each spring a place at either end.
+    """
+
+    passages: tuple[Passage, ...]
+    places: tuple[str, ...]
+    owners: tuple[int, ...]
+    turning: tuple[int, ...]
+    spins: dict[int, tuple[int, int]]
+    part_of: dict[str, int]
+    owner_at: dict[str, int]
+    weights: tuple[int | None, ...]
+    sprung: tuple[tuple[str, str], ...]
+
+    def owner_of(self, place: str) -> int:
+        """Return the limb that a place belongs to, as of passages; −1 for what base and platform are made of."""
+        return self.owner_at.get(place, -1)
+
+
+def turning_parts(model: StaticModel) -> TurningParts:
+    """Find the parts of a robot."""
+    return _Finder(model).found()
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A joint or beam on its way out; of hinges that are one joint ``edge`` is the outermost, ``first`` the innermost."""
+
+    edge: Edge
+    first: Edge
+    owner: int
+    dofs: tuple[JointDof, ...]
+    on_branch: bool
+    root: int
+
+
+class _Finder:
+    def __init__(self, model: StaticModel) -> None:
+        self.model = model
+        self.topology, self.connections = model.topology, model.mechanism.connections
+        self.place_at: dict[str, str] = {}  # a place of what lies on the outer side of an edge, by its key
+        for place, key in self.topology.carried_by.items():
+            self.place_at.setdefault(key, place)
+        self.places, self.owners = [model.description.base, model.description.platform], [-1, -1]
+        self.part_at: dict[str, int] = {}  # by the edge's key
+        self.hinged: set[int] = set()
+        self.wound = {joint for drive in drives_of(model.mechanism).values() for joint, _ in drive.moves}
+
+    def found(self) -> TurningParts:
+        steps = list(self._steps())
+        for step in steps:
+            self.part_at[step.edge.key] = self._outer_part(step)
+        passages = tuple(map(self._passage, steps))
+        topology = self.topology
+        on_limbs = [place for limb in topology.all_limbs for place in limb.places]
+        known = (*on_limbs, *topology.base.places, *topology.platform.places, *topology.carried_by)
+        part_of = {place: self._part(place) for place in known}
+        springs = self.model.description.springs.values()
+        ends = [((s.predecessor, s.predecessor_point), (s.successor, s.successor_point)) for s in springs]
+        sprung = tuple((self._place_of(*first), self._place_of(*second)) for first, second in ends)
+        weights = tuple(part_of.get(name) for name in self.model.weights.names)
+        turning = tuple(k for k in range(1, len(self.places)) if k not in self.hinged)
+        owner_by_key = {edge.key: step.owner for step in steps for edge in (step.first, step.edge)}
+        owner_at = {place: owner_by_key[key] for place, key in topology.carried_by.items() if key in owner_by_key}
+        places, owners = tuple(self.places), tuple(self.owners)
+        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, weights, sprung)
+
+    def _steps(self) -> Iterator[_Step]:
+        topology, mechanism = self.topology, self.model.mechanism
+        branches: list[tuple[tuple[Edge, ...], int, int]] = []
+        for number, limb in enumerate(topology.all_limbs):
+            root = PLATFORM if limb.on_platform else BASE
+            compounds = compound_joints(mechanism, limb)
+            for element in limb_elements(limb, compounds):
+                edges = [limb.edges[k] for k in element.edges]
+                dofs = () if element.compound is None else compounds[element.compound].dofs
+                yield _Step(edges[-1], edges[0], number, dofs, False, root)
+            branches.append((limb.branches, number, root))
+        count = len(topology.all_limbs)
+        branches += [(topology.base.edges, count, BASE), (topology.platform.edges, count + 1, PLATFORM)]
+        for edges_of, owner, root in branches:
+            for edge in edges_of:
+                dofs = joint_dofs(mechanism, self.connections[edge.joint], edge.sign) if edge.joint else ()
+                yield _Step(edge, edge, owner, dofs, True, root)
+
+    def _part(self, place: str) -> int:
+        key = self.topology.carried_by.get(place)
+        if key is not None:
+            return self.part_at.get(key, BASE)
+        return PLATFORM if place in self.topology.platform.places else BASE
+
+    def _inner_part(self, step: _Step) -> int:
+        return step.root if step.first.parent is None else self.part_at[step.first.parent]
+
+    def _outer_part(self, step: _Step) -> int:
+        inner = self._inner_part(step)
+        passive = any(dof.passive and dof.rotates for dof in step.dofs)
+        elastic = step.edge.beam is not None or any(np.any(spring.angular) for spring in self._springs(step))
+        elastic |= step.edge.joint in self.wound and any(dof.rotates for dof in step.dofs)
+        if not (passive or elastic) or step.edge.key not in self.place_at:
+            return inner
+        number = len(self.places)
+        self.places.append(self.place_at[step.edge.key])
+        self.owners.append(step.owner)
+        if (step.on_branch and passive) or inner in self.hinged:
+            self.hinged.add(number)
+        return number
+
+    def _springs(self, step: _Step) -> tuple[Spring, ...]:
+        return springs_of(self.model.mechanism, step.edge.joint) if step.edge.joint else ()
+
+    def _passage(self, step: _Step) -> Passage:
+        edge, inner = step.edge, self._inner_part(step)
+        leads = edge.key in self.place_at
+        outer_place = self.place_at[edge.key] if leads else self._place_on(edge, 1)
+        outer = self.part_at[edge.key] if leads else self._part(outer_place)
+        turns = tuple(Fixed(dof.body, dof.axis) for dof in step.dofs if dof.rotates and dof.passive)
+        slides, centre = self._slides(step), self._centre(step)
+        parent = step.first.parent
+        inner_place = self.places[step.root] if parent is None else self.place_at.get(parent, self._place_on(step.first, 0))
+        places = (inner_place, outer_place)
+        return Passage(edge, step.owner, inner, outer, places, centre, turns, slides, len(turns) == 3)
+
+    def _slides(self, step: _Step) -> tuple[Fixed, ...]:
+        if step.edge.beam is not None:
+            model = self.model.beams[step.edge.beam]
+            return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
+        found = [Fixed(dof.body, dof.axis) for dof in step.dofs if dof.passive and not dof.rotates and not step.on_branch]
+        if step.edge.joint in self.wound:
+            found += [Fixed(dof.body, dof.axis) for dof in step.dofs if not dof.rotates]
+        for spring in self._springs(step):
+            found += [Fixed(spring.body, spring.frame[:3, k]) for k in range(3) if spring.linear[k, k] > 0]
+        return tuple(found[:3])
+
+    def _centre(self, step: _Step) -> Fixed:
+        if step.edge.beam is not None:
+            span = self.topology.beams[step.edge.beam]
+            return Fixed(span.end_body, span.end)
+        connection = self.connections[str(step.edge.joint)]
+        if step.edge != step.first:
+            return Fixed(step.dofs[-1].centre_body, step.dofs[-1].centre)
+        return Fixed(connection.predecessor_body, connection.predecessor_frame[:3, 3])
+
+    def _place_on(self, edge: Edge, side: int) -> str:
+        """Return a place on the inner (0) or outer side (1) of an edge."""
+        if edge.beam is not None:
+            return self.topology.beam_ends[edge.beam][side]
+        connection = self.connections[str(edge.joint)]
+        link = connection.successor if (edge.sign > 0) == (side == 1) else connection.predecessor
+        body, frame = sides(edge, connection)[side]
+        return self._nearest(link, self.model.zero_frames.point(body, frame[:3, 3]))
+
+    def _place_of(self, link: str, point: Vector) -> str:
+        """Return the place at which something acts on a link at a point of its frame."""
+        body, placement = self.model.mechanism.body_of[link]
+        return self._nearest(link, self.model.zero_frames.point(body, placement[:3, :3] @ np.array(point) + placement[:3, 3]))
+
+    def _nearest(self, link: str, at: Array) -> str:
+        """Return the place of a link: itself, or of an elastic one the beam's end that is nearest to a point (3, 1)."""
+        beams = [name for name, beam in self.model.description.beams.items() if beam.link == link]
+        if not beams:
+            return link
+        zero, ends = self.model.zero_frames, []
+        for name in beams:
+            span = self.topology.beams[name]
+            points = zero.point(span.start_body, span.start), zero.point(span.end_body, span.end)
+            ends += list(zip(self.topology.beam_ends[name], points, strict=True))
+        return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
+
+    def _spins(self, passages: Sequence[Passage]) -> dict[int, tuple[int, int]]:
+        """Return the pairs of balls about whose lines parts may spin: all that hangs together between just two balls."""
+        neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.places))}
+        for item in passages:
+            if not item.is_ball:
+                neighbours[item.inner].append(item.outer)
+                neighbours[item.outer].append(item.inner)
+        found: dict[int, tuple[int, int]] = {}
+        for number in range(2, len(self.places)):
+            together = reachable([number], lambda part: neighbours[part])
+            balls = [
+                k for k, item in enumerate(passages) if item.is_ball and (item.inner in together) != (item.outer in together)
+            ]
+            if len(balls) == 2 and not {BASE, PLATFORM} & set(together):
+                found[number] = (balls[0], balls[1])
+        return found
