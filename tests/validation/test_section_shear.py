@@ -186,7 +186,6 @@ def test_largest_stress_is_the_largest(section):
 def _square_rows(section):
     """Stresses (P, 3, 6) under unit wrenches at a fine mesh, the inner corners' surroundings left out."""
     t = getattr(section, "thickness", 0) or min(section.width, section.height) / 2
-    shear = shear_functions(section.width, section.height, t)
     a, c = section.width / 2 - t, section.height / 2 - t
     near = min(t, a / 2, c / 2) if min(a, c) > 0 else 0
     axes = [
@@ -195,8 +194,27 @@ def _square_rows(section):
     ]
     y, z = (v.ravel() for v in np.meshgrid(*axes))
     inside = ((y >= a) | (z >= c)) & (np.hypot(y - a, z - c) >= near)
-    y, z = y[inside], z[inside]
-    stress = shear.stresses(y, z, NU)
+    return _rows_at(section, y[inside], z[inside])
+
+
+@pytest.mark.parametrize("sides", [(0.06, 0.04, 0.01), (0.05, 0.05, 0.01)])
+def test_the_largest_stress_around_an_inner_corner_is_found(sides):
+    """Against every degree of the arc at the distance from the corner at which stresses are told."""
+    section, rng = RectangularTube.of(*sides), np.random.default_rng(0)
+    hole, angle = np.array(sides[:2]) / 2 - sides[2], np.radians(np.arange(-90, 181))
+    near = min(sides[2], *(hole / 2))
+    wrenches = rng.normal(size=(6, 5000)) * [[1e3]] * np.repeat([[1.0], [0.02]], 3, axis=0) * rng.integers(0, 2, (6, 5000))
+    sigma, tau, other = np.einsum(
+        "pki,in->kpn", _rows_at(section, *(hole[:, None] + near * np.array([np.cos(angle), np.sin(angle)]))), wrenches
+    )
+    arc = np.sqrt(sigma**2 + 3 * (tau**2 + other**2)).max(axis=0)
+    assert np.all(section.stress(wrenches, NU) >= 0.985 * arc)
+
+
+def _rows_at(section, y, z):
+    """Stresses (P, 3, 6) under unit wrenches at points of the first quarter and their mirror images."""
+    t = getattr(section, "thickness", 0) or min(section.width, section.height) / 2
+    stress = shear_functions(section.width, section.height, t).stresses(y, z, NU)
     rows = []
     for p in (1, -1):
         for q in (1, -1):
