@@ -165,6 +165,18 @@ def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
     close(sum(parts), found.twist)
 
 
+@pytest.mark.parametrize("kinds", [("S", "R", "S"), ("P", "R", "R", "R")])
+def test_a_limb_that_is_nearly_stretched_is_what_it_is_elsewhere(kinds):
+    """The knee of a leg is 40 µm off: it is looked at whether its joints are dependent, and they are not."""
+    points, axes = [FOOT] * (len(kinds) - 2) + [(KNEE[0] + 4e-5, *KNEE[1:]), HEAD], {"S": Z, "R": Y, "P": X}
+    mechanism = serial(*joints(kinds, points, [axes[kind] for kind in kinds], driven=[k for k in (0,) if kinds[k] == "P"]))
+    robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
+    found = ks.analyze(robot.configuration(pin.neutral(robot.model)))
+    usual = next(item for item in found.solutions[0].statics if item.group.numbers == (1,))
+    assert np.all(usual.doubtful) and not usual.group.at_one_pose
+    assert found.status == ks.Status.OK and np.all(np.isfinite(found.limbs["limb_2"].intensities))
+
+
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", list(DEPENDENT)[1::3])
 def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
