@@ -46,6 +46,8 @@ def test_the_gain_is_how_much_smaller_standard_errors_are():
     robot = package_robots.robot("3rps")
     over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
     one = ks.plan_measurements(robot, ["rod_1"], 3, over, LOADS, read=["dz"])
+    again = [ks.plan_measurements(robot, ["rod_1"], 3, over, LOADS, read=["dz"], seed=seed).gain for seed in (0, 1)]
+    assert one.gain == again[0] != again[1]
     assert (
         one.gain == pytest.approx(one.random_standard_errors["rod_1"] / one.standard_errors["rod_1"], rel=1e-9) and one.gain > 1.2
     )

@@ -360,3 +360,13 @@ def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):
     # the tip's weight farther out: m g L² / (2 E I) down a metre
     assert found["holes"].twist[2] == pytest.approx(-5 * 9.81 * 0.8**2 / (2 * 2e11 * np.pi * 0.04**4 / 64), rel=1e-6)
     assert "holes is zero, and so is one per cent of it" in str(found)
+
+
+def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():
+    """A load in the platform's frame turns with it, whatever moves the platform; the default frame is no such argument."""
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
+    for frame in ("world", "platform"):
+        found = ks.sensitivities(pose, ["youngs_modulus"], ["twist"], load=[0, 300, 0, 0, 0, 0], gravity=(0, 0, 0), frame=frame)
+        item = found["youngs_modulus"]
+        assert item.exact == (frame == "world")
+        np.testing.assert_allclose(item.twist * item.value, -found.result.twist, rtol=1e-6, atol=1e-14)
