@@ -313,6 +313,15 @@ def test_arms_that_a_hinge_joins_are_two_members():
         assert beam.euler_ratio == pytest.approx(0.3, rel=1e-6)
 
 
+def test_a_bend_parts_members():
+    """Two arms that are welded at an obtuse angle."""
+    spec = sr.locked_chain([(0, 0, 0), (0, 0, 0.8), (0.5, 0, 1.5)], [(0, 1, 0)] * 2, section=SECTION, y_axis=(0, 1, 0))
+    limb = spec.limbs[0]
+    welded = tuple(replace(joint, kind="F", driven=False) for joint in limb.joints)
+    found = pushed(replace(spec, limbs=(replace(limb, joints=welded),)), (0, 0, -1e3, 0, 0, 0))
+    assert [beam.member for beam in found.beams.values()] == [("arm_1",), ("arm_2",)]
+
+
 def test_members_of_other_modes_have_their_own_ratios():
     """Struts of a hexapod that are pushed differently; those that are pulled take part in modes of the platform at most."""
     spec = sr.with_beams(sr.gough(telescopic=False), density=0.0)
