@@ -93,6 +93,19 @@ def serial(kinds, seed, size):
     return is_reciprocal(sr.write(spec, twirl=seed), rng)
 
 
+#: With passive slides, whose unit of length is not that of hinges' arms.
+SLIDING = [(["RpU", "CrS", "RpU"], 1735039634), (["rRRR", "rRRR", "PRRr"], 130572831), (["RPr", "rRRR", "CpU"], 1058758870)]
+
+
+@pytest.mark.parametrize(("kinds", "seed"), SLIDING)
+def test_ranks_and_wrenches_do_not_depend_on_size(kinds, seed):
+    labels = []
+    for times in (1.0, 1e-4, 1e3, 1e5):
+        groups = sr.robot_of(sr.enlarged(sr.random_spec(kinds, seed), times)).statics.groups
+        labels.append([(group.numbers, group.labels, group.attached_labels) for group in groups])
+    assert labels[1:] == labels[:1] * 3
+
+
 @settings(max_examples=COUNT, deadline=None)
 @given(st.integers(0, 2**31))
 def test_limbs_of_hybrid_robots_are_reciprocal(seed):

@@ -147,9 +147,14 @@ def on_a_grid(spec, step):
     return replace(spec, limbs=limbs)
 
 
+def enlarged(spec, times):
+    """Return a spec with all distances so many times as large; sections and masses stay."""
+    return _moved(spec, lambda v: np.asarray(v) * times, np.asarray, np.asarray)
+
+
 def in_millimetres(spec):
     """Return the same robot in mm, N and tonnes (gravity then is in mm/s²)."""
-    grown = _moved(spec, lambda v: np.asarray(v) * 1000.0, np.asarray, np.asarray)
+    grown = enlarged(spec, 1000.0)
     limbs = tuple(replace(limb, links=tuple(replace(k, mass=k.mass / 1000) for k in limb.links)) for limb in grown.limbs)
     beams = tuple(
         replace(

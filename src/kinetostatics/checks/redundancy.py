@@ -83,7 +83,7 @@ class _SelfStress:
         balance = np.zeros((6, self.first[-1]))
         for group in robot.statics.groups:
             geometry = group.geometry(frames, o)
-            twists = (geometry.twists * group.twist_scale / np.where(group.rotates, robot.length, 1.0)[:, None, None])[..., 0]
+            twists = group.even_twists(geometry)[..., 0]
             for position, number in enumerate(group.numbers):
                 mine = slice(self.first[number], self.first[number + 1])
                 balance[:, mine] = group.platform_sum

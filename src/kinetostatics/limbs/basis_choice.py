@@ -130,9 +130,9 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     if group.is_attached:
         return Basis((), (), (), (), np.inf)
     tolerance = group.model.rank_tolerance
-    twists = geometry.twists[:, :, 0] / _scale(group)
+    twists = group.even_twists(geometry)[:, :, 0]
     allowed = allowed_twists(group, geometry)
-    mine = allowed[:, :, 0] / _scale(group)
+    mine = twists[:, group.passive] if group.is_serial else allowed[:, :, 0] / _scale(group)
     rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
     carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
     if group.elimination is not None:

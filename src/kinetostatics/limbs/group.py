@@ -379,6 +379,10 @@ class LimbGroup:
         """Factors (6, 1, 1, 1) of twists for moments divided by the characteristic length."""
         return np.array([1.0] * 3 + [self.model.length] * 3).reshape(6, 1, 1, 1)
 
+    def even_twists(self, geometry: LimbGeometry) -> Array:
+        """Return the twists (6, k, g, N) of all freedoms in characteristic lengths: turns by 1 rad, slides by one of these."""
+        return geometry.twists * self.twist_scale / np.where(self.rotates, self.model.length, 1.0)[:, None, None]
+
     @property
     def power_scale(self) -> Array:
         """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""

@@ -83,7 +83,7 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
         A = group.joint_equations(geometry)
     found = []
     for place in places:
-        twists = geometry.twists[:, :, place, 0] / group.twist_scale[::-1, :, 0, 0]
+        twists = group.even_twists(geometry)[:, :, place, 0]
         if group.is_serial:
             ranks = rank(twists[:, group.passive], tolerance)[0], rank(twists[:, group.platform_joint], tolerance)[0]
         else:

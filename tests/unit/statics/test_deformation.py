@@ -106,7 +106,7 @@ def test_limbs_are_others_where_their_ranks_are_others(angles, doubtful, changed
         twists[3:, 0, limb, 0], twists[3:, 1, limb, 0] = (1, 0, 0), (np.cos(angle), np.sin(angle), 0)
     group = SimpleNamespace(
         numbers=(7, 8), is_serial=True, model=SimpleNamespace(rank_tolerance=1e-6), passive=np.array([True, True]),
-        platform_joint=np.array([False, True]), twist_scale=np.array([1.0] * 3 + [2.0] * 3).reshape(6, 1, 1, 1),
+        platform_joint=np.array([False, True]), even_twists=lambda geometry: geometry.twists,
         basis=SimpleNamespace(constraint=range(4), carried=range(1)),
         geometry=lambda frames, o: SimpleNamespace(twists=twists),
     )  # fmt: skip
