@@ -7,6 +7,7 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.design.problem import Problem
 
 pytest.importorskip("scipy")
 
@@ -38,6 +39,13 @@ def test_the_front_of_the_cantilever(front):
     np.testing.assert_allclose(diameters[1:] / diameters[:-1], 6**0.5, rtol=1e-6)
     assert len(front) == 3 and all(point.feasible for point in front)
     assert front[1].requirements[-1].worst == pytest.approx(sags[1]) and front.units == ("kg", "m")
+
+
+@pytest.mark.parametrize("vary", [{"diameter": "40mm:60mm"}, {"diameter": "40mm,50mm,60mm"}])
+def test_all_robots_that_were_analysed_are_counted(cantilever, monkeypatch, vary):
+    calls, own = [], Problem._evaluate
+    monkeypatch.setattr(Problem, "_evaluate", lambda self, values: (calls.append(values), own(self, values))[1])
+    assert ks.pareto(cantilever, vary, points=3, starts=1).evaluations == len(calls)
 
 
 @pytest.mark.slow

@@ -91,16 +91,19 @@ def pareto(
     unit = KINDS.get(MEASURES[measured[0]].kind, "")
     name = " ".join(minimize[1].split())
 
+    solved = [first.problem, second.problem]
+
     def limited(limit: float) -> Problem:
         text = f"{name} < {limit:.6g} {unit}".rstrip()
         requirement = Requirement(text, *measured, True, limit)
-        return replace(first.problem, requirements=[*first.problem.requirements, requirement], known={}, count=0)
+        found = replace(first.problem, requirements=[*first.problem.requirements, requirement], known={}, count=0)
+        solved.append(found)
+        return found
 
     if not first.ranges:
         problem, every = limited(1e300), combinations(first.choices)
         found = [first.described(problem, item) for item in _best_of(problem, every)]
         searched = f"all {len(every)} combinations of the listed values were tried"
-        evaluations = problem.count
     else:
         ends = []
         for item in (first, second):
@@ -117,13 +120,14 @@ def pareto(
             other = first.optimum(problems[-1], {**own, **ends[1].parameters}, 1)
             found[-1] = other if other.feasible and other.objective < found[-1].objective else found[-1]
         searched = f"SLSQP under {points} limits of {name}, from {starts} start{'s' * (starts > 1)} at each end"
-        evaluations = sum(item.evaluations for item in (*ends, *found))
     found = [item for item in found if item.feasible]
     both = np.array([[item.objective, item.requirements[-1].worst] for item in found]).reshape(-1, 2)
     kept = _undominated(both)
     units = KINDS.get(MEASURES[first.problem.objective[0]].kind, ""), unit
     names = " ".join(minimize[0].split()), name
-    return ParetoFront(tuple(found[k] for k in kept), frozen(both[kept]), names, units, searched, evaluations)
+    return ParetoFront(
+        tuple(found[k] for k in kept), frozen(both[kept]), names, units, searched, sum(problem.count for problem in solved)
+    )
 
 
 def _second(problem: Problem, found: Optimum) -> float:
