@@ -257,7 +257,7 @@ class _Assembly:
         structure, table = self.structure, self.structure.model.joint_table
         places = {name: k for k, name in enumerate(table.names)}
         diagonal = np.einsum("nii->ni", self.K)
-        closing = _CLOSING * diagonal.max(axis=1)
+        closing = _CLOSING * diagonal.max(axis=1, initial=0.0)
         for joint in structure.joints:
             k = places.get(joint.connection.name)
             place = self._place(joint.inner, joint.outer, joint.columns)
