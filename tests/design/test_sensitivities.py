@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import odd_robots
 import package_robots
 import parametric_machines
 import pytest
@@ -370,3 +371,26 @@ def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():
         item = found["youngs_modulus"]
         assert item.exact == (frame == "world")
         np.testing.assert_allclose(item.twist * item.value, -found.result.twist, rtol=1e-6, atol=1e-14)
+
+
+def test_what_makes_no_robot_a_little_off_is_skipped():
+    """A rod that leaves the line of its slide is none; other parameters that are named have their derivatives all the same."""
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": -0.1})
+    found = ks.sensitivities(pose, by=["prismatic_1.placement.y", "revolute_1.placement.x"], load=LOAD)
+    assert list(found) == ["revolute_1.placement.x"] and "inside its span" in found.skipped["prismatic_1.placement.y"]
+    with pytest.raises(ks.ArgumentError, match=r"^prismatic_1.placement.y: with it a little off there is no such robot: .*rod_1"):
+        ks.sensitivities(pose, by=["prismatic_1.placement.y"], load=LOAD)
+
+
+def test_files_with_rounded_angles_keep_the_tolerance_of_their_pose():
+    """Five digits of everything: derivatives and spreads are those of the exact robot, to some digits."""
+    rounded, exact = odd_robots.rounded_angles(), odd_robots.small.robot_of(odd_robots.small.pru2_upr())
+    poses = [rounded.assemble(tolerance=1e-3), exact.assemble()]
+    names = ["rod_1.youngs_modulus", "rod_1.outer_diameter"]
+    one, other = (ks.sensitivities(pose, by=names, load=LOAD, point=(0, 0, 0)) for pose in poses)  # by differences
+    for name in names:
+        size = np.abs(other[name].twist).max()
+        np.testing.assert_allclose(one[name].twist, other[name].twist, rtol=0, atol=1e-3 * size)
+    spreads = (ks.spread(pose, {names[0]: "1%"}, load=LOAD, point=(0, 0, 0), robots=20, seed=1) for pose in poses)
+    one, other = (found.standard_deviation.twist for found in spreads)
+    np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())

@@ -142,6 +142,18 @@ def test_derivatives_by_the_robots_numbers(name, parameter, k):
     assert np.max(np.abs(J["twist"][parameter])) > 0
 
 
+def test_derivatives_where_axes_would_not_meet_any_more():
+    """The second axis of a universal joint, shifted: its loops close, and the joint becomes two hinges, or one elsewhere."""
+    name = "universal_3_y.placement"
+    f, at = function_of("2pru_upr")
+    J, values = f.jacobian(OUTPUTS, name)(load=LOAD, gravity=GRAVITY, **at), f(load=LOAD, gravity=GRAVITY, **at)
+    for k in range(3):
+        wanted, h = by_other_robots(f, at, name, k)
+        for output in OUTPUTS:
+            assert_alike(J[output][name][..., k], wanted[output], values[output] * (2e-4 / h), 1e-6)
+        assert np.max(np.abs(J["twist"][name][..., k])) > 1e-6
+
+
 def test_a_batch_is_what_its_poses_are():
     f, at = function_of("delta")
     J = f.jacobian("twist", ("z", "load"))

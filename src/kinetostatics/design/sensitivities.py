@@ -77,8 +77,7 @@ def sensitivities(
     Raises:
         ArgumentError: there is no such parameter or quantity; or an argument of the file is named, and the robot is not what its
             file says; or a placement opens the loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which
-            forces that locks in.
-        RobotFileError: a parameter that is named makes no robot when it is changed a little.
+            forces that locks in; or all parameters that are named make no robot when they are changed a little.
         StaticsError: as :func:`kinetostatics.analyze`, for one pose.
 
     Examples:
@@ -111,6 +110,7 @@ def sensitivities(
         derivatives = None
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
+    lost: list[ArgumentError] = []
     for pattern, change in changes:
         try:
             exact = None if derivatives is None else _exact(derivatives, change, configuration.shape)
@@ -118,10 +118,15 @@ def sensitivities(
             if change.variants is None and _is_lost(item, result):
                 raise opens_loops(change.name)
             found[change.name] = item
-        except (ArgumentError, RobotFileError) as error:
-            if pattern == change.name:
-                raise
+        except ArgumentError as error:
+            lost += [error] if pattern == change.name else []
             skipped[change.name] = str(error)
+        except RobotFileError as error:
+            said = f"{change.name}: with it a little off there is no such robot: {error}"
+            lost += [ArgumentError(said)] if pattern == change.name else []
+            skipped[change.name] = said
+    if lost and not found:
+        raise lost[0]
     sources: dict[str, Array] = {}
     if "twist" in asked:
         sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}

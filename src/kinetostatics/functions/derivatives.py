@@ -7,6 +7,7 @@ gradients G that Newton's method has.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,7 +19,7 @@ from kinetostatics.engine.derivatives import gradients, values
 from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.outputs import OutputRecord, output_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.functions.variation import CENTRAL, Rates, bodies_inside, rates_of
 from kinetostatics.kinematics.configuration import Configuration
@@ -256,9 +257,14 @@ class Derivatives:
             where = self.prescribed, self.pose.poses, self.target
             return rates_of(self.robot, parameter.name, changed, step, *where, decided)
 
-        found = self._by_rates(rates(self.robot.statics), self._statics, step)
+        found = None
+        with contextlib.suppress(ArgumentError):  # other axes may meet then than now
+            found = self._by_rates(rates(self.robot.statics), self._statics, step)
         if found is None:
-            decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
+            try:
+                decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
+            except KinetostaticsError as error:
+                raise ArgumentError(f"there is no derivative by {parameter.name!r}: {error}") from error
             found = self._by_rates(rates(decided), self._gradients(decided), step)
         if found is None:
             raise ArgumentError(f"there is no derivative by {parameter.name!r}: the robot's limbs become other ones")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -103,10 +103,10 @@ class LimbGroup:
     soft: tuple[int, ...] = ()
     at_one_pose: bool = False
 
-    def __init__(self, model: StaticModel, numbers: Sequence[int]) -> None:
+    def __init__(self, model: StaticModel, numbers: Sequence[int], together: Collection[tuple[str, ...]] | None = None) -> None:
         self.model, self.numbers = model, tuple(numbers)
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
-        self.compounds = [compound_joints(model.mechanism, limb) for limb in self.limbs]
+        self.compounds = [compound_joints(model.mechanism, limb, together) for limb in self.limbs]
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
         self._edges = freedom_edges, beam_edges, spring_edges = self._edges_of_members()
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
@@ -166,7 +166,8 @@ class LimbGroup:
         return self._again(model, range(len(self.numbers)))
 
     def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
-        group = LimbGroup(model, [self.numbers[k] for k in positions])
+        together = {compound.joints for row in self.compounds for compound in row}
+        group = LimbGroup(model, [self.numbers[k] for k in positions], together)
         group = group.decided(self.elimination, (), self.rigid_directions, self.soft)
         group.basis, group.labels = self.basis, [self.labels[k] for k in positions]
         group.attached_labels = [self.attached_labels[k] for k in positions]

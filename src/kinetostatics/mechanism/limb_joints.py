@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,15 +84,25 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
     return connection.name in ends or any(beam.link in (connection.predecessor, connection.successor) for beam in beams)
 
 
-def compound_joints(mechanism: Mechanism, limb: Limb) -> tuple[CompoundJoint, ...]:
-    """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out)."""
+def compound_joints(
+    mechanism: Mechanism, limb: Limb, together: Collection[tuple[str, ...]] | None = None
+) -> tuple[CompoundJoint, ...]:
+    """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out).
+
+    Args:
+        mechanism: of the limb.
+        limb: whose joints they are.
+        together: the names of joints that may be one, where that is decided already.
+    """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
 
     def flush() -> None:
         while steps:
             for count in (3, 2, 1):
-                centres = _common_centre([(edge, item) for _, edge, item in steps[:count]]) if len(steps) >= count else None
+                centres, names = None, tuple(item.name for _, _, item in steps[:count])
+                if len(names) == count and (together is None or names in together):
+                    centres = _common_centre([(edge, item) for _, edge, item in steps[:count]])
                 if count == 1 or centres is not None:
                     compounds.append(_compound_of_run(mechanism, steps[:count], centres))
                     del steps[:count]
