@@ -250,18 +250,14 @@ def _say_unreachable(
 ) -> None:
     mobility = robot.mobility.platform
     hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
+    wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
+    text = f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
-        text = (
-            f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: lines are followed up to "
-            f"{FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, and the one to there is longer"
-        )
+        text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, and the one to there is longer"
         raise AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
-    text = (
-        f"{robot.name!r} (mobility {mobility}) cannot reach {_said(names, target)}: on the straight line from the start the "
-        f"loops close up to {100 * gone:.1f} % of the way; "
-    )
+    text += f"on the straight line from the start the loops close up to {100 * gone:.1f} % of the way; "
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
         convention = prescribed.orientation
         others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
@@ -284,10 +280,6 @@ def _say_unreachable(
             + f", where {worst_gaps_text(robot.equations, gaps)}"
         )
     raise AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
-
-
-def _said(names: list[str], target: Array) -> str:
-    return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
 
 
 def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
