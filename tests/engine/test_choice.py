@@ -124,3 +124,23 @@ def test_misfits_are_left_to_numpy(made):
     found = ks.analyze(pose, misfits=misfits, engine="compiled")
     assert made == []
     np.testing.assert_array_equal(found.twist, ks.analyze(pose, misfits=misfits, engine="numpy").twist)
+
+
+def test_whatever_analyses_closes_its_loops_by_the_same_engine(monkeypatch):
+    """Each closes loops anew: corrected poses, the robots of an optimization, and others of the same file."""
+    asked, robot = [], package_robots.robot("3rps")
+    loops = choice.compiled_loops
+    monkeypatch.setattr(choice, "compiled_loops", lambda engine: asked.append(engine) or loops("numpy"))
+    pose = robot.assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.1})
+    differenced = {"engine": "numpy", "point": (0, 0, 0)}
+    over, read = {"z": [0.5, 0.6], "rx": [0.1, 0.1], "ry": [0.0, 0.0]}, {"Fz": [-500, -600], "dz": [-1e-6, -2e-6]}
+    for analysed in (
+        lambda: ks.compensate(pose, [0, 0, -500, 0, 0, 0], engine="numpy"),
+        lambda: ks.sensitivities(pose, ["youngs_modulus"], ["twist"], **differenced),
+        lambda: ks.optimize("3rps", {"rod_diameter": "19mm:20mm"}, "mass", ["sag < 1 mm"], over, starts=1, engine="numpy"),
+        lambda: ks.calibrate(robot, {**over, **read}, ["rod_1.youngs_modulus"], engine="numpy"),
+        lambda: ks.spread(pose, {"youngs_modulus": "1%"}, robots=10, **differenced),
+    ):
+        asked.clear()
+        analysed()
+        assert asked and set(asked) == {"numpy"}

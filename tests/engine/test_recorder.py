@@ -74,3 +74,10 @@ def test_what_is_no_operation_on_scalars_says_so():
     ):
         with pytest.raises(NotRecordedError):
             attempt()
+
+
+def test_a_parameter_takes_the_way_of_its_value():
+    """Where all numbers vary one may be 0, and robots in which it is not take the other way: a guard tells."""
+    tape = Tape()
+    assert not tape.write(("parameter", 0), 0.0) and tape.write(("parameter", 1), 2.0)
+    assert len(tape.guards) == 2 and sorted(tape.guards.values()) == [False, True]

@@ -57,6 +57,7 @@ def functions(name):
 
 
 def assert_alike(found, wanted):
+    assert list(found) == list(wanted)
     np.testing.assert_array_equal(found["status"], wanted["status"])
     for name in OUTPUTS:
         assert found[name].shape == wanted[name].shape

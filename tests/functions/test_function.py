@@ -8,6 +8,7 @@ from places import CASES
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
+from kinetostatics.functions import function
 from kinetostatics.functions.parameters import _section_with, parameter_named, parameters_of
 from kinetostatics.sections.kinds import Section
 
@@ -193,6 +194,15 @@ def test_compiled_code_gives_the_same(monkeypatch, tmp_path):
     assert ks.engine_report(f.robot).is_compiled
 
 
+def test_derivatives_are_of_the_engine_of_their_function(monkeypatch):
+    engines = []
+    monkeypatch.setattr(function, "analyze", lambda *args, **how: engines.append(how["engine"]) or ks.analyze(*args, **how))
+    for engine in ("numpy", "compiled"):
+        f = ks.compile(package_robots.robot("five_bar"), engine=engine)
+        f.jacobian("twist", "load")(shoulder_1=0.1, shoulder_2=0.2)
+    assert engines == ["numpy", "compiled"]
+
+
 def test_what_overconstrained_loops_cannot_follow_is_nan():
     f, at = function_of("2pru_upr")
     rates = f.jacobian("twist", "revolute_1.placement")(**at)["twist"]["revolute_1.placement"]
@@ -230,6 +240,7 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
         (lambda f, at: ks.compile(f.robot, tuple(at), outputs="sag"), "no output 'sag'"),
         (lambda f, at: ks.compile("3rps"), "compile wants a robot"),
         (lambda f, at: ks.compile(f.robot, tuple(at), actuators=("prismatic_1",)), "either platform= or actuators="),
+        (lambda f, at: ks.compile(f.robot, orientation="XYZ"), "orientation= says what angles of the platform mean"),
         (lambda f, at: ks.compile(f.robot, ("z", "rx")), "give exactly 3 of"),
     ],
 )

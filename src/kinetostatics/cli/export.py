@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         function = compile(
             robot,
             args.platform,
-            orientation=args.orientation,
+            orientation=None if near and not args.platform else args.orientation,
             outputs=args.outputs or usual,
             compensate=args.compensate,
         )

@@ -21,7 +21,7 @@ from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.printing.dispatch import Json
 
 #: Folders whose functions are recorded or compile.
-_SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
+_SOURCES = ("description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
 BLOCK = 256
 #: How many poses in batches code made in a hurry computes before it is optimized: then what that takes is no matter any more.

@@ -80,9 +80,6 @@ class Scalar:
 
     def __bool__(self) -> bool:
         """Take the example's way and guard it."""
-        operation = self.tape.operations[self.number]
-        if operation[0] == "parameter":  # which is neither 0 nor infinite: see kinetostatics.engine.structure
-            return True
         if not isinstance(self.value, bool):
             return bool(compare("!=", self, 0.0))
         self.tape.guards[self.number] = self.value

@@ -132,7 +132,8 @@ class Direct:
                 return None
             there = _Closed(self, self._moved[:, :1].copy(), target)
         values, within = found
-        values["status"] = _STATUSES[within]
+        residual = values.pop("residual")  # the last, as in all that a function returns
+        values |= {"status": _STATUSES[within], "residual": residual}
         return Values(values, lambda: self._configuration(there), there)
 
     def _target(self, coordinates: Mapping[str, Number]) -> tuple[float, ...]:

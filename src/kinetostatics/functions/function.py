@@ -47,6 +47,7 @@ class Function:
         inputs: coordinates, load and gravity, by name.
         outputs: what it returns, by name; "status" and "residual" always.
         by_actuators: whether the coordinates are those of the actuators, else of the platform.
+        engine: "numpy" or "compiled".
         compensates: whether the coordinates are those at which the loaded platform is to stand, see
             :func:`kinetostatics.compensate`; all that is returned is then of the corrected pose.
         prescribed, names: the same as the solver sees them, and the names of its targets.
@@ -62,7 +63,7 @@ class Function:
         engine: str = "numpy",
         compensates: bool = False,
     ) -> None:
-        self._engine, self.compensates = engine, compensates
+        self.engine, self.compensates = engine, compensates
         self.robot, self.orientation, self.by_actuators = robot, orientation, by_actuators
         convention = orientation_named(orientation)
         if by_actuators:
@@ -196,13 +197,13 @@ class Function:
             start,
             TOLERANCE,
             on_failure="nan",
-            chosen=compiled_loops(self._engine),
+            chosen=compiled_loops(self.engine),
         )
 
     @cached_property
     def _direct(self) -> Direct | None:
         """The compiled way to the outputs, if there is one."""
-        if self._engine != "compiled" or self.compensates:
+        if self.engine != "compiled" or self.compensates:
             return None
         from kinetostatics.engine.scalars import NotRecordedError
         from kinetostatics.functions.direct import Direct
@@ -219,7 +220,7 @@ class Function:
         return {name: value for name, value in vars(self).items() if name != "_direct"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
-        how: dict[str, Keyword] = {"on_failure": "nan", "engine": self._engine}
+        how: dict[str, Keyword] = {"on_failure": "nan", "engine": self.engine}
         corrected: Compensation | None = None
         if not self.compensates:
             result = analyze(pose, load, gravity, **how)
@@ -291,7 +292,8 @@ class Jacobian:
         pose = function._pose(flat, start)
         target = np.array([flat.get(name, np.zeros(N)) for name in function.names]).reshape(len(function.names), N)
         loads, fields = (np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, -1).T for array in (wrench, field))
-        valid = np.isin(analyze(pose, loads.T, fields.T, on_failure="nan").status, WITHOUT_NUMBERS, invert=True)
+        status = analyze(pose, loads.T, fields.T, on_failure="nan", engine=function.engine).status
+        valid = np.isin(status, WITHOUT_NUMBERS, invert=True)
         derivatives = Derivatives(pose, function.prescribed, target, loads, fields, self.of)
         found: dict[str, dict[str, Array]] = {name: {} for name in self.of}
         for name in self.by:
@@ -355,8 +357,8 @@ def compile(
             feed forward; "remaining" is one more output, what no actuator can correct.
 
     Raises:
-        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` without
-            ``platform``.
+        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` or
+            ``orientation`` without ``platform``.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Examples:
@@ -375,6 +377,8 @@ def compile(
         raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
+    if platform is None and orientation is not None:
+        raise ArgumentError("orientation= says what angles of the platform mean; actuators' coordinates have no need of it")
     if compensate and platform is None:
         raise ArgumentError(
             "compensate=True (--compensate) wants platform= (--platform), the names of the coordinates at which the "
@@ -390,4 +394,4 @@ def compile(
     if engine == "auto":
         engine = "compiled" if is_installed() else "numpy"
     asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
-    return Function(robot, names, platform is None, orientation if platform is not None else None, asked, engine, compensate)
+    return Function(robot, names, platform is None, orientation, asked, engine, compensate)

@@ -253,7 +253,8 @@ def _say_unreachable(
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
-        text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, and the one to there is longer"
+        text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, "
+        text += "and the one to there is longer"
         raise AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)

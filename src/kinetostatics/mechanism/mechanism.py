@@ -112,18 +112,23 @@ class SphericalRun:
     orientation: Array
 
 
+#: There is one standard error in a process, and one thread at a time that has it.
+_SILENT = threading.Lock()
+
+
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
     """Swallow what Pinocchio's URDF parser prints on the process's own standard error."""
-    sys.stderr.flush()
-    saved, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(sink, 2)
-        yield
-    finally:
-        os.dup2(saved, 2)
-        os.close(saved)
-        os.close(sink)
+    with _SILENT:
+        sys.stderr.flush()
+        saved, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+        try:
+            os.dup2(sink, 2)
+            yield
+        finally:
+            os.dup2(saved, 2)
+            os.close(saved)
+            os.close(sink)
 
 
 def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float] | None:
