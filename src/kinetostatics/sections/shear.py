@@ -27,7 +27,7 @@ class _Axis:
     """Elements along y or z, from the middle of the section to its edge.
 
     Attributes:
-        nodes: (n,) positions.
+        nodes: how many there are.
         edges: where the elements begin and end.
         stiffness, mass: (n, n) integrals of f'g' and fg over the hole's range and over the wall beyond it, by ``inside``.
         moments, slopes: (3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same.
@@ -44,8 +44,7 @@ class _Axis:
         self.edges = np.array(edges)
         count = len(edges) - 1
         points, weights = np.polynomial.legendre.leggauss(_DEGREE + 2)
-        self.nodes = np.append((self.edges[:-1, None] + np.diff(self.edges)[:, None] * (_LOBATTO[:-1] + 1) / 2).ravel(), half)
-        n = len(self.nodes)
+        self.nodes = n = count * _DEGREE + 1
         self.stiffness, self.mass = np.zeros((2, n, n)), np.zeros((2, n, n))
         self.moments, self.slopes = np.zeros((2, 3, n)), np.zeros((2, 3, n))
         f, df = np.polynomial.legendre.legvander(points, _DEGREE) @ _TO_MODES, _slopes(points)
@@ -73,7 +72,7 @@ class _Axis:
         which = np.clip(np.searchsorted(self.edges, points, side="right") - 1, 0, len(self.edges) - 2)
         size = np.diff(self.edges)[which]
         local = np.clip(2 * (points - self.edges[which]) / size - 1, -1, 1)
-        values, slopes = np.zeros((2, len(points), len(self.nodes)))
+        values, slopes = np.zeros((2, len(points), self.nodes))
         rows, columns = np.arange(len(points))[:, None], which[:, None] * _DEGREE + np.arange(_DEGREE + 1)
         values[rows, columns] = np.polynomial.legendre.legvander(local, _DEGREE) @ _TO_MODES
         slopes[rows, columns] = _slopes(local) * 2 / size[:, None]
@@ -258,7 +257,7 @@ def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
         right: integrals over the quarter.
         odd_y, odd_z: whether the functions are odd in y and z.
     """
-    ny, nz = len(y.nodes), len(z.nodes)
+    ny, nz = y.nodes, z.nodes
     inside = (y.mass[1].diagonal() > 0)[:, None] | (z.mass[1].diagonal() > 0)
     inside[0] &= not odd_y
     inside[:, 0] &= not odd_z

@@ -46,6 +46,11 @@ def test_hinges_that_meet_are_one_joint(axes, at, kinds):
     assert " ".join(item.kind for item in group.compounds[0]) == kinds
 
 
+@pytest.mark.parametrize(("off", "count"), [("1e-10", 1), ("1e-8", 0)])
+def test_hinges_at_right_angles_move_as_a_ball_but_for_rounding(off, count):
+    assert len(hinges(X, f"{off} 1 0", Z).mechanism.spherical_runs) == count
+
+
 def test_joints_are_in_the_order_of_their_links():
     """Beams first, then joints from the base outwards, whatever the order in which joints are written."""
     machine = robot(
