@@ -186,7 +186,7 @@ def test_arguments_of_assemble(what, value, message):
         ("delta", ("x", "y", "rx"), "; z, x, y do"),
         ("five_bar", ("z", "rx"), "; x, y or x, rz or y, rz do"),
         ("spherical_3rrr", "xyz", "; rz, rx, ry do"),
-        ("3rps", "xyz", "or choose other coordinates; z, rx, ry do"),
+        ("3rps", "xyz", "a singular pose for them; z, rx, ry do"),
         ("3rps", "z", "give exactly 3 of x, y, z, rx, ry, rz; z, rx, ry do"),
         ("2pru_upr", ("z", "x", "rx"), "; z, rx, ry or z, y, ry do"),
     ],

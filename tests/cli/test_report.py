@@ -9,8 +9,7 @@ import numpy as np
 import package_robots
 import pytest
 import small_robots as small
-from hybrid_robots import random_hybrid
-from mechanisms import random_cuts, write_mechanism
+from hybrid_robots import random_hybrid, write_randomly
 from package_robots import robot
 
 import kinetostatics as ks
@@ -498,8 +497,7 @@ def test_reports_of_random_robots_can_be_written(seed):
 @pytest.mark.parametrize("seed", [0, 1, 9, 13, 22])
 def test_hybrid_limbs_of_any_shape_are_explained(seed):
     """Frames, rings, braces and what hangs: every joint stands in a chain once, and all that is redundant has a place."""
-    mechanism = random_hybrid(seed)
-    one = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(seed))).robot()
+    one = write_randomly(random_hybrid(seed), seed)[1].robot()
     facts = robot_facts(one)
     assert facts_report(facts)
     assert sum(item.count for item in facts.mobility.redundancies) == one.mobility.redundant_constraints
