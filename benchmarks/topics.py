@@ -21,7 +21,7 @@ from page import Page, micro, report, table, times
 import kinetostatics as ks
 from kinetostatics.verification import worker
 from kinetostatics.verification.model import build
-from kinetostatics.verification.opensees import PENALTY, _frame, _Scale
+from kinetostatics.verification.opensees import PENALTY, Scale, _frame
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def compare(name: str, effort: Effort, solver: opensees_frames.OpenSees) -> dict
     poses = [grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()}) for k in some]
     lean = [opensees_frames.frame_of(pose, grids.LOAD) for pose in poses]
     models = [build(pose, np.array(grids.LOAD), opensees_frames.GRAVITY) for pose in poses]
-    plain = [_frame(model, _Scale(model)) for model in models]
+    plain = [_frame(model, Scale(model), [model.platform]) for model in models]
     stages: list[Any] = []
     best = clocks.interleaved(
         {

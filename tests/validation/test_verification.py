@@ -17,6 +17,7 @@ import finite_elements
 import numpy as np
 import pytest
 import small_robots as sr
+import sprung_robots
 from hybrid_robots import as_arguments
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
 from package_robots import robot
@@ -33,8 +34,11 @@ from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.model import build
 from kinetostatics.verification.pieces import Directions
+from kinetostatics.verification.solve import solve
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
+#: Those that may be held by nothing but springs once their beams are gone, since rods spin in them.
+SPINNING = ("anymal_standing", "delta", "spherical_3rrr")
 LOAD, POINT, SIDEWAYS = (120.0, -40.0, -500.0, 7.0, -3.0, 11.0), (0.13, -0.07, 0.05), (3.0, -4.0, 8.0)
 
 
@@ -292,7 +296,7 @@ def test_finite_elements_against_a_formula():
     L, d, E, nu = 1.3, 0.05, sr.E, sr.NU
     A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
     model = build(sr.robot_of(sr.cantilever(L)).assemble(), np.array([0, 0, -20.0, 0, 0, 0]), np.array([0, 0, -9.81]))
-    solution, _ = runner.solve(model)
+    solution, _ = solve(model)
     q, GA = sr.RHO * A * 9.81, E / (2 * (1 + nu)) * A
     sag = q * L**4 / (8 * E * inertia) + q * L**2 / (2 * GA) + 20 * L**3 / (3 * E * inertia) + 20 * L / GA
     slope = q * L**3 / (6 * E * inertia) + 20 * L**2 / (2 * E * inertia)
@@ -312,7 +316,7 @@ def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), misfits=None, 
     pose = file.robot().assemble()
     options = {} if misfits is None else {"misfits": as_arguments(misfits, file)}
     own = finite_elements.solve(mechanism, file, pose, load, gravity, misfits)
-    theirs, _ = runner.solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
+    theirs, _ = solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
     assert_agrees(pose, load=load, gravity=gravity, **options)
     np.testing.assert_allclose(theirs.twist, own.twist, rtol=0, atol=1e-8 * np.abs(own.twist).max() + 1e-14)
     return theirs
@@ -417,6 +421,57 @@ def test_platform_on_six_springs():
     np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k, rtol=1e-9)
 
 
+# ---- springs -------------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize("rigid", [True, False], ids=["rigid", "elastic"])
+@pytest.mark.parametrize("name", [name for name in ROBOTS if name not in SPINNING])
+def test_springs_on_every_robot(name, rigid):
+    """One to three springs between any links, weights, stiff drives, with beams and without."""
+    at = sprung_robots.bundled(name, 1, rigid=rigid)
+    assert_agrees(at, load=LOAD, payload=ks.Payload(3.0, (0.1, 0.05, -0.2)))
+
+
+def hung_up(phi, stiffness=300.0):
+    """An arm on a hinge along y with a drive of 10 N·m/rad, turned up by φ, in a spring of no free length."""
+    arm = link("arm") + joint("hinge", "continuous", "base", "arm", axis="0 1 0", rpy=f"0 {-phi} 0")
+    spring = f'''<spring name="spring" stiffness="{stiffness}" free_length="0"><predecessor link="base"><origin xyz="0 0 0.4"/>
+</predecessor><successor link="arm"><origin xyz="0.25 0 0"/></successor></spring>'''
+    platform = link("platform") + joint("tip", "fixed", "arm", "platform")
+    return made_of(arm, platform, spring, '<joint_stiffness joint="hinge" drive="10"/>', drives=("hinge",))
+
+
+@pytest.mark.parametrize("phi", [0.0, 0.8, np.pi / 2, -0.3, -np.pi / 2])
+def test_finite_elements_of_an_arm_in_a_spring(monkeypatch, phi):
+    """10 + k a b sin φ; stretching and turning of the spring alone, 10 + k b² wherever it stands, is not verified."""
+    at, stiffness = hung_up(phi), 10 + 30 * np.sin(phi)
+    solution, _ = solve(build(at, np.zeros(6), np.zeros(3)))
+    assert 1 / solution.compliance[4, 4] == pytest.approx(stiffness, rel=1e-9)
+    assert solution.twist[4] == pytest.approx(-30 * np.cos(phi) / stiffness, rel=1e-9, abs=1e-12)
+    right = ks.analyze(at, gravity=(0, 0, 0), on_failure="nan")
+    changed = right.compliance * stiffness / 28.75
+    monkeypatch.setattr(ks.Result, "compliance", property(lambda self: changed))
+    found = ks.verify(at, gravity=(0, 0, 0))
+    assert found.conclusive and not found.verified and found.differences["compliance"] > 0.01
+
+
+@pytest.mark.parametrize("tension", [1e-2, 1.0, -1.0])
+def test_finite_elements_of_a_beam_beside_a_spring(tension):
+    """A constant pull T along a cantilever, which turns with its chord: 3EI/L³ − (6/5 − 1) T/L."""
+    length, EI = 0.5, sr.E * np.pi * 0.01**4 / 64
+    pull = f'''<spring name="pull" stiffness="0" free_length="0" preload="{tension}"><predecessor link="base"/>
+<successor link="platform"/></spring>'''
+    mast = beam("mast", "root", "tip", 'density="0" shear_coefficient="inf"', '<circle diameter="0.01"/>')
+    at = made_of(
+        link("mast"), link("platform"), joint("root", "fixed", "base", "mast"),
+        joint("tip", "fixed", "mast", "platform", f"0 0 {length}"), mast, pull,
+    )  # fmt: skip
+    solution, _ = solve(build(at, np.zeros(6), np.zeros(3)))
+    softer = 3 * EI / length**3 - 1 / solution.compliance[0, 0]
+    assert softer == pytest.approx(tension / length / 5, rel=1e-4)
+
+
 # ---- directions ----------------------------------------------------------------------------------------------------------------
 
 
@@ -452,7 +507,7 @@ def test_the_frame_is_built_without_the_statics():
         r"kinetostatics\.(verification|description|exceptions|math\.(arrays|graphs|ordering)|printing\.mappings|argument_checks)\b"
         r"|kinetostatics\.(kinematics\.configuration|mechanism\.beam_geometry)$"
     )
-    for name in ("pieces", "connections", "frame", "model", "opensees", "worker"):
+    for name in ("pieces", "connections", "frame", "model", "opensees", "solve", "turning", "worker"):
         tree = ast.parse((Path(verification.__file__).parent / f"{name}.py").read_text())
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("kinetostatics"):

@@ -18,7 +18,8 @@ from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
-from kinetostatics.verification.opensees import FrameSolution, solve
+from kinetostatics.verification.opensees import FrameSolution
+from kinetostatics.verification.solve import solve
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -139,8 +140,7 @@ def verify(
     ruler = _Ruler(model, theirs)
     not_compared: dict[str, str] = {}
     known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
-    idle = model.within | {joint.name for joint in model.joints if joint.holds_nothing}
-    for name in idle - set(ours.joint_wrenches):
+    for name in model.within - set(ours.joint_wrenches):
         del known["joint_wrenches"][name]
     joints = _determined(ours.joint_wrenches, known["joint_wrenches"], result, not_compared)
     beams = _determined(ours.beam_wrenches, known["beam_wrenches"], result, not_compared)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
+
+#: Part of the frame's size within which centres of joints are the same.
+SAME_CENTRE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -22,6 +25,7 @@ class FrameBeam:
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) its weight, force and moment per length [N/m, N].
         too_long: by how much it is longer than the distance of its ends while nothing strains it [m].
+        lever: (3,) arm at which its weight hangs on it [m].
     """
 
     name: str
@@ -30,7 +34,8 @@ class FrameBeam:
     axes: Array
     stiffness: tuple[float, ...]
     load: Array
-    too_long: float = 0.0
+    too_long: float
+    lever: Array
 
     @property
     def length(self) -> float:
@@ -68,6 +73,7 @@ class FrameJoint:
         blocked: (6,) along and about which of them it holds the pieces together.
         springs: what is elastic in it, in series with what it blocks.
         misfit: (6,) displacement of the outer piece relative to the inner while nothing strains it, at the centre [m, rad].
+        cross: of a universal joint that turns about both its axes these, the inner piece's first.
     """
 
     name: str
@@ -77,11 +83,12 @@ class FrameJoint:
     blocked: NDArray[np.bool_]
     springs: tuple[FrameSpring, ...]
     misfit: Array
+    cross: tuple[Array, Array] | None = None
 
     @property
-    def holds_nothing(self) -> bool:
-        """Whether it joins its pieces in no direction."""
-        return not self.springs and not np.any(self.blocked)
+    def is_hinge(self) -> bool:
+        """Whether it turns freely about one axis and does nothing else."""
+        return not self.springs and self.blocked.tolist() == [True, True, True, False, True, True]
 
 
 @dataclass(frozen=True)
@@ -124,6 +131,7 @@ class FrameModel:
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
         ties: springs between pieces; their forces at the pose are among the loads.
         within: names of the fixed joints inside the base or the platform, and of floating ones.
+        pulls: piece, point (3,) and force (3,) [N] of what acts at the pose without loads: springs, and weights of rigid links.
     """
 
     base: int
@@ -136,7 +144,35 @@ class FrameModel:
     size: float
     length: float
     ties: tuple[FrameTie, ...] = ()
+    pulls: tuple[tuple[int, Array, Array], ...] = ()
     within: frozenset[str] = frozenset()
+
+    @property
+    def at_the_pose(self) -> FrameModel:
+        """The same under the forces of springs and weights alone, without assembly errors."""
+        loads = np.zeros_like(self.loads)
+        for piece, point, force in self.pulls:
+            loads[piece] += np.append(force, np.cross(point - self.references[piece], force))
+        joints = tuple(replace(joint, misfit=np.zeros(6)) for joint in self.joints)
+        return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, too_long=0.0) for beam in self.beams))
+
+    def run_of(self, joint: FrameJoint) -> list[FrameJoint]:
+        """Return the hinges about one point that follow one another without anything between them; or the joint alone."""
+        run = [joint]
+        for side in (0, 1):
+            while (other := self._next(run[-side], side)) is not None:
+                run.insert(len(run) * side, other)
+        return run
+
+    def _next(self, joint: FrameJoint, side: int) -> FrameJoint | None:
+        piece = joint.pieces[side]
+        others = [item for item in self.joints if item is not joint and piece in item.pieces]
+        laden = [item.pieces for item in self.beams] + [item.pieces for item in self.ties]
+        if piece in (self.base, self.platform, *sum(laden, ())) or len(others) != 1 or np.any(self.loads[piece]):
+            return None
+        other = others[0]
+        near = float(np.linalg.norm(other.point - joint.point)) <= SAME_CENTRE * self.size
+        return other if joint.is_hinge and other.is_hinge and near and other.pieces[1 - side] == piece else None
 
     @property
     def stiffest(self) -> float:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.argument_checks import numbers
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
@@ -93,16 +94,12 @@ class _Builder:
         ]
         acting = list(self._acting(on_links, payload, gravity))
         springs = [self._spring(spring) for spring in self.description.springs.values()]
+        pulls = [(piece, centre, force) for piece, (force, centre) in weights]
         for tie, force in springs:
-            acting += [
-                (tie.pieces[0], (force, np.zeros(3)), tie.points[0]),
-                (tie.pieces[1], (-force, np.zeros(3)), tie.points[1]),
-            ]
+            pulls += [(tie.pieces[0], tie.points[0], force), (tie.pieces[1], tie.points[1], -force)]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
-        for piece, (force, centre) in weights:
-            loads[piece] += np.append(force, np.cross(centre - references[piece], force))
-        for piece, (force, moment), at in acting:
+        for piece, (force, moment), at in [*acting, *((piece, (force, np.zeros(3)), at) for piece, at, force in pulls)]:
             loads[piece] += np.append(force, moment + np.cross(at - references[piece], force))
         R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
         force, moment = R @ load[:3], R @ load[3:]
@@ -118,6 +115,7 @@ class _Builder:
             tuple(self._actuators(coordinates)),
             *_sizes(o, platform, references, beams, joints),
             tuple(tie for tie, _ in springs),
+            tuple(pulls),
             self.pieces.within,
         )
 
@@ -187,6 +185,7 @@ class _Builder:
         # the centre of a sliding joint is the one on its outer side; of others the two are the same
         centre = joint.frames[1 if outward else 0][:3, 3]
         misfit = joint_assembly_error(self.misfits.get(joint.name), joint)
+        cross = (joint.axis, joint.axis2) if outward else (joint.axis2, joint.axis)
         return FrameJoint(
             joint.name,
             (first, second) if outward else (second, first),
@@ -195,6 +194,7 @@ class _Builder:
             ~free,
             joint_springs(joint, elastic),
             misfit,
+            cross if joint.type.turns is Axes.BOTH and np.count_nonzero(free[3:]) == 2 else None,
         )
 
     def _beam(self, placed: PlacedBeam, gravity: Array) -> FrameBeam:
@@ -223,14 +223,16 @@ class _Builder:
         too_long = 0.0
         if isinstance(misfit, Mapping) and not {"twist", "frame"} & set(misfit):
             too_long = float(misfit.get("length", 0)) + beam.thermal_expansion * float(misfit.get("temperature", 0)) * length
+        lever = self._lever(placed)
         return FrameBeam(
             placed.name,
             (first, second) if outward else (second, first),
             points,
             np.column_stack([x, y, np.cross(x, y)]),
             stiffness,
-            self._mass(placed.name) / length * np.append(gravity, np.cross(self._lever(placed), gravity)),
+            self._mass(placed.name) / length * np.append(gravity, np.cross(lever, gravity)),
             too_long,
+            lever,
         )
 
     # ---- weights and points -----------------------------------------------------------------------------------------

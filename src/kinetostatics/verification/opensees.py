@@ -12,8 +12,8 @@ import importlib.util
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ import numpy as np
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named, ShortRepr
-from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
@@ -66,87 +66,16 @@ class FrameSolution(ShortRepr):
     torques: frozenset[str]
 
 
-def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame, with elastic actuators that others follow: held, and as far off as each of them gives way.
-
-    Returns and errors are those of :func:`_solve`.
-    """
-    soft = [actuator for actuator in model.actuators if np.isfinite(actuator.stiffness)]
-    held = _solve(model)
-    ways = [_solve(_moved_by(model, actuator)) for actuator in soft]
-    first, second = (_given_way(model, soft, held[k], [way[k] for way in ways]) for k in (0, 1))
-    return first, second
-
-
-def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
-    """Return a frame without loads whose joints are off by what a unit of an actuator's coordinate moves them."""
-    by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
-    joints = []
-    for joint in model.joints:
-        ratio, part = by.get(joint.name, (0.0, None))
-        along = np.zeros(3) if part is None else ratio * part.axis
-        parts = (np.zeros(3), along) if part is not None and part.rotates else (along, np.zeros(3))
-        joints.append(replace(joint, misfit=np.concatenate(parts)))
-    beams = tuple(replace(beam, load=np.zeros(6), too_long=0.0) for beam in model.beams)
-    return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
-
-
-def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution, ways: Sequence[FrameSolution]) -> FrameSolution:
-    """Add to an answer with rigid actuators what they do in giving way: f = G w and f = −k w, by the sum of both f.
-
-    By reciprocity a unit load of the platform has in an actuator minus the force that a unit of its way moves the platform.
-    """
-    if not soft:
-        return held
-    resist = np.array([[way.actuator_forces[item.name] for way in ways] for item in soft])
-    resist = np.linalg.inv(resist + np.diag([item.stiffness for item in soft]))
-    w = -resist @ [held.actuator_forces[item.name] for item in soft]
-    moved = np.stack([way.twist for way in ways], axis=1)
-
-    def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
-        return Named(
-            {
-                name: frozen(value + sum(a * pick(way)[name] for a, way in zip(w, ways, strict=True)))
-                for name, value in pick(held).items()
-            }
-        )
-
-    C = held.compliance + moved @ resist @ moved.T
-    forces = {
-        name: force + sum(a * way.actuator_forces[name] for a, way in zip(w.tolist(), ways, strict=True))
-        for name, force in held.actuator_forces.items()
-    }
-    return replace(
-        held,
-        twist=frozen(held.twist + moved @ w),
-        compliance=frozen(C),
-        stiffness=frozen(_inverse(C, model.length)),
-        joint_wrenches=summed(lambda item: item.joint_wrenches),
-        beam_wrenches=summed(lambda item: item.beam_wrenches),
-        actuator_forces=Named(forces),
-    )
-
-
-def _inverse(compliance: Array, length: float) -> Array:
-    """Return the stiffness (6, 6) of a compliance, NaN where it is singular."""
-    unit = np.outer(*[np.repeat([1.0, length], 3)] * 2)
-    try:
-        return np.asarray(np.linalg.inv(compliance * unit) * unit, dtype=np.float64)
-    except np.linalg.LinAlgError:
-        return np.full((6, 6), np.nan)
-
-
-def _solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame with rigid actuators, but for those that are springs of joints.
+def levels(model: FrameModel, scale: Scale, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Solve a frame for the displacements of some pieces, see :func:`_arrays`.
 
     Returns:
-        The solution; and one that is extrapolated from one level less, which tells how sure the first is.
+        What is extrapolated from all levels, in units of the scale; and from one less, which tells how sure the first is.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
     """
-    scale = _Scale(model)
-    frame = _frame(model, scale)
+    frame = _frame(model, scale, probes)
     h = np.array([0.5**level for level in range(LEVELS)])
     best: tuple[float, dict[str, Array], dict[str, Array]] | None = None
     failure: OpenSeesError | None = None
@@ -157,20 +86,20 @@ def _solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
             failure = error
             continue
         all_levels, one_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
-        scatter = _scatter(all_levels, one_less)
+        scatter = _scatter(of_platform(all_levels), of_platform(one_less))
         if best is None or scatter < best[0]:
             best = scatter, all_levels, one_less
         if scatter < SURE:
             break
     if best is None:
         raise failure or OpenSeesError("OpenSees was not run")
-    return _answer(model, scale, best[1]), _answer(model, scale, best[2])
+    return best[1:]
 
 
 # ---- scaling -------------------------------------------------------------------------------------------------------------
 
 
-class _Scale:
+class Scale:
     """Units in which the frame is of order one: of length [m], stiffness [N/m] and force [N]."""
 
     def __init__(self, model: FrameModel) -> None:
@@ -196,8 +125,8 @@ class _Scale:
         return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
 
 
-def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
-    """Return the frame as plain numbers in units of ``scale``, for the worker."""
+def _frame(model: FrameModel, scale: Scale, probes: Sequence[int]) -> dict[str, object]:
+    """Return the frame as plain numbers in units of ``scale``, for the worker, which tells how the pieces ``probes`` move."""
     nodes: list[list[float]] = []
     fixed: list[int] = []
     ties: list[list[int]] = []
@@ -222,7 +151,7 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
     beams: list[dict[str, object]] = []
     for joint in model.joints:
         inner, outer = (attached(piece, joint.point) for piece in joint.pieces)
-        rows = _series(joint)
+        rows = series(joint)
         nodes_between = [inner, *(node(joint.point) for _ in rows[1:]), outer]
         for number, (axes, stiffness) in enumerate(rows):
             turn = np.kron(np.eye(2), axes)
@@ -250,11 +179,6 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
                 "at_ends": (_at_ends(beam) / np.tile(scale.wrench, 2)).tolist(),
             }
         )
-    ties_apart: list[dict[str, object]] = []
-    for number, tie in enumerate(model.ties):
-        ends = [attached(piece, point) for piece, point in zip(tie.pieces, tie.points, strict=True)]
-        stiffness = (tie.stiffness / scale.stiffness).tolist()
-        ties_apart.append({"tag": 2_000_000 + number, "nodes": ends, "stiffness": stiffness, "axes": _orientation(tie.axes)})
     fixed.append(references[model.base])
     loads = [
         [references[piece], (load / scale.wrench).tolist()]
@@ -268,9 +192,8 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
         "springs": springs,
         "beams": beams,
         "loads": loads,
-        "ties_apart": ties_apart,
     }
-    return {**lists, "platform": references[model.platform]}
+    return {**lists, "probes": [references[piece] for piece in probes]}
 
 
 def _at_ends(beam: FrameBeam) -> Array:
@@ -288,7 +211,7 @@ def _at_ends(beam: FrameBeam) -> Array:
     return np.concatenate([beam.axes @ part for part in (-forces, moments, forces, moments)])
 
 
-def _series(joint: FrameJoint) -> list[tuple[Array, Array]]:
+def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
     """Return axes and stiffnesses (6,) of the springs that make up a joint: infinite where it blocks, zero where it is free."""
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
@@ -300,8 +223,8 @@ def _orientation(axes: Array) -> list[float]:
 
 
 def _arrays(level: Mapping[str, object]) -> dict[str, Array]:
-    """Return a level's answer, still in units of the scale."""
-    moved = np.array(level["platform"])
+    """Return a level's answer, still in units of the scale: how the probes move under the loads (6p,) and unit loads (6p, 6p)."""
+    moved = np.array(level["moved"])
     return {
         "twist": moved[0],
         "compliance": moved[1:].T,
@@ -325,14 +248,19 @@ def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
     return float(max(gaps)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
-def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> FrameSolution:
+def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
+    """Return an answer without the other probes, which may spin."""
+    return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
+
+
+def answer(model: FrameModel, scale: Scale, raw: Mapping[str, Array]) -> FrameSolution:
     """Return an answer in SI units and by name."""
     wrenches: dict[str, Array] = {}
     row = 0
     for joint in model.joints:
         # several telescopic beams that span one joint share its wrench
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
-        row += len(_series(joint))
+        row += len(series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
     forces = {
         actuator.name: sum(factor * _along(part, wrenches) for factor, part in actuator.moves) for actuator in model.actuators
@@ -343,12 +271,21 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
     return FrameSolution(
         frozen(raw["twist"] * scale.twist),
         frozen(C),
-        frozen(_inverse(C, model.length)),
+        frozen(inverse(C, model.length)),
         Named({name: frozen(wrench) for name, wrench in wrenches.items()}),
         Named({name: frozen(wrench) for name, wrench in sections.items()}),
         Named(forces),
         torques,
     )
+
+
+def inverse(compliance: Array, length: float) -> Array:
+    """Return the stiffness (6, 6) of a compliance, NaN where it is singular."""
+    unit = np.outer(*[np.repeat([1.0, length], 3)] * 2)
+    try:
+        return np.asarray(np.linalg.inv(compliance * unit) * unit, dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.full((6, 6), np.nan)
 
 
 def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:

@@ -48,15 +48,14 @@ class Frame(TypedDict):
     nodes: list[list[float]]
     fixed: list[int]
     ties: list[list[int]]
-    ties_apart: list[Spring]
     springs: list[Spring]
     beams: list[Beam]
     loads: list[tuple[int, list[float]]]
-    platform: int
+    probes: list[int]
     springs_at_level: list[tuple[float, float]]
 
 
-#: Displacements of the platform, forces of springs and beams; one row for each load, spring or beam.
+#: Displacements of the probes and forces of springs and beams; one row for each load, spring or beam.
 Answer: TypeAlias = dict[str, list[list[float]]]
 
 
@@ -105,12 +104,6 @@ def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
         ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], 1.0, 1.0, EA, GJ, EIy, EIz, GAy, GAz, beam["tag"])
-    for tie in frame["ties_apart"]:
-        materials = [10 * tie["tag"] + direction for direction in (1, 2, 3)]
-        for material, stiffness in zip(materials, tie["stiffness"], strict=True):
-            ops.uniaxialMaterial("Elastic", material, stiffness)
-        # of no length for OpenSees too, which tells how far its nodes are apart: they move apart by their displacements alone
-        ops.element("zeroLength", tie["tag"], *tie["nodes"], "-mat", *materials, "-dir", 1, 2, 3, "-orient", *tie["axes"])
     ops.timeSeries("Constant", 1)
     ops.constraints("Transformation")
     ops.numberer("RCM")
@@ -121,16 +114,21 @@ def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
 
 
 def solve(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> Answer:
-    """Return the platform's displacements under the loads and six unit loads, and forces of joints and beams under the loads."""
+    """Return the probes' displacements under the loads and unit loads on each, and forces of joints and beams under the loads."""
     build(ops, frame, penalty, ground)
     answer = under_loads(ops, frame, penalty)
-    platform = frame["platform"]
-    for k in range(6):
-        start(ops, [(platform, [float(k == direction) for direction in range(6)])])
-        # the second step finds what rounding has left unbalanced by the first
-        analyze(ops, 2)
-        answer["platform"].append(ops.nodeDisp(platform))
+    for probe in frame["probes"]:
+        for k in range(6):
+            start(ops, [(probe, [float(k == direction) for direction in range(6)])])
+            # the second step finds what rounding has left unbalanced by the first
+            analyze(ops, 2)
+            answer["moved"].append(displacements(ops, frame))
     return answer
+
+
+def displacements(ops: ModuleType, frame: Frame) -> list[float]:
+    """Return the displacements of all probes."""
+    return [float(value) for probe in frame["probes"] for value in ops.nodeDisp(probe)]
 
 
 def assembly_error_forces(spring: Spring, penalty: float) -> list[float]:
@@ -153,7 +151,7 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
     """
-    answer: Answer = {"platform": [[0.0] * 6], "springs": [], "beams": []}
+    answer: Answer = {"moved": [], "springs": [], "beams": []}
     misfits = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
     loads = list(frame["loads"])
     pairs = [(spring["nodes"], [*map(neg, forces), *forces]) for spring, forces in zip(frame["springs"], misfits, strict=True)]
@@ -169,7 +167,7 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
                 ops.eleLoad("-ele", beam["tag"], "-type", "-beamUniform", y, z, x)
         analyze(ops, 1)
         found = {
-            "platform": [ops.nodeDisp(frame["platform"])],
+            "moved": [displacements(ops, frame)],
             "springs": [ops.eleResponse(spring["tag"], "force")[:6] for spring in frame["springs"]],
             "beams": [ops.eleResponse(beam["tag"], "force") for beam in frame["beams"]],
         }

@@ -1,0 +1,141 @@
+"""A frame solved: as it stands, with the geometric stiffness of its springs, and with elastic actuators that others follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.verification.frame import Actuator, FrameModel
+from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, of_platform, series
+from kinetostatics.verification.turning import geometric_stiffness
+
+#: Compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS` holds a piece.
+LOOSE = 1e9
+#: Part of the largest geometric stiffness that is none.
+NOTHING = 1e-6
+
+
+def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
+    """Solve a frame, with elastic actuators that others follow: held, and as far off as each of them gives way.
+
+    Returns and errors are those of :func:`_solve`.
+    """
+    soft = [actuator for actuator in model.actuators if np.isfinite(actuator.stiffness)]
+    held = _solve(model, model)
+    ways = [_solve(_moved_by(model, actuator), model) for actuator in soft]
+    first, second = (_given_way(model, soft, held[k], [way[k] for way in ways]) for k in (0, 1))
+    return first, second
+
+
+def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
+    """Return a frame without loads whose joints are off by what a unit of an actuator's coordinate moves them."""
+    by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
+    joints = []
+    for joint in model.joints:
+        ratio, part = by.get(joint.name, (0.0, None))
+        along = np.zeros(3) if part is None else ratio * part.axis
+        parts = (np.zeros(3), along) if part is not None and part.rotates else (along, np.zeros(3))
+        joints.append(replace(joint, misfit=np.concatenate(parts)))
+    beams = tuple(replace(beam, load=np.zeros(6), too_long=0.0) for beam in model.beams)
+    return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
+
+
+def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution, ways: Sequence[FrameSolution]) -> FrameSolution:
+    """Add to an answer with rigid actuators what they do in giving way: f = G w and f = −k w, by the sum of both f.
+
+    By reciprocity a unit load of the platform has in an actuator minus the force that a unit of its way moves the platform.
+    """
+    if not soft:
+        return held
+    resist = np.array([[way.actuator_forces[item.name] for way in ways] for item in soft])
+    resist = np.linalg.inv(resist + np.diag([item.stiffness for item in soft]))
+    w = -resist @ [held.actuator_forces[item.name] for item in soft]
+    moved = np.stack([way.twist for way in ways], axis=1)
+
+    def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
+        return Named(
+            {
+                name: frozen(value + sum(a * pick(way)[name] for a, way in zip(w, ways, strict=True)))
+                for name, value in pick(held).items()
+            }
+        )
+
+    C = held.compliance + moved @ resist @ moved.T
+    forces = {
+        name: force + sum(a * way.actuator_forces[name] for a, way in zip(w.tolist(), ways, strict=True))
+        for name, force in held.actuator_forces.items()
+    }
+    return replace(
+        held,
+        twist=frozen(held.twist + moved @ w),
+        compliance=frozen(C),
+        stiffness=frozen(inverse(C, model.length)),
+        joint_wrenches=summed(lambda item: item.joint_wrenches),
+        beam_wrenches=summed(lambda item: item.beam_wrenches),
+        actuator_forces=Named(forces),
+    )
+
+
+def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
+    """Solve a frame with rigid actuators, but for those that are springs of joints.
+
+    Returns:
+        The solution; and one that is extrapolated from one level less, which tells how sure the first is.
+
+    Raises:
+        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
+    """
+    scale = Scale(model)
+    answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
+    all_levels, one_less = (answer(model, scale, raw) for raw in answers)
+    return all_levels, one_less
+
+
+def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return what :func:`levels` does, with the geometric stiffness of the forces at the pose.
+
+    OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
+    displacement without it, the pieces move by u = u_0 + C w under w = −K_G u, which is put on them as further loads.
+    """
+    pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
+    at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
+    rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
+    first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
+    found = []
+    for forces, raw in zip(at_the_pose, loaded, strict=True):
+        K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
+        K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
+        held = _held(raw["compliance"], K)
+        K, C = held @ K @ held, held @ raw["compliance"] @ held
+        more = -np.linalg.solve(np.eye(len(K)) + K @ C, K @ np.column_stack([raw["twist"], C[:, :6]]))
+        found.append((more[:, 0], C[:6, :6] + C[:6] @ more[:, 1:]))
+    loads = model.loads.copy()
+    loads[pieces] += found[0][0].reshape(-1, 6) * scale.wrench
+    answers = []
+    for raw, forces, (_, compliance) in zip(levels(replace(model, loads=loads), scale, pieces), at_the_pose, found, strict=True):
+        turns = np.zeros((len(model.references), 3))
+        turns[pieces] = raw["twist"].reshape(-1, 6)[:, 3:] * scale.twist[3:]
+        springs = raw["springs"].copy()
+        for joint, row in zip(model.joints, first, strict=True):
+            # these follow the mean of a joint's own pieces, and are told as those that follow the mean of the ends of its run
+            run = robot.run_of(joint)
+            turn = np.mean(turns[list(joint.pieces)] - turns[[run[0].pieces[0], run[-1].pieces[1]]], axis=0)
+            springs[row] += np.cross(turn, forces["springs"][row].reshape(2, 3)).ravel()
+            if len(run) == 2:  # and not about an axis of a universal joint, which a moment across both tilts to
+                normal = np.cross(run[0].axes[:, 0], run[1].axes[:, 0])
+                springs[row, 3:] = normal * (springs[row, 3:] @ normal) / (normal @ normal)
+        answers.append(of_platform(raw) | {"springs": springs, "compliance": compliance})
+    return answers[0], answers[1]
+
+
+def _held(C: Array, K: Array) -> Array:
+    """Return the projection (n, n) onto what something holds: a strut that spins between two balls neither C nor K does."""
+    values, vectors = np.linalg.eigh((C + C.T) / 2)
+    free = vectors[:, np.abs(values) > LOOSE]
+    values, turned = np.linalg.eigh(free.T @ K @ free)
+    spins = free @ turned[:, np.abs(values) <= NOTHING * np.abs(K).max(initial=0.0)]
+    return np.asarray(np.eye(len(C)) - spins @ spins.T)

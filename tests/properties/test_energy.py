@@ -1,0 +1,183 @@
+"""Springs on robots of all kinds against the second derivative of the energy (:mod:`energy`), and closed forms.
+
+Stiffness, displacement and stability of robots with springs follow from the energy of springs and weights in displaced poses.
+A few random ones by default;
+
+    KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/properties/test_energy.py
+
+tries that many.
+"""
+
+import os
+
+import energy
+import numpy as np
+import package_robots
+import pytest
+import small_robots as sr
+import sprung_robots
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.verification.model import build
+
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
+LOAD = (10.0, 20.0, -30.0, 1.0, 2.0, 3.0)
+CLOSE = 1e-7
+
+
+def assert_as_the_energy_says(pose, close=CLOSE, elements=8, **options):
+    """Compare; return the result and the judge's answer, or None where it cannot judge."""
+    answer = energy.solve(pose, LOAD, elements=elements, **options)
+    if answer.gap < 1e-6:
+        return None
+    result = ks.analyze(pose, LOAD, on_failure="nan", **options)
+    unit = np.repeat([1.0, pose.robot.length], 3)
+    for found, wanted, scale in (
+        (result.compliance, answer.compliance, np.outer(unit, unit)),
+        (result.twist, answer.twist, unit),
+        (sum(result.contributions.values()), answer.twist, unit),
+    ):
+        size = max(float(np.linalg.norm(wanted * scale)), 1e-14)
+        assert np.linalg.norm((found - wanted) * scale) <= close * size
+    assert unstable(result) == (answer.negative > 0), (result.warnings, answer.negative)
+    return result, answer
+
+
+def unstable(result):
+    return any("unstable" in item for item in result.warnings)
+
+
+# ---- random robots -------------------------------------------------------------------------------------------------------------
+
+RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide", "spherical_3rrr"})
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", RIGID)
+def test_rigid_robots_with_stiff_drives(name):
+    judged = 0
+    for seed in range(3):
+        pose = sprung_robots.bundled(name, seed)
+        judged += assert_as_the_energy_says(pose) is not None
+    assert judged
+
+
+@settings(max_examples=COUNT, deadline=None)
+@given(
+    st.lists(st.sampled_from(sr.LIMBS), min_size=1, max_size=6).filter(lambda limbs: sum(map(sr.wrenches, limbs)) >= 6),
+    st.integers(0, 2**31),
+)
+def test_random_robots_with_stiff_drives(kinds, seed):
+    try:
+        pose = sprung_robots.serial(kinds, seed)
+    except ks.KinetostaticsError:
+        assume(False)
+    assume(assert_as_the_energy_says(pose))
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
+    """What joints, beams, springs, weights and loads put on a part adds up to nothing; so it does on the whole."""
+    at = sprung_robots.bundled(name, 2, rigid=False, stiffer=1e8)
+    result, gravity = ks.analyze(at, LOAD), np.array([0, 0, -9.81])
+    model = build(at, np.array(LOAD), gravity)
+    left = model.loads.copy()
+
+    def put(piece, wrench, point):
+        left[piece] += np.append(wrench[:3], wrench[3:] + np.cross(point - model.references[piece], wrench[:3]))
+
+    for joint in model.joints:
+        if joint.name in result.joint_wrenches:
+            for piece, sign in zip(joint.pieces, (-1, 1), strict=True):
+                put(piece, sign * result.joint_wrenches[joint.name], joint.point)
+    for beam in model.beams:
+        sections = result.beams[beam.name].section_wrenches[[0, -1]].reshape(2, 2, 3) @ result.beams[beam.name].axes.T
+        for piece, sign, wrench, point in zip(beam.pieces, (1, -1), sections.reshape(2, 6), beam.points, strict=True):
+            put(piece, sign * wrench, point)
+    whole = list(range(len(left)))  # pieces of the base, or of the platform, are one part
+    for joint in model.joints:
+        if joint.name in model.within:
+            first, second = (whole[piece] for piece in joint.pieces)
+            whole = [first if root == second else root for root in whole]
+    size = max(float(np.linalg.norm(wrench[:3])) for wrench in result.joint_wrenches.values())
+    for part in set(whole) - {whole[model.base]}:
+        pieces = [piece for piece, root in enumerate(whole) if root == part]
+        about = model.references[part]
+        total = sum(np.append(left[k, :3], left[k, 3:] + np.cross(model.references[k] - about, left[k, :3])) for k in pieces)
+        assert np.abs(total).max() < 1e-6 * size, part
+
+
+# ---- closed forms --------------------------------------------------------------------------------------------------------------
+
+
+def arm(stiffness=300.0, drive=10.0, mass=0.0, height=0.4, lever=0.25):
+    """A massless arm on a hinge along y, hung up by a spring of no free length; a mass at its end."""
+    inertia = f'<mass value="{mass}"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    inertial = f'<inertial><origin xyz="0.5 0 0"/>{inertia}</inertial>' if mass else ""
+    return ks.Robot(
+        parse_robot_text(f"""<robot name="arm"><link name="ground"/><link name="arm">{inertial}</link>
+<joint name="hinge" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+<platform link="arm"/><transmission name="drive"><joint name="hinge"/></transmission>
+<joint_stiffness joint="hinge" drive="{drive}"/><spring name="spring" stiffness="{stiffness}" free_length="0">
+<predecessor link="ground"><origin xyz="0 0 {height}"/></predecessor>
+<successor link="arm"><origin xyz="{lever} 0 0"/></successor></spring></robot>""")
+    )
+
+
+PHI = np.radians([0.0, 20, 45, 90, 130, 180, -10, -45, -90])
+
+
+def test_an_arm_that_hangs_in_a_spring():
+    """K = 10 + k a b sin φ; the spring turns it by −k a b cos φ / K; where K is negative, it falls."""
+    result = ks.analyze(arm().assemble(actuators={"hinge": -PHI}), on_failure="nan")
+    stiffness = 10 + 30 * np.sin(PHI)
+    np.testing.assert_allclose(1 / result.compliance[:, 4, 4], stiffness, rtol=1e-9)
+    np.testing.assert_allclose(result.twist[:, 4], -30 * np.cos(PHI) / stiffness, rtol=1e-9, atol=1e-12)
+    for phi, k in zip(PHI, stiffness, strict=True):
+        assert unstable(ks.analyze(arm().assemble(actuators={"hinge": -phi}), on_failure="nan")) == (k < 0)
+
+
+def test_a_balanced_arm_is_in_neutral_equilibrium():
+    """m g l = k a b: the spring's stiffness and the weight's cancel at every angle, and the drive's own is left."""
+    result = ks.analyze(arm(mass=30 / (9.81 * 0.5)).assemble(actuators={"hinge": -PHI}))
+    np.testing.assert_allclose(1 / result.compliance[:, 4, 4], 10.0, rtol=1e-9)
+    np.testing.assert_allclose(result.twist, 0, atol=1e-13)
+
+
+def leg(tension):
+    """A driven hinge with 1,000 N·m/rad, a driven slide of 0.5 m, a spring between the leg's two parts."""
+    spring = f"""<spring name="inside" stiffness="0" free_length="0" preload="{tension}">
+<predecessor link="cylinder"/><successor link="rod"/></spring>"""
+    return ks.Robot(
+        parse_robot_text(f"""<robot name="leg"><link name="ground"/><link name="cylinder"/><link name="rod"/>
+<joint name="hinge" type="revolute"><parent link="ground"/><child link="cylinder"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+<joint name="slide" type="prismatic"><parent link="cylinder"/><child link="rod"/><axis xyz="0 0 1"/>
+<limit lower="0" upper="1" effort="0" velocity="0"/></joint>
+<platform link="rod"/><transmission name="a"><joint name="hinge"/></transmission>
+<transmission name="b"><joint name="slide"/></transmission>
+<joint_stiffness joint="hinge" drive="1000"/>{spring if tension else ""}</robot>""")
+    )
+
+
+@pytest.mark.parametrize("tension", [0, 500, 2000, -2000])
+def test_a_spring_inside_a_leg_has_no_effect_outside(tension):
+    result = ks.analyze(leg(tension).assemble(actuators={"hinge": 0.0, "slide": 0.5}), (10, 0, 0, 0, 0, 0), (0, 0, 0))
+    np.testing.assert_allclose(result.twist[[0, 4]], [0.0025, 0.005], rtol=1e-9)
+    assert float(result.actuator_forces["hinge"]) == pytest.approx(-5, rel=1e-9)
+    assert float(result.actuator_forces["slide"]) == pytest.approx(tension, rel=1e-9, abs=1e-9)
+    np.testing.assert_allclose(result.joint_wrenches["hinge"], [-10, 0, 0, 0, -5, 0], rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(result.base_wrench, [-10, 0, 0, 0, -5, 0], rtol=1e-9, atol=1e-6)
+
+
+def test_a_robot_that_is_unstable_inside_a_limb():
+    """A spring pushes on a link between two beams harder than these hold it sideways, in two directions."""
+    pose = ks.load_robot(ROOT / "tests" / "cases" / "unstable_inside_a_limb.urdf").assemble()
+    assert [energy.solve(pose, elements=n).negative for n in (1, 4)] == [2, 2]
+    result = ks.analyze(pose, on_failure="nan")
+    assert unstable(result), str(result)
