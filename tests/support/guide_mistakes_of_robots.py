@@ -327,6 +327,8 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             code="result = ks.analyze(pose)"),
     Mistake("the same at two poses", "So it is with all warnings that hold at some poses.", PUSHING,
             code='result = ks.analyze(robot.assemble(actuators={"a": [0, 0.1]}))'),
+    Mistake('`<joint_stiffness joint="a" drive="200"/>`', "2e5, if that was meant.",
+            more('<joint_stiffness joint="a" drive="200"/>'), code="result = ks.analyze(pose)"),
     swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
     Mistake("5 kg in the `<inertial>` of a rod whose beam has a density", "Motors and fittings get links of their own.",
             (('<link name="left"/>', f'<link name="left">{HEAVY.replace("1", "5", 1)}</link>'),)),

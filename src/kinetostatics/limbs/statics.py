@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,12 @@ class LimbStatics(ShortRepr):
     degenerate: NDArray[np.bool_]
     doubtful: NDArray[np.bool_]
     may_stiffen: NDArray[np.bool_]
+
+    def take(self, poses: slice) -> LimbStatics:
+        """Return some of the poses."""
+        arrays = {item.name: getattr(self, item.name)[..., poses] for item in fields(self) if item.name not in ("group", "loads")}
+        loads = LimbLoads(*(getattr(self.loads, item.name)[..., poses] for item in fields(LimbLoads)))
+        return LimbStatics(group=self.group, loads=loads, **arrays)
 
 
 def limb_statics(

@@ -12,11 +12,14 @@ from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import part_of_weights
 
 #: Part of the Euler load above which the linear theory is doubtful.
 EULER_WARNING = 0.05
 #: Displacement, relative to the characteristic length, and rotation [rad] of the platform above which it is doubtful, too.
 LARGE_MOTION = 0.1
+#: Part of the stiffness in some direction up to which what the arms of weights do is not worth mentioning.
+TURNING_WEIGHTS = 0.01
 #: Part of a self-stress below which a joint has no part in it.
 NOTHING = 1e-9
 #: Gap of the loops [m, rad] above which it is worth mentioning.
@@ -28,6 +31,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot, of its poses, and of what happens there under the loads."""
     found = [
         *_tipping(result),
+        *_turning_weights(result),
         *_buckling(result),
         *result.robot.warnings,
     ]
@@ -63,6 +67,32 @@ def _tipping(result: Result) -> list[str]:
     at = "" if result.shape == () else ", at the first of them"
     return [
         f"{poses} unstable: springs and weights push harder than {held}{at}; it tips over, and the numbers mean nothing there"
+    ]
+
+
+def _turning_weights(result: Result) -> list[str]:
+    """Say where the arms of weights, which linear theory leaves as they are, would change the stiffness: at the softest pose."""
+    scale = np.repeat([1.0, result.robot.length], 3)
+    softness = np.linalg.norm(np.nan_to_num(result.compliance.reshape(-1, 36)) * np.outer(scale, scale).ravel(), axis=1)
+    sound = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1) & ~result.indeterminate.ravel()
+    softest = int(np.argmax(np.where(sound, softness, 0.0))) if softness.size else 0
+    if result.robot.description.springs or not softness.size or not sound[softest] or not softness[softest]:
+        return []
+    ends = np.cumsum([solution.o.shape[1] for solution in result.solutions])
+    chunk = int(np.searchsorted(ends, softest, side="right"))
+    solution, pose = result.solutions[chunk], softest - int(ends[chunk])
+    at = [solution.o.shape[1] + pose]
+    groups = tuple(item.group for item in solution.statics)
+    part = part_of_weights(result.robot.statics, solution.frames.take(np.array(at)), solution.gravity[:, at], groups)[:, :, 0]
+    values, vectors = np.linalg.eig(np.nan_to_num(part))
+    worst = int(np.argmax(np.abs(values)))
+    if abs(values[worst]) <= TURNING_WEIGHTS:
+        return []
+    motion = describe_twist(vectors[:, worst].real / scale, result.robot.length)
+    where = "" if result.shape == () else " at the softest pose"
+    return [
+        f"the arms of weights turn with the robot, which changes its stiffness against {motion} by "
+        f"{100 * values[worst].real:+.2g} %{where}: linear theory leaves that out"
     ]
 
 

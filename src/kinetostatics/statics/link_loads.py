@@ -6,7 +6,7 @@ contribution of its own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -21,6 +21,9 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
+
+#: Loads times poses that are solved at once.
+_AT_ONCE = 500
 
 
 @dataclass(frozen=True)
@@ -88,14 +91,33 @@ def applied_statics(
     loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, sources: int
 ) -> tuple[AppliedStatics, ...]:
     """Find what loads do to limbs by themselves; the first load's contribution has the number ``first``."""
-    found, groups = [], list(groups)
-    for number, load in enumerate(loads, first):
-        mine = [load.at(group.places) for group in groups]
-        parts = [limb_statics_under(group, frames, o, w) if w else None for group, w in zip(groups, mine, strict=True)]
+    found, loads = [], list(loads)
+    parts = [_under(group, loads, frames, o) for group in groups]
+    for number, load in enumerate(loads):
         share = np.zeros((sources, o.shape[1]))
-        share[number] = 1.0
-        found.append(AppliedStatics(load, tuple(parts), share))
+        share[first + number] = 1.0
+        found.append(AppliedStatics(load, tuple(part[number] for part in parts), share))
     return tuple(found)
+
+
+def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
+    """Return a group of limbs under each load alone; None where it does not load them. Of few poses many loads go at once."""
+    found: list[LimbStatics | None] = [None] * len(loads)
+    mine = {k: wrenches for k, load in enumerate(loads) if (wrenches := load.at(group.places))}
+    N, recorded = o.shape[1], any(wrench.dtype == object for item in mine.values() for wrench in item.values())
+    at_once = 1 if recorded or o.dtype == object else max(1, _AT_ONCE // max(N, 1))
+    for start in range(0, len(mine), at_once):
+        some = list(mine)[start : start + at_once]
+        if len(some) == 1:
+            found[some[0]] = limb_statics_under(group, frames, o, mine[some[0]])
+            continue
+        none, places = np.zeros((6, N)), dict.fromkeys(place for k in some for place in mine[k])
+        wrenches = {place: np.concatenate([mine[k].get(place, none) for k in some], axis=1) for place in places}
+        again = np.tile(np.arange(N), len(some))
+        together = limb_statics_under(group, frames.take(again), o[:, again], wrenches)
+        for number, k in enumerate(some):
+            found[k] = together.take(slice(number * N, (number + 1) * N))
+    return found
 
 
 def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:

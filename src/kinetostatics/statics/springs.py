@@ -28,6 +28,7 @@ from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring, 
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, solve, with_more
+from kinetostatics.statics.turning_parts import turning_parts
 
 #: Part of the robot's size below which a spring has no length and its force no direction.
 _NOTHING = 1e-9
@@ -110,6 +111,18 @@ def solve_with_springs(
     return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents)
 
 
+def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups: tuple[LimbGroup, ...]) -> Array:
+    """Return C S (6, 6, N) of a robot without springs: what the arms of its weights would change its stiffness by, beside that.
+
+    Rotations count times the characteristic length.
+    """
+    geometric = GeometricStiffness(robot, turning_parts(robot), frames, [])
+    before = balanced(robot, frames, np.zeros((6, gravity.shape[1])), gravity, None, groups)
+    changes = Changes(robot, before, geometric.unit_loads())
+    _, tangents, _ = _response(robot, geometric, geometric.under(before.solution), before.solution, changes)
+    return tangents[-1] - np.eye(6)[:, :, None]
+
+
 def _response(
     robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, solution: Solution, changes: Changes
 ) -> tuple[Array, tuple[Array, ...], Array]:
@@ -174,8 +187,8 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
     """
     motion = partial(_motion, robot, solution, deform(robot, solution))
     u = geometric.displacements(motion, geometric.coordinates.blocks)
-    first = next(k for k, item in enumerate(solution.sources) if item.startswith("spring "))
-    u[:, first] += u[:, -1]
+    first = [k for k, item in enumerate(solution.sources) if item.startswith("spring ")]
+    u[:, first[:1]] += u[:, -1:]
     return u[:, :-1]
 
 

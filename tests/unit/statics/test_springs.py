@@ -359,3 +359,13 @@ def test_a_robot_that_is_unstable_inside_a_limb_is_told():
     found = ks.analyze(ks.load_robot(places.CASES / "unstable_inside_a_limb.urdf").assemble())
     assert any("unstable: springs and weights push harder than the parts of its limbs" in item for item in found.warnings)
     assert [int(np.sum(np.linalg.eigvals(item[..., 0]).real < 0)) for item in found.solutions[0].tangents] == [2, 0, 0]
+
+
+@pytest.mark.parametrize(("angle", "words"), [(0.0, None), (-1.5, "-3.1 %"), (1.5, r"\+3.1 %")])
+def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words):
+    """m g l sin φ beside the drive: upwards less, hanging more. Linear theory leaves it out, from 1 % on with a word."""
+    text = pendulum("").replace('drive="1e4"', 'drive="1e3"')
+    found = ks.analyze(loaded(text).assemble(actuators={"hinge": angle}))
+    assert float(found.compliance[4, 4]) == pytest.approx(1e-3, rel=1e-9)
+    said = [item for item in found.warnings if "the arms of weights turn with the robot" in item]
+    assert len(said) == (words is not None) and all(re.search(f"rotation about the axis .* by {words}", item) for item in said)
