@@ -32,7 +32,7 @@ from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import solve_with_springs
+from kinetostatics.statics.springs import placed_springs, solve_with_springs
 
 
 @told_keywords
@@ -215,6 +215,9 @@ def _complain(robot: Robot, solution: Solution) -> None:
     for p in np.flatnonzero(solution.singular):
         if short := without_length(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)
+        for spring in placed_springs(robot.statics, solution.frames.take(slice(p, p + 1))):
+            if not np.all(np.isfinite(spring.force)):
+                raise StaticsError(f"the spring {spring.name!r} has no length at this pose: its force has no direction")
     for name, part in solution.unbalanced.items():
         for p in np.flatnonzero(part > UNBALANCED):
             joints = robot.statics.passive_joints(name)

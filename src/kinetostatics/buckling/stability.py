@@ -243,7 +243,7 @@ class _Assembly:
         """Springs between links: what of their stiffness is negative, as they push, grows with the forces."""
         body_at = self.structure.body_at
         for spring in placed_springs(self.structure.model, self.frames):
-            values, axes = np.linalg.eigh(np.moveaxis(spring.tangent, 2, 0))
+            values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             for first, here in spring.places[0].items():
                 for second, there in spring.places[1].items():
                     place = self._place(body_at[first], body_at[second])

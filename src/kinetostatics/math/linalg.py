@@ -237,7 +237,10 @@ def step_across(a: Array, b: Array) -> Array:
 
 
 def solve_by_elimination(a: Array, b: Array) -> Array:
-    """Return A⁻¹ b for regular ``(n, n, …)`` and ``(n, m, …)``: pivots in the order of the rows, by LAPACK where one is small."""
+    """Return A⁻¹ b for ``(n, n, …)`` and ``(n, m, …)``, NaN where A is singular.
+
+    Pivots are in the order of the rows; where one is small, LAPACK's are taken.
+    """
     n = a.shape[0]
     rest, found = np.array(a, subok=True), copy_for(b, a)
     sizes = np.max(np.abs(a), axis=1)
@@ -252,8 +255,10 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
             rest[others, k + 1 :] -= below[:, None] * right
             rest[k, k + 1 :], found[k] = right, x
     if not settles(sure):
-        first = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
-        found[..., ~sure] = np.moveaxis(np.linalg.solve(*first), 0, 2)
+        matrix, right = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
+        regular = (np.linalg.slogdet(matrix)[0] != 0)[:, None, None]
+        solved = np.linalg.solve(np.where(regular, matrix, np.eye(n)), right)
+        found[..., ~sure] = np.moveaxis(np.where(regular, solved, np.nan), 0, 2)
     return found
 
 

@@ -50,7 +50,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
 
 
 def _tipping(result: Result) -> list[str]:
-    """Say where springs and weights push harder than the robot is held: the tangents have negative eigenvalues."""
+    """Say where springs and weights push at least as hard as the robot is held: eigenvalues of the tangents are negative or 0."""
     if not result.robot.description.springs:
         return []
     inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_negative, result.solutions), strict=True))
@@ -65,9 +65,8 @@ def _tipping(result: Result) -> list[str]:
         held = f"the platform is held against {describe_twist(vectors[:, 0] / scale, result.robot.length)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
-    return [
-        f"{poses} unstable: springs and weights push harder than {held}{at}; it tips over, and the numbers mean nothing there"
-    ]
+    push = f"springs and weights push at least as hard as {held}{at}"
+    return [f"{poses} unstable: {push}; it tips over, and the numbers mean nothing there"]
 
 
 def _turning_weights(result: Result) -> list[str]:
@@ -101,7 +100,7 @@ def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
-        counts.append(np.sum(np.linalg.eigvals(matrices).real < -NOTHING, axis=1))
+        counts.append(np.sum(np.linalg.eigvals(matrices).real < NOTHING, axis=1))
     return np.sum(counts[:-1], axis=0) + np.zeros(solution.o.shape[1], dtype=np.intp), counts[-1]
 
 

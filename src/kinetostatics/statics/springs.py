@@ -16,7 +16,6 @@ from functools import partial
 import numpy as np
 
 from kinetostatics.description.elements import Spring
-from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import solve_by_elimination
@@ -35,10 +34,9 @@ _NOTHING = 1e-9
 
 
 def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
-    """Return all springs at given frames.
+    """Return all springs at given frames; the force of one without length, which has no direction, is NaN.
 
     Raises:
-        StaticsError: one has no length, so that its force has no direction.
         ArgumentError: an end is on an elastic link, but not at the end of its beam.
     """
     return [_placed(robot, spring, frames) for spring in robot.description.springs.values()]
@@ -54,13 +52,11 @@ def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring
     span = points[1] - points[0]
     length = np.sqrt(np.sum(span**2, axis=0))
     tension = spring.preload + spring.stiffness * (length - spring.free_length)
-    short = length <= _NOTHING * robot.length
     if spring.free_length == spring.preload == 0:
         ratio, n = np.full_like(length, spring.stiffness), np.zeros_like(span)
-    elif np.any(short):
-        raise StaticsError(f"the spring {spring.name!r} has no length at this pose: its force has no direction")
     else:
-        ratio, n = tension / length, span / length
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio, n = np.where(length > _NOTHING * robot.length, tension / length, np.nan), span / length
     tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
     return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
 
@@ -108,7 +104,9 @@ def solve_with_springs(
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources])
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = _inverse(compliance, rigid, robot.length)
-    return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents)
+    sound = compliance.sum(axis=(0, 1)) + sum((item.force.sum(axis=0) for item in springs), np.zeros_like(o[0]))
+    singular = found.singular | ~np.isfinite(sound)
+    return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents, singular=singular)
 
 
 def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups: tuple[LimbGroup, ...]) -> Array:

@@ -349,7 +349,7 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
         .replace(f'xyz="{LENGTH} 0 0.6"', f'xyz="0 0 {LENGTH + 0.6}"')
     )
     found = ks.analyze(loaded(text).assemble(actuators={"hinge": 0.0}))
-    said = "the pose is unstable: springs and weights push harder than the platform"
+    said = "the pose is unstable: springs and weights push at least as hard as the platform"
     assert any(said in item for item in found.warnings) == unstable
     assert bool(found.compliance[4, 4] < 0) == unstable
 
@@ -357,7 +357,7 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
 def test_a_robot_that_is_unstable_inside_a_limb_is_told():
     """A spring pushes on a link between two beams harder than these hold it sideways, in two directions."""
     found = ks.analyze(ks.load_robot(places.CASES / "unstable_inside_a_limb.urdf").assemble())
-    assert any("unstable: springs and weights push harder than the parts of its limbs" in item for item in found.warnings)
+    assert any("unstable: springs and weights push at least as hard as the parts of its limbs" in item for item in found.warnings)
     assert [int(np.sum(np.linalg.eigvals(item[..., 0]).real < 0)) for item in found.solutions[0].tangents] == [2, 0, 0]
 
 
@@ -369,3 +369,26 @@ def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words)
     assert float(found.compliance[4, 4]) == pytest.approx(1e-3, rel=1e-9)
     said = [item for item in found.warnings if "the arms of weights turn with the robot" in item]
     assert len(said) == (words is not None) and all(re.search(f"rotation about the axis .* by {words}", item) for item in said)
+
+
+def test_a_spring_without_length_spoils_its_own_pose_alone():
+    """A spring along a driven slide: pushed together, its force has no direction."""
+    one = loaded("""<robot name="slider"><link name="ground"/><link name="arm"/>
+<joint name="slide" type="prismatic"><parent link="ground"/><child link="arm"/><axis xyz="1 0 0"/>
+<limit lower="-3" upper="3" effort="0" velocity="0"/></joint><platform link="arm"/>
+<transmission name="d"><joint name="slide"/></transmission><spring name="s" stiffness="100" free_length="0.1">
+<predecessor link="ground"/><successor link="arm"/></spring></robot>""")
+    with pytest.raises(ks.StaticsError, match="'s' has no length at this pose"):
+        ks.analyze(one.assemble(actuators={"slide": 0.0}))
+    found = ks.analyze(one.assemble(actuators={"slide": np.array([0.0, 0.5])}))
+    assert found.status.tolist() == [ks.Status.SINGULAR, ks.Status.OK]
+    np.testing.assert_allclose(found.actuator_forces["slide"], [np.nan, 40.0], rtol=1e-12)
+    assert not any("length" in text for text in one.warnings)
+
+
+def test_neutral_equilibrium_is_told_as_unstable():
+    """An arm of 30 N·m/rad that hangs under a spring of no free length with k a b = 30: the energy is 30 + 30 sin φ, here 0."""
+    text = pendulum('<spring name="s" stiffness="300" free_length="0"><predecessor link="ground"><origin xyz="0 0 0.4"/>'
+                    '</predecessor><successor link="arm"><origin xyz="0.25 0 0"/></successor></spring>')  # fmt: skip
+    pose = loaded(text.replace("1e4", "30").replace(f'value="{MASS}"', 'value="0"')).assemble(actuators={"hinge": np.pi / 2})
+    assert any("is unstable" in warning for warning in ks.analyze(pose).warnings)
