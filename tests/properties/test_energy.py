@@ -53,7 +53,7 @@ def unstable(result):
 
 # ---- random robots -------------------------------------------------------------------------------------------------------------
 
-RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide", "spherical_3rrr"})
+RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide"})
 
 
 @pytest.mark.few(4)

@@ -38,7 +38,7 @@ from kinetostatics.verification.solve import solve
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
 #: Those that may be held by nothing but springs once their beams are gone, since rods spin in them.
-SPINNING = ("anymal_standing", "delta", "spherical_3rrr")
+SPINNING = ("anymal_standing", "delta")
 LOAD, POINT, SIDEWAYS = (120.0, -40.0, -500.0, 7.0, -3.0, 11.0), (0.13, -0.07, 0.05), (3.0, -4.0, 8.0)
 
 
@@ -430,7 +430,8 @@ def test_platform_on_six_springs():
 def test_springs_on_every_robot(name, rigid):
     """One to three springs between any links, weights, stiff drives, with beams and without."""
     at = sprung_robots.bundled(name, 1, rigid=rigid)
-    assert_agrees(at, load=LOAD, payload=ks.Payload(3.0, (0.1, 0.05, -0.2)))
+    # some are unstable, or nearly so, and rounding counts
+    assert_agrees(at, 1e-6, load=LOAD, payload=ks.Payload(3.0, (0.1, 0.05, -0.2)))
 
 
 def hung_up(phi, stiffness=300.0):

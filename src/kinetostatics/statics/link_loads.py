@@ -19,6 +19,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics_under
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
 
@@ -284,12 +285,25 @@ def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
             branches = {edge.key: edge for edge in limb.branches}
             while key in branches:
                 key = branches[key].parent
+            welds = {edge.key: edge for edge in limb.edges if _is_weld(robot, edge)}
+            while key in welds:
+                key = welds[key].parent
+            welded = {key}
+            for edge in welds.values():  # inboard ones first
+                welded |= {edge.key} if edge.parent in welded else set()
             inner = [edge.joint for edge in limb.edges if edge.key == key]
-            beyond = [edge.joint for edge in limb.edges if edge.parent == key]
+            beyond = [edge.joint for edge in limb.edges if edge.parent in welded and edge.key not in welds]
             for joints in (compound.joints for compound in compounds):
                 if inner and beyond and set(inner + beyond) <= set(joints):
                     return tuple(name for name in robot.mechanism.connections if name in joints)
     return ()
+
+
+def _is_weld(robot: RobotStatics, edge: Edge) -> bool:
+    """Whether an edge is a rigid fixed joint."""
+    if edge.joint is None:
+        return False
+    return robot.mechanism.connections[edge.joint].type.is_fixed and edge.joint not in robot.description.joint_stiffness
 
 
 def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:

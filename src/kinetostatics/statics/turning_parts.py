@@ -142,10 +142,18 @@ class _Finder:
         for number, limb in enumerate(topology.all_limbs):
             root = PLATFORM if limb.on_platform else BASE
             compounds = compound_joints(mechanism, limb)
+            last = {joint: compound.edge for compound in compounds for joint in compound.joints}
+            first: Edge | None = None
             for element in limb_elements(limb, compounds):
                 edges = [limb.edges[k] for k in element.edges]
+                first = first or edges[0]
+                if any(last.get(str(edge.joint), -1) > element.edges[-1] for edge in edges) or (
+                    first != edges[0] and element.compound is None
+                ):
+                    continue  # a weld between hinges that are one joint
                 dofs = () if element.compound is None else compounds[element.compound].dofs
-                yield _Step(edges[-1], edges[0], number, dofs, False, root)
+                yield _Step(edges[-1], first, number, dofs, False, root)
+                first = None
             branches.append((limb.branches, number, root))
         count = len(topology.all_limbs)
         branches += [(topology.base.edges, count, BASE), (topology.platform.edges, count + 1, PLATFORM)]
