@@ -1,14 +1,19 @@
 """Functions of a robot give what the analysis gives; their derivatives are those of central differences, loops closed anew."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import package_robots
 import parametric_machines
 import pytest
+from loop_robots import driven, joint, loop, robot
 from places import CASES
+from simple_machines import springs
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.functions import function
+from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import _section_with, parameter_named, parameters_of
 from kinetostatics.sections.kinds import Section
 
@@ -153,6 +158,30 @@ def test_derivatives_where_axes_would_not_meet_any_more():
         for output in OUTPUTS:
             assert_alike(J[output][name][..., k], wanted[output], values[output] * (2e-4 / h), 1e-6)
         assert np.max(np.abs(J["twist"][name][..., k])) > 1e-6
+
+
+@pytest.mark.parametrize(("links", "sign"), [(("base", "platform"), 1), (("platform", "base"), -1)])
+def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
+    """A platform on a soft slide, beside it the slide that is driven: shifts of its own frames are read."""
+    still, up = np.eye(4), (0, 0, 1)
+    soft = springs("guide", linear="1e6 1e6 1e6", angular="1e5 1e5 1e5")
+    parts = [joint("guide", "prismatic", "base", "platform", still, up), soft, driven("drive")]
+    slide = robot(*parts, loop("prismatic", links[0], still, links[1], still, axis=up, name="drive"))
+    f = ks.compile(slide, ("z",), outputs=("actuators",))
+    places = ("drive.predecessor_placement", "drive.successor_placement")
+    J = f.jacobian("actuators", ("z", *places))(z=1e-4)["actuators"]
+    assert J["z"] == pytest.approx(sign)
+    assert [float(J[place][0, 2]) for place in places] == pytest.approx([-1.0, 1.0])
+
+
+@pytest.mark.parametrize(("size", "gain"), [(1.0, 1.0), (4e-9, 2.5e8), (3e-10, 0.0)])
+def test_motions_that_hardly_close_loops_are_free(size, gain):
+    """Singular values of the loops' gradient on both sides of a part in 10⁹ of the largest."""
+    solver = SimpleNamespace(rates=lambda *_: (np.diag([1.0, size])[:, :, None], np.zeros((2, 1, 1))))
+    found = object.__new__(Derivatives)
+    found.robot, found.prescribed, found.target = SimpleNamespace(solver=solver), None, None
+    found.pose = SimpleNamespace(poses=None)
+    np.testing.assert_allclose(found._closing[1][0], np.diag([1.0, gain]), rtol=1e-12)
 
 
 def test_a_batch_is_what_its_poses_are():

@@ -277,7 +277,7 @@ class Derivatives:
         assert not np.any(rotation[:, :, inside])
         total = np.einsum("mpn,p->mn", own.constants, rates.constants)
         actuators, mass = np.zeros((len(self.robot.description.driven), self.N)), rates.mass
-        if np.any(rates.residual) or np.any(rotation) or np.any(position):
+        if any(np.any(part) for part in (rates.residual, rotation, position, rates.loop_actuators)):
             total += np.einsum("mijbn,ijbn->mn", own.rotation, rotation) + np.einsum("mibn,ibn->mn", own.position, position)
             v = self._velocities(rates.residual[:, None])
             total += np.einsum("mvn,vkn->mn", self._freedoms_of(own), v)
