@@ -8,6 +8,8 @@ import numpy as np
 import package_robots
 import pytest
 from c_programs import compiled, rows, run
+from degenerate_limbs import DEPENDENT, cuts_of
+from mechanisms import write_mechanism
 
 import kinetostatics as ks
 from kinetostatics.functions.c_search import search_programs
@@ -19,8 +21,8 @@ pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not 
 #: and the part of the area that shear across it counts with.
 HALF, LINK = 0.1375, 0.23
 E, G, AREA, INERTIA = 70e9, 70e9 / 2.66, 0.000384, 8.1392e-08
-#: Status of an argument that is no number.
-BAD_ARGUMENT = 7
+#: Status of a pose that the records do not cover, and of an argument that is no number.
+NOT_COVERED, BAD_ARGUMENT = 6, 7
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +91,17 @@ def test_what_is_no_number_is_refused_and_leaves_the_state(five_bar, nothing):
     assert status.tolist() == [ks.Status.OK, *[BAD_ARGUMENT] * 11, ks.Status.OK]
     assert np.isnan(found[1:-1]).all() and np.isfinite(found[-1]).all()
     np.testing.assert_allclose(found[-1], found[0], rtol=1e-9, atol=1e-12)
+
+
+def test_where_a_limb_is_not_what_it_is_elsewhere_c_says_so(tmp_path):
+    """A stretched leg between balls resists one wrench more: Python looks closer, and C has no numbers that could be wrong."""
+    mechanism = DEPENDENT["a stretched leg between balls"]
+    leg = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
+    f = ks.compile(leg, outputs=("twist",))
+    still, weight = {name: np.zeros(1) for name in leg.description.driven}, np.array([[0, 0, -9.81]])
+    status, found = run(c_programs.driver(f.export_c(tmp_path, name="leg")), rows(f, still, np.zeros((1, 6)), weight))
+    assert status == NOT_COVERED and np.isnan(found).all()
+    assert np.isfinite(f(**still)["twist"]).all()
 
 
 def test_actuators_go_the_shorter_way_round_in_c(tmp_path):

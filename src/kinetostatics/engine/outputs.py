@@ -27,6 +27,14 @@ def _forces(robot: RobotStatics, solution: Solution) -> Array:
     return np.stack([forces[name] for name in robot.description.driven])
 
 
+def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
+    """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
+    found = ~solution.indeterminate & ~solution.basis_degenerate
+    for item in solution.statics:
+        found = found & ~np.any(item.doubtful | item.may_stiffen, axis=0)
+    return found
+
+
 #: What may be asked for, each (…components, N).
 OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     "twist": lambda robot, solution: solution.twists.sum(axis=1),
@@ -35,6 +43,7 @@ OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     "compliance": lambda robot, solution: solution.compliance,
     "actuator_forces": _forces,
     "singular": lambda robot, solution: solution.singular,
+    "usual": is_usual,
 }
 #: How those of them that are about o become those about a point that lies ``arm`` (3, N) [m] from there.
 AT_POINT: Mapping[str, Callable[[Array, Array], Array]] = {

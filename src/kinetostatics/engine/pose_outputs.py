@@ -17,7 +17,7 @@ from kinetostatics.engine.code import Bound, Code, Packing, code_key, packed, pa
 from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
-from kinetostatics.engine.outputs import OUTPUTS
+from kinetostatics.engine.outputs import OUTPUTS, is_usual
 from kinetostatics.engine.record import agree, by_numpy, example_of, recorded_input
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.engine.structure import Structure
@@ -174,9 +174,7 @@ def _computed(own: Number, x: Array, load: Array, gravity: Array) -> tuple[list[
         worst = np.maximum(worst, np.maximum(metres, radians))
     fine, within = fine & (worst <= tolerance), _within(coordinates, limits, q, frames)
     solution = by_numpy(statics, frames, load, gravity)
-    fine = fine & ~solution.singular & ~solution.indeterminate & ~solution.basis_degenerate
-    for item in solution.statics:
-        fine = fine & ~np.any(item.doubtful | item.may_stiffen, axis=0)
+    fine = fine & ~solution.singular & is_usual(statics, solution)
     found = []
     for name in names:
         if name == "actuators":

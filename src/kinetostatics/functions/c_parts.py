@@ -95,7 +95,7 @@ class Parts:
         asked = [item.name for item in self.outputs if item.name not in _NOT_OF_STATICS]
         if function.compensates and "twist" not in asked:
             asked.append("twist")
-        record = output_record(robot.statics, [*asked, "singular"], example_of_statics(robot.statics), all_vary=False)
+        record = output_record(robot.statics, [*asked, "singular", "usual"], example_of_statics(robot.statics), all_vary=False)
         numbers = statics_structure_of(robot.statics, all_vary=False).values
         wanted = [row for name in asked for row in record.rows[name]]
         self.rows = {name: len(record.rows[name]) for name in asked}
@@ -107,7 +107,7 @@ class Parts:
         self.statics = c_program(
             "statics",
             record.tape,
-            [*wanted, record.rows["singular"][0], record.holds],
+            [*wanted, record.rows["singular"][0], record.holds, record.rows["usual"][0]],
             numbers,
             ("frames", "load", "gravity"),
             (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0)),

@@ -34,7 +34,7 @@ def source(name: str, scalar: str, facts: Facts) -> str:
         f"    for (k = 0; k < {int(np.prod(item.shape))}; ++k) output->{item.name}[k] = ({scalar})NAN;" for item in parts.outputs
     ]
     rows = sum(parts.rows.values())
-    place = f"double frame[{numbers + parts.closures + 1}], result[{rows + 2}]"
+    place = f"double frame[{numbers + parts.closures + 1}], result[{rows + 3}]"
     actuators = max(len(parts.actuator_order), 1)
     searched = parts.search is not None
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
@@ -62,7 +62,8 @@ static int analysed(const double *frame, const double *load, const double *gravi
     if (frame[{numbers + parts.closures}] == 0.0) return {name.upper()}_NOT_COVERED;
     statics(frame, load, gravity, w, result);
     if (result[{rows + 1}] == 0.0) return {name.upper()}_NOT_COVERED;
-    return result[{rows}] != 0.0 ? {name.upper()}_SINGULAR : {name.upper()}_OK;
+    if (result[{rows}] != 0.0) return {name.upper()}_SINGULAR;
+    return result[{rows + 2}] == 0.0 ? {name.upper()}_NOT_COVERED : {name.upper()}_OK;
 }}
 {_compensated(name, facts) if searched else ""}
 static void lost({name}_output *output)
@@ -113,7 +114,7 @@ def _compensated(name: str, facts: Facts) -> str:
     """Return the function that searches where the unloaded robot is commanded."""
     parts = facts["parts"]
     search, size, actuators = parts.search, parts.search.numbers, max(len(parts.actuator_order), 1)
-    frame, rows = parts.frame_numbers + parts.closures + 1, sum(parts.rows.values()) + 2
+    frame, rows = parts.frame_numbers + parts.closures + 1, sum(parts.rows.values()) + 3
     at = sum(parts.rows[item] for item in itertools.takewhile(lambda item: item != "twist", parts.rows))
     return f"""
 /* Go on until the loaded platform stands where it was asked to: Broyden's method, from the wanted pose and what is known there.
