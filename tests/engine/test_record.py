@@ -100,3 +100,13 @@ def test_random_robots_are_recorded_as_numpy_computes_them(seed):
         scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
         K = np.moveaxis(wanted.stiffness, 2, 0) * scale * scale[:, None]
         assert max(worst.values()) < 1e-11 + 1e-15 * np.max(np.linalg.cond(K)), max(worst, key=worst.get)
+
+
+def test_what_is_plain_but_for_rounding_belongs_to_the_structure():
+    """0, 1 and −1 save operations; a part in 10¹⁴ beside them is rounding, more is a number, and zeros go by the largest."""
+    plain = np.array([1.0, 0.0, -1.0, 1 + 5e-15, -1 - 5e-15, 5e-15])
+    assert Structure([plain]).values.size == 0 and Structure([1.0, -1.0, 0.0]).values.size == 0
+    others = np.array([1 + 2e-14, -1 + 2e-14, 2e-14, 0.5])
+    np.testing.assert_array_equal(Structure([others]).values, others)
+    np.testing.assert_array_equal(Structure([np.array([1e3, 5e-12])]).values, [1e3])
+    np.testing.assert_array_equal(Structure([plain], all_vary=True).values, plain)

@@ -143,6 +143,7 @@ def test_what_is_written(exported):
     assert "double x; /* x: coordinate of o, world axes [m]; 0 at the zero pose; the status tells what is in reach */" in header
     assert "twist[6]; /* displacement and rotation of the platform at o, world axes; in the order dx" in header
     readme = (exported.folder / "README.md").read_text()
+    assert "| is there a singular pose between | step of the line |" in readme
     assert all(f"`FIVE_BAR_{name}` | {value} |" in readme for name, value, _ in STATUSES)
     assert all(ks.Status[name] == value for name, value, _ in STATUSES if name in ks.Status.__members__)
     assert c_array([0.1, -2.0]) == "{0.1, (-2.0)}" and c_array([]) == "{0.0}"

@@ -259,3 +259,10 @@ def test_code_of_single_poses_and_of_where_lines_start_is_not_used_if_it_is_wron
     careful, step = other.single_step()
     assert careful.shape[1] > 1 and step(start, target) and len(keys) == 4
     np.testing.assert_allclose(careful[:, :1], moved, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [{"load": [[1.0] * 5]}, {"gravity": [[0.0, 0.0, -9.81, 0.0]]}])
+def test_vectors_of_another_length_are_refused_in_batches(wrong):
+    f, *_, at, _, _ = functions("five_bar")
+    with pytest.raises(ks.ArgumentError, match="its last axis must have"):
+        f(**{name: values[:2] for name, values in at.items()}, **wrong)

@@ -8,6 +8,7 @@ import parametric_machines
 import pytest
 from loop_robots import driven, joint, loop, robot
 from places import CASES
+from scipy.spatial.transform import Rotation
 from simple_machines import springs
 
 import kinetostatics as ks
@@ -203,6 +204,7 @@ def test_what_a_function_says_of_itself():
     assert list(f.inputs) == ["z", "rx", "ry", "load", "gravity"]
     assert f.outputs["actuator_forces"].components == f.robot.description.driven
     assert f.outputs["actuator_forces"].units == ("N",) * 3
+    assert [f.inputs[name].units for name in at] == [("m",), ("rad",), ("rad",)]
     assert "twist (6,) [m, rad]" in str(f) and "status" in str(f)
     values = f(**at)
     pose = f.robot.assemble(platform=at)
@@ -210,6 +212,27 @@ def test_what_a_function_says_of_itself():
     np.testing.assert_allclose(values["actuators"], list(pose.actuators.values()))
     assert values["residual"] == pose.residual and values["status"] == 0
     np.testing.assert_allclose(f(**at, near=values)["twist"], values["twist"], rtol=0, atol=1e-18)
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
+    """The joint's frame, made a little different, beside SciPy's."""
+    parameter = parameter_named(package_robots.robot("2pru_upr"), "universal_3_y.placement")
+    before = parameter.description.joints["universal_3_y"].origin.matrix
+    after = parameter.changed(k, 0.01).joints["universal_3_y"].origin.matrix
+    step = 0.01 * np.eye(6)[k]
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = Rotation.from_rotvec(step[3:]).as_matrix(), step[:3]
+    np.testing.assert_allclose(after, before @ moved, atol=1e-12)
+
+
+@pytest.mark.parametrize(("off", "status"), [(3e-11, ks.Status.OK), (1e-9, ks.Status.UNREACHABLE)])
+def test_loops_may_stay_open_by_a_little(off, status):
+    """The first axis of one limb of an overconstrained robot, turned: its loops close but to about half of that."""
+    turned = parameter_named(package_robots.robot("2pru_upr"), "universal_3_y.placement").changed(5, off)
+    at = {"z": 0.55, "rx": 0.1, "ry": 0.05}
+    for engine in ("numpy", "compiled"):
+        assert ks.compile(ks.Robot(turned), tuple(at), engine=engine)(**at)["status"] == status
 
 
 def test_compiled_code_gives_the_same(monkeypatch, tmp_path):
