@@ -473,6 +473,17 @@ def test_finite_elements_of_a_beam_beside_a_spring(tension):
     assert softer == pytest.approx(tension / length / 5, rel=1e-4)
 
 
+def test_a_ball_that_a_spring_holds_about_one_axis_is_no_universal_joint():
+    """Its moment turns with the mean of its sides, not across two axes of which one is fixed in either."""
+    ends = '<origin xyz="0.1 0.2 {}" rpy="0.4 0.3 0.2"/>'
+    ball = f"""<loop name="ball" type="spherical"><predecessor link="base">{ends.format(0.1)}</predecessor>
+<successor link="strut">{ends.format(-0.6)}</successor></loop><joint_stiffness joint="ball" angular="inf 2000 0"/>"""
+    spring = """<spring name="spring" stiffness="3e5" free_length="0.1"><predecessor link="base"><origin xyz="0.3 0.2 0"/>
+</predecessor><successor link="platform"><origin xyz="-0.3 0.3 -0.2"/></successor></spring>"""
+    strut = link("strut") + joint("end", "fixed", "platform", "strut", "-0.8 0 -0.1") + beam("strut", "ball", "end")
+    assert_agrees(made_of(COLUMN, strut, ball, spring), load=LOAD)
+
+
 # ---- directions ----------------------------------------------------------------------------------------------------------------
 
 

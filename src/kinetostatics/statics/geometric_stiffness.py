@@ -116,13 +116,14 @@ class GeometricStiffness:
         """Return B (9, 9, N) of what a joint does that turns with the mean of its sides: F · (θ × s) + ½ M · (θ_inner × φ).
 
         zᵀ B z is the energy, z the rotation of its inner side, the shift s and the rotation φ of its outer side from that. Of a
-        universal joint the second axis turns with the first: ½ q_1 q_2 M · (a_1 × a_2) with the angles q of φ about its axes a.
+        universal joint, one axis in either side, the second turns with the first: ½ q_1 q_2 M · (a_1 × a_2) with the angles q
+        of φ about its axes a.
         """
         found = zeros_for((9, 9, force.shape[1]), force)
         found[:3, 3:6], found[6:, 3:6] = -skew(force), -skew(force) / 2
         if not item.is_ball:
             found[:3, 6:] = -skew(moment) / 2
-        if len(item.turns) == 2:
+        if len(item.turns) == 2 and item.turns[0].body != item.turns[1].body:
             first, second = (self._direction(axis) for axis in item.turns)
             across = cross(first, second)
             size = np.sum(across * across, axis=0)
