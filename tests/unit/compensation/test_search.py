@@ -5,7 +5,8 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import STALE, Search, _learnt, enough
+from kinetostatics.compensation.search import STALE, Coordinates, Search, _learnt, enough
+from kinetostatics.math.orientation import orientation_named
 
 
 def test_what_counts_as_corrected_grows_with_robots_above_a_metre():
@@ -40,6 +41,11 @@ def test_the_first_step_takes_the_error_away():
     search = Search.begun(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
     np.testing.assert_allclose(search.u, [[0.8, 1.0], [1.1, 1.0]])
     assert search.going.tolist() == [True, False]
+
+
+def test_only_coordinates_of_the_platform_are_found():
+    with pytest.raises(ValueError, match="not in tuple"):
+        Coordinates(("z", "actuator"), orientation_named(None), 1.0)
 
 
 def test_without_a_load_there_is_none():
