@@ -5,9 +5,10 @@ import re
 import numpy as np
 import package_robots
 import small_robots as sr
-from odd_robots import parsed
+from odd_robots import parsed, written
 
 import kinetostatics as ks
+from kinetostatics.checks.chains import joints_of
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.warnings_of_poses import facts_of_poses
 from kinetostatics.math import arrays
@@ -32,3 +33,16 @@ def test_a_limb_that_degenerates_only_in_a_later_chunk_of_poses_is_named(monkeyp
     assert result.basis_degenerate.tolist() == [False, True]
     (words,) = facts_of_poses(result)
     assert words == "the canonical wrenches of limb_2 and limb_3 degenerate at some poses: intensities are NaN there"
+
+
+def test_runs_of_hinges_in_what_hangs_are_one_joint():
+    """A bob that hangs on the platform by a universal joint and a ball: a ring."""
+    edges = [
+        ("root", "F", (0, 0, 0), "base", "rod", {}),
+        ("tip", "F", (0, 0, 0.5), "rod", "platform", {}),
+        ("cross", "U", (0.3, 0, 0.5), "platform", "bob", {}),
+        ("ball", "S", (0.3, 0.2, 0.6), "bob", "platform", {}),
+    ]
+    facts = robot_facts(parsed(written(edges, [("rod", "root", "tip", {})], {"ball"}, o=(0, 0, 0.5))))
+    (ring,) = facts.on_platform.graph.hanging
+    assert ring.is_ring and sorted(step.kind for step in joints_of(ring.chain)) == ["spherical", "universal"]
