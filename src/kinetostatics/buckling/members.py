@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER
-from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability
+from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
 from kinetostatics.buckling.structure import BeamEnds, Structure
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
@@ -21,6 +21,8 @@ _TAKES_PART = 0.05
 _NO_RISK = 0.1
 #: Numbers in the matrices of so many poses at a time.
 _CHUNK = 2_000_000
+#: Poses at a time in what is told without them.
+_BLOCK = 512
 
 
 class Members:
@@ -93,6 +95,9 @@ class Members:
         forces = forces_of(self.structure, solution)
         doubtful = np.flatnonzero(self._estimate(forces, solution.compliance) >= _NO_RISK)
         found = np.zeros(solution.o.shape[1], dtype=bool)
+        parts = np.array_split(doubtful, -(-len(doubtful) // _BLOCK)) if len(doubtful) else []
+        rest = [part[~surely_stable(self.structure, forces.take(part))] for part in parts]
+        doubtful = np.concatenate([doubtful[:0], *rest])
         for chunk in self._chunks(len(doubtful)):
             poses = doubtful[chunk]
             item = stability(self.structure, forces.take(poses))

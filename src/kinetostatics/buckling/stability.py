@@ -7,15 +7,16 @@ displacements before buckling, add nothing. The robot buckles at λ times its fo
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.buckling.beam_elements import INNER, bending, tension
+from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
+from kinetostatics.buckling.elimination import definite_in_order, fronts
 from kinetostatics.buckling.structure import Structure
-from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.linalg import dot
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import beam_forces
@@ -33,27 +34,23 @@ _UNHELD = 1e-9
 _ROUNDING = 1e-12
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Coordinates (k,) that move two bodies, and the twists (N, 6, k) that these get."""
-
-    columns: Index
-    twists: tuple[Array, Array]
+#: Blocks (m, m, N) on the diagonal of a matrix, and where they are.
+_Blocks = Sequence[tuple[slice, Array]]
 
 
 @dataclass(frozen=True)
 class BeamEnergy:
-    """Strain energy of a beam: stiffness (N, m, m) of motions (N, m, k) of coordinates (k,), and 1 of its inner coordinates."""
+    """Strain energy of a beam: blocks of stiffness on motions (m, k, N) of coordinates (k,), and 1 of its inner coordinates."""
 
-    columns: Index
+    columns: tuple[int, ...]
     motions: Array
-    stiffness: Array
+    stiffness: _Blocks
     inner: Index
 
     def of(self, modes: Array) -> Array:
         """Return twice the strain energies (N, M) in modes (N, n, M)."""
-        moved = self.motions @ modes[:, self.columns]
-        return np.asarray(np.sum(moved * (self.stiffness @ moved), axis=1) + np.sum(modes[:, self.inner] ** 2, axis=1))
+        moved = np.moveaxis(np.moveaxis(self.motions, 2, 0) @ modes[:, self.columns], 0, 2)
+        return np.asarray(np.sum(moved * _product(self.stiffness, moved), axis=0).T + np.sum(modes[:, self.inner] ** 2, axis=1))
 
 
 @dataclass(frozen=True)
@@ -76,8 +73,7 @@ class Stability:
         total[:, :n, :n] += self.stiffness
         diagonal = np.einsum("nii->ni", total)
         diagonal[:, n:] += 1.0
-        own = np.einsum("nii->ni", self.stiffness)
-        diagonal[:, :n] += _UNHELD * np.maximum(own, _UNHELD * own.max(axis=1, keepdims=True, initial=0.0))
+        diagonal[:, :n] += _unheld(np.einsum("nii->in", self.stiffness)).T
         try:
             np.linalg.cholesky(total)
         except np.linalg.LinAlgError:
@@ -154,55 +150,76 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
 
 def stability(structure: Structure, forces: Forces) -> Stability:
     """Put K and K_G together."""
-    return _Assembly(structure, forces).result()
+    found = _Assembly(structure, forces)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams)
+
+
+def surely_stable(structure: Structure, forces: Forces) -> Mask:
+    """Return where (N,) K + K_G is positive definite, at a small part of the cost; False, too, where a beam nearly buckles alone.
+
+    Whatever the inner coordinates of a beam, x′(K + K_G)x ≥ u′(B + G)u − |C′u|²/(1 − β), with u the motions of its ends, C what
+    couples both, and β the ratio of its largest pressure to that under which it buckles with both ends clamped. That leaves the
+    motions of rigid bodies, and a matrix with few entries, as limbs meet at the platform alone.
+    """
+    found = _Assembly(structure, forces, condensed=True)
+    diagonal = np.einsum("iin->in", found.G)
+    diagonal += _unheld(found.K)
+    return definite_in_order(found.G, fronts(len(found.G), frozenset(found.coupled)))
+
+
+def _unheld(own: Array) -> Array:
+    """Return what holds what nothing else does, by the diagonal (n, N) of K."""
+    return np.asarray(_UNHELD * np.maximum(own, _UNHELD * own.max(axis=0, initial=0.0)))
 
 
 class _Assembly:
-    def __init__(self, structure: Structure, forces: Forces) -> None:
-        self.structure, self.given = structure, forces
+    """K (n, n, N) and K_G (n + b, n + b, N); condensed: K's diagonal (n, N), and what K + K_G exceeds (n, n, N)."""
+
+    def __init__(self, structure: Structure, forces: Forces, condensed: bool = False) -> None:
+        self.structure, self.given, self.condensed = structure, forces, condensed
         self.frames, self.o = forces.frames, forces.o
         self.units = structure.unit_twists(self.frames, self.o)
-        N, _, n = self.units.shape
-        total = n + 2 * INNER * len(structure.beams)
-        self.K, self.G, self.inner = np.zeros((N, n, n)), np.zeros((N, total, total)), n
+        _, n, N = self.units.shape
+        total = n if condensed else n + 2 * INNER * len(structure.beams)
+        self.K, self.G, self.inner = np.zeros((n, N) if condensed else (n, n, N)), np.zeros((total, total, N)), n
+        self.coupled: set[tuple[int, ...]] = set()
         # of bodies that are rigidly one, by their coordinates: forces and where they act, and directions of beams
         self.forces: dict[tuple[int, ...], list[tuple[Array, Array]]] = {}
         self.axes: dict[tuple[int, ...], list[Array]] = {}
         for body, force, point in forces.others:
             self._force(body, force, point)
-
-    def result(self) -> Stability:
-        """Return K and K_G of everything."""
         with np.errstate(divide="ignore", invalid="ignore"):  # telescopes without length
-            beams = dict(self._beams())
+            self.beams = dict(self._beams())
             self._springs()
             self._joints()
             self._bodies()
-        return Stability(self.K, self.G, beams)
 
-    def _place(self, inner: RigidBody, outer: RigidBody, more: tuple[int, ...] = ()) -> _Place:
-        columns = self.structure.columns
-        used = sorted({*columns[inner], *columns[outer], *more})
-        mine = self.units[:, :, used]
-        first, second = (mine * np.isin(used, columns[body]) for body in (inner, outer))
-        return _Place(np.array(used, dtype=np.intp), (first, second))
+    def _moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
+        """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
+        mine = list(self.structure.columns[body])
+        found, where = np.zeros((2, 3, len(columns), self.o.shape[1])), [columns.index(column) for column in mine]
+        turns = self.units[:3, mine]
+        found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
+        return found
 
-    def _displaced(self, twists: Array, point: Array) -> Array:
-        """Return the displacements (N, 3, k) of points (3, N) that twists (N, 6, k) give."""
-        arm = (point - self.o).T[:, :, None]
-        return np.asarray(twists[:, 3:] + np.cross(twists[:, :3], arm, axis=1))
-
-    def _add(self, matrix: Array, columns: Index, motions: Array, values: Array) -> None:
-        matrix[:, columns[:, None], columns] += np.swapaxes(motions, 1, 2) @ values @ motions
+    def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:
+        """Add blocks of matrices on motions (m, k, N) of some coordinates (k,)."""
+        self.coupled.add(columns)
+        where, products = list(columns), [_product(blocks, motions) for blocks in (stiffness, geometric)]
+        if self.condensed:
+            self.K[where] += np.einsum("ikn,ikn->kn", motions, products[0])
+            self.G[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, products[0] + products[1])
+        else:
+            for matrix, product in zip((self.K, self.G), products, strict=True):
+                matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
 
     def _force(self, body: RigidBody, force: Array, point: Array) -> None:
         self.forces.setdefault(self.structure.columns[body], []).append((force, point))
 
     def _beams(self) -> Iterator[tuple[str, BeamEnergy]]:
-        model = self.structure.model
         for beam in self.structure.beams:
-            item = model.beams[beam.name]
-            axes = np.moveaxis(self.frames.orientations(np.array([item.span.carrier]), item.axes[:, :, None])[:, :, 0], 2, 0)
+            item, bodies = self.structure.model.beams[beam.name], (beam.inner, beam.outer)
+            axes = np.array(self.frames.orientations(np.array([item.span.carrier]), item.axes[:, :, None])[:, :, 0], order="C")
             points = [
                 self.frames.point(item.span.start_body, item.span.start),
                 self.frames.point(item.span.end_body, item.span.end),
@@ -210,34 +227,35 @@ class _Assembly:
             length, mine = item.length(self.frames), self.given.beams[beam.name]
             self._force(beam.inner, mine[0], points[0])
             self._force(beam.outer, -mine[1], points[1])
-            for body in (beam.inner, beam.outer):
-                self.axes.setdefault(self.structure.columns[body], []).append(axes[:, :, 0])
-            place, local = self._place(beam.inner, beam.outer), np.swapaxes(axes, 1, 2)
-            turns = [local @ twists[:, :3] for twists in place.twists]
-            shifts = [local @ self._displaced(twists, point) for twists, point in zip(place.twists, points, strict=True)]
-            c, L = item.compliances, length[:, None]
-            rows = [shifts[1][:, 0] - shifts[0][:, 0], turns[1][:, 0] - turns[0][:, 0]]
-            stiffness, geometric = np.zeros((2, len(length), 10, 10))
-            stiffness[:, 0, 0], stiffness[:, 1, 1] = 1 / (c[0] * length), 1 / (c[3] * length)
-            along = axes[:, :, 0].T
-            pulls = np.sum(along * mine, axis=1)
+            for body in bodies:
+                self.axes.setdefault(self.structure.columns[body], []).append(axes[:, 0])
+            columns = self.structure.columns_of(*bodies)
+            ends = [self._moved(columns, body, point) for body, point in zip(bodies, points, strict=True)]
+            world = np.stack([ends[1][1] - ends[0][1], ends[0][0] * length, ends[1][0] * length])
+            local = np.einsum("ian,mikn->amkn", axes, world)
+            motions = np.concatenate([local[:1, 0], local[:1, 2] - local[:1, 1], local[1], local[2]])
+            motions[3:5], motions[6:8] = local[2, 1:], -local[1, 1:]
+            c, along = item.compliances, axes[:, 0]
+            pulls = np.einsum("in,ein->en", along, mine)
             # its mass may lie ahead of the sections that carry it
             pulls += item.line_density(length) * dot(along, self.given.gravity) * dot(along, item.lever(self.frames))
-            coupling = np.zeros((len(length), 10, 2 * INNER))
-            inner = self.inner + np.arange(2 * INNER)
-            self.inner += 2 * INNER
-            for k, (y, z, sign, EI) in enumerate(((1, 2, 1, 1 / c[5]), (2, 1, -1, 1 / c[4]))):
-                rows += [row for e in (0, 1) for row in (shifts[e][:, y], sign * L * turns[e][:, z])]
-                nodes, own, axial = slice(2 + 4 * k, 6 + 4 * k), slice(INNER * k, INNER * (k + 1)), tension(pulls, EI, length)
-                stiffness[:, nodes, nodes], geometric[:, nodes, nodes] = bending(EI, length), axial[:, :4, :4]
-                coupling[:, nodes, own] = axial[:, :4, 4:]
-                self.G[:, inner[own, None], inner[own]] = axial[:, 4:, 4:]
-            motions, columns = np.stack(rows, axis=1), place.columns
-            self._add(self.K, columns, motions, stiffness)
-            self._add(self.G, columns, motions, geometric)
-            mixed = np.swapaxes(motions, 1, 2) @ coupling
-            self.G[:, columns[:, None], inner], self.G[:, inner[:, None], columns] = mixed, np.swapaxes(mixed, 1, 2)
-            yield beam.name, BeamEnergy(columns, motions, stiffness, inner)
+            stretch, twist = 1 / (c[0] * length), 1 / (c[3] * length**3)
+            stiffness = [(slice(0, 1), stretch[None, None]), (slice(1, 2), twist[None, None])]
+            geometric = []
+            for k, EI in enumerate((1 / c[5], 1 / c[4])):
+                nodes = slice(2 + 3 * k, 5 + 3 * k)
+                stiffness.append((nodes, bending(EI, length)))
+                if self.condensed:
+                    geometric.append((nodes, condensed_tension(pulls, EI, length)))
+                    continue
+                axial, where, own = tension(pulls, EI, length), list(columns), list(range(self.inner, self.inner + INNER))
+                geometric.append((nodes, axial[:3, :3]))
+                mixed = np.einsum("ikn,ijn->kjn", motions[nodes], axial[:3, 3:])
+                self.G[np.ix_(where, own)], self.G[np.ix_(own, where)] = mixed, np.swapaxes(mixed, 0, 1)
+                self.G[np.ix_(own, own)] = axial[3:, 3:]
+                self.inner += INNER
+            self._add(columns, motions, stiffness, geometric)
+            yield beam.name, BeamEnergy(columns, motions, stiffness, np.arange(self.inner - 2 * INNER, self.inner))
 
     def _springs(self) -> None:
         """Springs between links: what of their stiffness is negative, as they push, grows with the forces."""
@@ -246,31 +264,38 @@ class _Assembly:
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             for first, here in spring.places[0].items():
                 for second, there in spring.places[1].items():
-                    place = self._place(body_at[first], body_at[second])
-                    ends = [self._displaced(twists, point) for twists, point in zip(place.twists, spring.points, strict=True)]
-                    for matrix, part in ((self.K, np.maximum(values, 0)), (self.G, np.minimum(values, 0))):
-                        stiffness = (axes * (part * (here & there)[:, None])[:, None]) @ np.swapaxes(axes, 1, 2)
-                        self._add(matrix, place.columns, ends[1] - ends[0], stiffness)
+                    bodies = body_at[first], body_at[second]
+                    columns = self.structure.columns_of(*bodies)
+                    ends = [self._moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True)]
+                    parts = [
+                        np.einsum("nia,na,nja->ijn", axes, part * (here & there)[:, None], axes)
+                        for part in (np.maximum(values, 0), np.minimum(values, 0))
+                    ]
+                    self._add(columns, ends[1] - ends[0], *([(slice(0, 3), part)] for part in parts))
 
     def _joints(self) -> None:
         """Joints: their springs, loops that they close, and the forces that slides pass on where the body that has them turns."""
         structure, table = self.structure, self.structure.model.joint_table
         places = {name: k for k, name in enumerate(table.names)}
-        diagonal = np.einsum("nii->ni", self.K)
-        closing = _CLOSING * diagonal.max(axis=1, initial=0.0)
+        diagonal = self.K if self.condensed else np.einsum("iin->in", self.K)
+        closing, one = _CLOSING * diagonal.max(axis=0, initial=0.0), np.ones_like(self.o[:1, None])
         for joint in structure.joints:
-            k = places.get(joint.connection.name)
-            place = self._place(joint.inner, joint.outer, joint.columns)
+            k, bodies = places.get(joint.connection.name), (joint.inner, joint.outer)
             for column in joint.columns:
                 freedom = structure.freedoms[column]
                 if freedom is not None and freedom.stiffness:
                     scale = structure.model.length**2 if freedom.rotates else 1.0
-                    self.K[:, column, column] += freedom.stiffness / scale
+                    self._add((column,), one, [(slice(0, 1), freedom.stiffness / scale * one)])
             if joint.closes:
-                own = self.units[:, :, place.columns] * np.isin(place.columns, joint.columns)
-                rows = place.twists[1] - place.twists[0] - own
-                rows = rows * np.repeat([structure.model.length, 1.0], 3)[:, None]
-                self._add(self.K, place.columns, rows, closing[:, None, None] * np.eye(6))
+                point = self.given.centres[:, k] if k is not None else self.o
+                columns = tuple(sorted({*structure.columns_of(*bodies), *joint.columns}))
+                ends = [self._moved(columns, body, point) for body in bodies]
+                rows = (ends[1] - ends[0]).reshape(6, len(columns), -1)
+                turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
+                own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
+                rows[:, [columns.index(column) for column in joint.columns]] -= own
+                rows *= np.repeat([structure.model.length, 1.0], 3)[:, None, None] * np.sqrt(closing)
+                self._add(columns, rows, [(slice(0, 6), np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(closing))))])
             if k is None:
                 continue
             force, point = self.given.joints[:, k], self.given.centres[:, k]
@@ -278,27 +303,37 @@ class _Assembly:
             self._force(joint.inner, -force, point)
             slides = [structure.freedoms[column] for column in joint.columns]
             if any(item is not None and not item.rotates for item in slides):
-                moved = self._displaced(place.twists[1], point) - self._displaced(place.twists[0], point)
-                both = np.concatenate([place.twists[0][:, :3], moved], axis=1)
+                columns = structure.columns_of(*bodies)
+                ends = [self._moved(columns, body, point) for body in bodies]
+                both = np.concatenate([ends[0][0], ends[1][1] - ends[0][1]])
                 # f · (θ × u) = θ · (u × f)
                 fx, fy, fz = force
-                zero = np.zeros_like(fx)
-                turn = np.moveaxis(np.array([[zero, fz, -fy], [-fz, zero, fx], [fy, -fx, zero]]), 2, 0)
-                values = np.zeros((len(turn), 6, 6))
-                values[:, :3, 3:], values[:, 3:, :3] = turn, np.swapaxes(turn, 1, 2)
-                self._add(self.G, place.columns, both, values)
+                values, zero = np.zeros((6, 6, len(fx))), np.zeros_like(fx)
+                values[:3, 3:] = turn = np.array([[zero, fz, -fy], [-fz, zero, fx], [fy, -fx, zero]])
+                values[3:, :3] = np.swapaxes(turn, 0, 1)
+                self._add(columns, both, (), [(slice(0, 6), values)])
 
     def _bodies(self) -> None:
         """Rigid bodies: a force f at an arm r does the work f · (θ × (θ × r)) / 2 when the body turns by θ."""
         for columns, mine in self.forces.items():
-            if not columns:
+            turning = tuple(column for column in columns if column in self.structure.turning)
+            if not turning:
                 continue
-            A = sum(np.einsum("in,jn->nij", force, point - self.o) for force, point in mine)
-            S = (A + np.swapaxes(A, 1, 2)) / 2  # without what couples torsion and bending of beams
+            forces, points = (np.stack(items) for items in zip(*mine, strict=True))
+            A = np.einsum("fin,fjn->ijn", forces, points - self.o)
+            S = (A + np.swapaxes(A, 0, 1)) / 2  # without what couples torsion and bending of beams
             axes = self.axes.get(columns, [])
-            if axes and all(np.abs(np.cross(axes[0], other)).max() < 1e-6 for other in axes):
-                along = axes[0][:, :, None] * axes[0][:, None]
-                across = np.eye(3) - along
-                S = along @ S @ along + across @ S @ across
-            values = np.trace(S, axis1=1, axis2=2)[:, None, None] * np.eye(3) - S
-            self._add(self.G, np.array(columns, dtype=np.intp), self.units[:, :3, list(columns)], values)
+            if axes and all(np.abs(cross(axes[0], other)).max() < 1e-6 for other in axes):
+                e, f = axes[0], np.einsum("ijn,jn->in", S, axes[0])
+                mixed = (f - dot(e, f) * e)[:, None] * e
+                S -= mixed + np.swapaxes(mixed, 0, 1)
+            values = np.einsum("iin->n", S) * np.eye(3)[:, :, None] - S
+            self._add(turning, self.units[:3, list(turning)], (), [(slice(0, 3), values)])
+
+
+def _product(blocks: _Blocks, motions: Array) -> Array:
+    """Return the product of blocks of a matrix (m, m, N) and motions (m, k, N)."""
+    found = np.zeros_like(motions)
+    for rows, values in blocks:
+        found[rows] = np.einsum("ijn,jkn->ikn", values, motions[rows])
+    return found

@@ -68,6 +68,7 @@ class Structure:
         joints: all joints that hold something.
         freedoms: for each coordinate what it is, None for the six of a body that no joint leads to.
         columns: the coordinates that move each body; none for what does not move.
+        turning: the coordinates that are rotations.
     """
 
     def __init__(self, model: RobotStatics) -> None:
@@ -102,6 +103,9 @@ class Structure:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
         self.beams = [self._beam(name) for name in model.beams]
+        self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
+        self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
+        self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
 
     def _beam(self, name: str) -> BeamEnds:
         """Return a beam between its ends, or between bodies of its own behind the joints in its span."""
@@ -135,22 +139,25 @@ class Structure:
                     found.append(Freedom(rotates, spring.body, R[:, k], spring.body, centre, 1 / float(compliance[k, k])))
         return found
 
+    def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
+        """Return the coordinates that move any of some bodies."""
+        return tuple(sorted({column for body in bodies for column in self.columns[body]}))
+
     def unit_twists(self, frames: Frames, o: Array) -> Array:
-        """Return the twists (N, 6, n) of the coordinates: rotation, and displacement at o (3, N).
+        """Return the twists (6, n, N) of the coordinates: rotation, and displacement at o (3, N).
 
         Rotations are taken times the robot's characteristic length, so that all coordinates are lengths [m].
         """
         size = self.model.length
-        found = np.zeros((o.shape[1], 6, len(self.freedoms)))
-        loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]
-        found[:, np.arange(len(loose)) % 6, loose] = np.where(np.arange(len(loose)) % 6 < 3, 1 / size, 1.0)
-        for k, freedom in enumerate(self.freedoms):
-            if freedom is None:
-                continue
-            axis = frames.direction(freedom.body, freedom.axis)
-            if freedom.rotates:
-                arm = frames.point(freedom.centre_body, freedom.centre) - o
-                found[:, :3, k], found[:, 3:, k] = axis.T / size, cross(arm, axis).T / size
-            else:
-                found[:, 3:, k] = axis.T
+        found = np.zeros((6, len(self.freedoms), o.shape[1]))
+        for k, column in enumerate(self._loose):
+            found[k % 6, column] = 1.0 if k % 6 > 2 else 1 / size
+        given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
+        if given:
+            where, items = zip(*given, strict=True)
+            axes = frames.directions(np.array([item.body for item in items]), np.array([item.axis for item in items]).T)
+            centres = np.array([item.centre_body for item in items]), np.array([item.centre for item in items]).T
+            turns = np.array([item.rotates for item in items])[:, None]
+            arms = frames.points(*centres) - o[:, None]
+            found[:3, where], found[3:, where] = axes * turns / size, np.where(turns, cross(arms, axes) / size, axes)
         return found

@@ -16,7 +16,7 @@ from places import CASES as FILES
 from small_robots import E
 
 import kinetostatics as ks
-from kinetostatics.buckling.stability import forces_of, stability
+from kinetostatics.buckling.stability import forces_of, stability, surely_stable
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.statics.deformation import beam_forces
 
@@ -287,13 +287,34 @@ def test_hybrids(seed):
     n = found.stiffness.shape[1]
     motions = found.modes()[1][0, :n]
     columns = list(robot.members.structure.columns[robot.members.structure.graph.platform])
-    twists = robot.members.structure.unit_twists(forces.frames, forces.o)[0][:, columns] @ motions[columns]
+    twists = robot.members.structure.unit_twists(forces.frames, forces.o)[:, columns, 0] @ motions[columns]
     compliance = np.roll(twists, 3, axis=0) @ np.roll(twists, 3, axis=0).T
     assert np.abs(compliance - solution.compliance[..., 0]).max() < 1e-6 * np.abs(compliance).max()
     answer = finite_elements.solve(mechanism, written, pose, load, (0, 0, 0))
     expected = buckling_elements.ratio_of(mechanism, answer, load, (0, 0, 0))
     cubic = replace(found, geometric=found.geometric[:, :n, :n])
     assert cubic.modes()[0].max() == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.few(5)
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_what_is_surely_stable_does_not_buckle(name):
+    """Without gravity the ratio grows with the load: random loads at a tenth to twice those at which the robot buckles."""
+    robot, rng = package_robots.robot(name), np.random.default_rng(1)
+    structure, directions = robot.members.structure, rng.standard_normal((12, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+
+    def forces(loads):
+        solutions = ks.analyze(robot.assemble(), loads, (0, 0, 0)).solutions
+        assert len(solutions) == 1
+        return forces_of(structure, solutions[0])
+
+    ratios = stability(structure, forces(directions)).modes()[0].max(axis=1)
+    directions, ratios = directions[ratios > 0], ratios[ratios > 0]
+    times = np.concatenate([[0.1, 0.99, 1.01], rng.uniform(0.5, 2, 7)])
+    loads = (times[:, None, None] * directions / ratios[:, None]).reshape(-1, 6)
+    sure = surely_stable(structure, forces(loads)).reshape(len(times), -1)
+    assert not np.any(sure[times > 1])
+    assert np.mean(sure[times == 0.1]) > 0.9
 
 
 def test_a_leg_of_a_hexapod_is_one_member():
