@@ -65,7 +65,7 @@ def _summary(facts: RobotFacts) -> list[str]:
             rows.append(("local freedoms", _local_freedoms(mobility.local_freedoms)))
         rows.append(("redundant constraints", _redundancy(facts, mobility)))
     rows.append(("actuators", [f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"]))
-    if not facts.elastic_joints and any(limb.joints for limb in facts.limbs):
+    if not facts.elastic_joints and not all(JOINT_TYPES[step.kind].is_fixed for limb in facts.limbs for step in limb.joints):
         rows.append(("elastic joints", ["none: bearings and actuators count as rigid"]))
     rows.append(("mass", [_mass(facts)]))
     if facts.massless:
