@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in, positive, told_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
 from kinetostatics.engine.choice import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
@@ -110,7 +110,7 @@ def compensate(
         uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
     of_o, of_tool = (Coordinates(*_well_conditioned(wanted, given), robot.length) for given in (commanded, names))
-    tolerance = configuration.tolerance if tolerance is None else positive("tolerance", tolerance, "a positive number")
+    tolerance = configuration.tolerance if tolerance is None else tolerance
     problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising), place)
