@@ -3,7 +3,7 @@
     python tests/mutate.py                       # a sample from every folder that computes numbers
     python tests/mutate.py engine statics/solution           # from this folder and this module
     python tests/mutate.py statics/solution --count 40 --seed 3 --jobs 2
-    python tests/mutate.py --map                 # find out again which test reaches which line: some minutes
+    python tests/mutate.py --map                 # find out again which test reaches which line: over an hour
     python tests/mutate.py --map test_screws     # the same for some files of tests, say new ones
 
 Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the
