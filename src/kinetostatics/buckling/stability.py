@@ -290,7 +290,7 @@ class _Assembly:
                 point = self.given.centres[:, k] if k is not None else self.o
                 columns = tuple(sorted({*structure.columns_of(*bodies), *joint.columns}))
                 ends = [self._moved(columns, body, point) for body in bodies]
-                rows = (ends[1] - ends[0]).reshape(6, len(columns), -1)
+                rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
                 turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
                 own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
                 rows[:, [columns.index(column) for column in joint.columns]] -= own

@@ -289,7 +289,10 @@ def test_hybrids(seed):
     columns = list(robot.members.structure.columns[robot.members.structure.graph.platform])
     twists = robot.members.structure.unit_twists(forces.frames, forces.o)[:, columns, 0] @ motions[columns]
     compliance = np.roll(twists, 3, axis=0) @ np.roll(twists, 3, axis=0).T
-    assert np.abs(compliance - solution.compliance[..., 0]).max() < 1e-6 * np.abs(compliance).max()
+    size = np.sqrt(np.diag(found.stiffness[0]))
+    softest = min(value for value in np.linalg.eigvalsh(found.stiffness[0] / np.outer(size, size)) if value > 1e-11)
+    rounding = 1e-10 + 8 * np.finfo(float).eps / softest  # soft motions beside stiff closures of loops
+    assert np.abs(compliance - solution.compliance[..., 0]).max() < rounding * np.abs(compliance).max()
     answer = finite_elements.solve(mechanism, written, pose, load, (0, 0, 0))
     expected = buckling_elements.ratio_of(mechanism, answer, load, (0, 0, 0))
     cubic = replace(found, geometric=found.geometric[:, :n, :n])
