@@ -7,42 +7,22 @@ from types import SimpleNamespace
 import numpy as np
 import package_robots
 import pytest
+from swinging_plate import STEEL, Y, parallelogram
 
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, RobotDescription
+from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Origin, RobotDescription
 from kinetostatics.results.near_singular import HOLD, near_singularity
 from kinetostatics.results.warnings import _large_motions, _open_loops
 from kinetostatics.sections import Tube
 
 RIGID = "bearings and actuators count as rigid"
-STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850)
-Y = (0.0, 1.0, 0.0)
 SHAPE = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
 
 
 @pytest.fixture(autouse=True)
 def in_root(monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
-
-
-def parallelogram(lean=0.0, plate=3.0):
-    """Two rods of 0.3 m, the left one driven, lean by an angle at zero and carry a level plate of 0.4 m."""
-    down, up = Origin(rpy=(0.0, lean, 0.0)), Origin((0.0, 0.0, 0.3), (0.0, -lean, 0.0))
-    return RobotDescription.of(
-        "parallelogram",
-        links=[Link("ground"), Link("left"), Link("right"), Link("plate", plate, (0.2 * (plate > 0), 0, 0))],
-        joints=[
-            Joint("a", "revolute", "ground", "left", down, axis=Y, lower=-1, upper=1),
-            Joint("b", "continuous", "left", "plate", up, axis=Y),
-            Joint("d", "continuous", "ground", "right", Origin((0.4, 0, 0), (0.0, lean, 0.0)), axis=Y),
-        ],
-        loops=[Loop("c", "continuous", "right", "plate", up, Origin((0.4, 0, 0)), axis=Y)],
-        platform="plate",
-        platform_origin=Origin((0.2, 0, 0)),
-        beams=[Beam("left", Tube.of(0.02), STEEL), Beam("right", Tube.of(0.03, 0.02), STEEL)],
-        driven=["a"],
-    )
 
 
 def warnings_of(description):

@@ -1,7 +1,7 @@
 """In which directions no actuator moves the platform: along a batch by the same axes, as long as these tell anything."""
 
 import numpy as np
-from test_careful_warnings import parallelogram
+from swinging_plate import parallelogram
 
 import kinetostatics as ks
 from kinetostatics.results.uncorrectable import uncorrectable_directions
