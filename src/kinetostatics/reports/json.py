@@ -222,13 +222,12 @@ def status_names(status: Values) -> object:
 
 
 def wrench_units(labels: tuple[str, ...], wrenches: Array) -> list[str]:
-    """Return the unit of each intensity: N·m of a couple, which has no force part, else N."""
+    """Return the unit of each intensity: N·m of a couple, by its label or without a force part, else N."""
     units = []
     for k, label in enumerate(labels):
         forces = np.abs(wrenches[..., :3, k])
         known = forces[np.isfinite(forces)]
-        # degenerate poses alone have no canonical wrench: then the label must do
-        couple = label.startswith("couple") if known.size == 0 else bool(np.all(known < 1e-12))
+        couple = label.startswith("couple") or (known.size > 0 and bool(np.all(known < 1e-12)))
         units.append("N·m" if couple else "N")
     return units
 
