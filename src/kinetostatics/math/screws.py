@@ -23,6 +23,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.rotations import skew
 
 #: Names of the components of twists and wrenches at o, and units of a twist's.
@@ -93,7 +94,7 @@ def compliance_at(compliance: Array, shift: Array) -> Array:
 
 
 def describe_twist(twist: Array, length: float) -> str:
-    """Say in words what motion a (6,) twist at o is, for messages.
+    """Say in words what motion a (6,) twist at o is, for messages; its opposite is the same motion.
 
     Args:
         twist: [d; r] at o.
@@ -103,13 +104,16 @@ def describe_twist(twist: Array, length: float) -> str:
     def vector(v: Array) -> str:
         return "(" + ", ".join(f"{0.0 if abs(x) < 5e-5 else x:.4g}" for x in v) + ")"
 
+    def direction(v: Array) -> Array:
+        return v / (np.linalg.norm(v) * np.sign(v[first_largest(np.abs(v))]))
+
     linear, angular = twist[:3], twist[3:]
     rate = float(np.linalg.norm(angular))
     if rate * length < 1e-6 * float(np.linalg.norm(linear)):
-        return f"a translation along {vector(linear / np.linalg.norm(linear))}"
-    axis = angular / rate
+        return f"a translation along {vector(direction(linear))}"
+    axis = direction(angular)
     foot = np.cross(angular, linear) / rate**2
-    pitch = float(axis @ linear) / rate
+    pitch = float(angular @ linear) / rate**2
     words = f"a rotation about the axis {vector(axis)} through o + {vector(foot)} m"
     if abs(pitch) > 1e-6 * length:
         words += f" with a pitch of {pitch:.4g} m/rad"

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
@@ -61,8 +64,8 @@ def _tipping(result: Result) -> list[str]:
     held = "the parts of its limbs are held against one another"
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
-        _, vectors = np.linalg.eigh(np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale)
-        held = f"the platform is held against {describe_twist(vectors[:, 0] / scale, result.robot.length)}"
+        C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale
+        held = f"the platform is held against {_motions(*np.linalg.eigh(C), 0, scale)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
     push = f"springs and weights push at least as hard as {held}{at}"
@@ -87,12 +90,19 @@ def _turning_weights(result: Result) -> list[str]:
     worst = int(np.argmax(np.abs(values)))
     if abs(values[worst]) <= TURNING_WEIGHTS:
         return []
-    motion = describe_twist(vectors[:, worst].real / scale, result.robot.length)
+    motion = _motions(values, vectors, worst, scale)
     where = "" if result.shape == () else " at the softest pose"
     return [
         f"the arms of weights turn with the robot, which changes its stiffness against {motion} by "
         f"{100 * values[worst].real:+.2g} %{where}: linear theory leaves that out"
     ]
+
+
+def _motions(values: NDArray[Any], vectors: NDArray[Any], k: int, scale: Array) -> str:
+    """Say which motions belong to the k-th eigenvalue (6,): the eigenvectors (6, 6) of equal ones are processors' own choice."""
+    alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
+    spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
+    return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
 
 
 def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

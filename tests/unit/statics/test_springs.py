@@ -371,6 +371,14 @@ def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words)
     assert len(said) == (words is not None) and all(re.search(f"rotation about the axis .* by {words}", item) for item in said)
 
 
+def test_motions_of_equal_eigenvalues_are_told_together():
+    """Three equal legs hold a heavy platform alike against rotations about every level axis."""
+    robot = ks.load_robot("3rps", parameters={"youngs_modulus": 2e5})
+    said = [item for item in ks.analyze(robot.assemble()).warnings if "the arms of weights turn with the robot" in item]
+    axes = ("a rotation about the axis (0, 1, 0)", "and a rotation about the axis (1, 0, 0)")
+    assert len(said) == 1 and all(axis in said[0] for axis in axes)
+
+
 def test_a_spring_without_length_spoils_its_own_pose_alone():
     """A spring along a driven slide: pushed together, its force has no direction."""
     one = loaded("""<robot name="slider"><link name="ground"/><link name="arm"/>
