@@ -20,8 +20,8 @@ from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_so
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, chunks
-from kinetostatics.math.linalg import canonical_basis, cross
-from kinetostatics.math.screws import describe_twist
+from kinetostatics.math.linalg import canonical_basis
+from kinetostatics.math.screws import describe_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
@@ -202,12 +202,10 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
         return load
     R, o = robot.mechanism.platform_pose(frames)
     if frame == "platform":
-        load = np.concatenate([np.einsum("ijn,jn->in", R, load[:3]), np.einsum("ijn,jn->in", R, load[3:])])
+        load = rotate(R, load)
         if point is not None:
             point = o + np.einsum("ijn,jn->in", R, point)
-    if point is None:
-        return load
-    return np.concatenate([load[:3], load[3:] + cross(point - o, load[:3])])
+    return load if point is None else move_wrench(load, o - point)
 
 
 def _complain(robot: Robot, solution: Solution) -> None:

@@ -14,6 +14,7 @@ from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import Robot
 
 #: What counts as zero in motions and self-stresses of unit size.
@@ -66,9 +67,7 @@ class Motions:
 
     def at_o(self, signs: Array) -> Array:
         """Return the scaled map (6, nv) from velocities to the twist at o of a body that moves with the given freedoms (nv,)."""
-        moving = self.twists * signs
-        linear = moving[:3] + np.cross(moving[3:], self.o, axis=0)
-        return np.concatenate([linear / self.robot.length, moving[3:]])
+        return move_twist(self.twists * signs, self.o[:, None]) / np.repeat([self.robot.length, 1.0], 3)[:, None]
 
     @property
     def actuators(self) -> Array:

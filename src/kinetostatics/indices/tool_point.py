@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -15,12 +15,15 @@ from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
 from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
+from kinetostatics.math.screws import Kind, move
 from kinetostatics.results.tool_point import point_of_platform
 
-#: Variables of the map that are twists, and matrices.
-_TWISTS = ("twist", "contribution", "gravity_way", "remaining")
-_MATRICES: dict[str, Callable[[Array, Array], Array]] = {"stiffness": stiffness_at, "compliance": compliance_at}
+#: Variables of the map that are about a point, and as what they move.
+_KINDS: dict[str, Kind] = {
+    "stiffness": "stiffness",
+    "compliance": "compliance",
+    **dict.fromkeys(("twist", "contribution", "gravity_way", "remaining"), "twist"),
+}
 
 
 @told_keywords
@@ -53,20 +56,18 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
         R = convention.matrix(angles.reshape(3, -1)).reshape(3, 3, *angles.shape[1:])
         return np.moveaxis(np.einsum("ij...,j->i...", R, place), 0, -1)
 
-    def moved(twists: Array, coordinates: Array) -> Array:
-        return np.asarray((to_point(arms(coordinates)) @ np.asarray(twists)[..., None])[..., 0])
-
-    def turned(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
-        return lambda matrices, coordinates: function(np.asarray(matrices), arms(coordinates))
+    def moved(array: Array, coordinates: Array, kind: Kind) -> Array:
+        return move(kind, np.asarray(array), arms(coordinates), components_last=True)
 
     found = {}
-    for name in (name for name in (*_TWISTS, *_MATRICES) if name in ds):
-        dims = ["component", "component_2"] if name in _MATRICES else ["component"]
+    for name, kind in ((name, kind) for name, kind in _KINDS.items() if name in ds):
+        dims = ["component"] if kind == "twist" else ["component", "component_2"]
         array = ds[name].sel(dict.fromkeys(dims, order))
         new = xr.apply_ufunc(
-            turned(_MATRICES[name]) if name in _MATRICES else moved,
+            moved,
             array,
             pose,
+            kwargs={"kind": kind},
             input_core_dims=[dims, ["platform_coordinate"]],
             output_core_dims=[dims],
             dask="parallelized",

@@ -18,7 +18,7 @@ from kinetostatics.kinematics.loop_constraints import Closures
 from kinetostatics.kinematics.sizes import box_diagonal
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -268,8 +268,7 @@ def _closed(
         frames = Frames(np.where(candidates.carried, turned, start_rotation), np.where(candidates.carried, moved, start_position))
         residual, wrench = closures.evaluate(frames)
         centre = candidates.origin + shift
-        moment = wrench[3:] - cross(centre[:, None], wrench[:3])
-        gradient = np.concatenate([wrench[:3] * size, moment]) * (sign * scale)
+        gradient = move_wrench(wrench, centre) * np.repeat([size, 1.0], 3)[:, None, None] * (sign * scale)
         used = np.moveaxis(gradient[columns], (0, 1, 2), (2, 1, 0))
         step = np.zeros((6, N))
         step[columns] = -np.einsum("nkm,mn->kn", np.linalg.pinv(used, rcond=_NO_EFFECT), residual * scale)

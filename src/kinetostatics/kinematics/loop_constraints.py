@@ -19,6 +19,7 @@ from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.ordering import across
+from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 
@@ -116,7 +117,7 @@ class Closures:
             local, here, there = self._distance.vectors
             direction, point = frames.directions(p, local), frames.points(s, there)
             residual[:n] = dot(direction, point - frames.points(p, here))
-            wrench[:3, :n], wrench[3:, :n] = direction, cross(point, direction)
+            wrench[:, :n] = wrench_of_force(direction, point)
             at = n
         n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
         if n:

@@ -10,7 +10,8 @@ import numpy as np
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross, null_space
+from kinetostatics.math.linalg import null_space
+from kinetostatics.math.screws import move_twist
 
 #: Scaled motions of freedoms below this are rounding.
 IDLE = 1e-13
@@ -123,8 +124,7 @@ class MobilityAnalysis:
         frames = solver.equations.forward(poses.x)
         twists = solver.tree.twists(frames) * solver.platform_signs[:, None]
         _, position = solver.mechanism.platform_pose(frames)
-        linear = twists[:3] + cross(twists[3:], np.broadcast_to(position[:, None], twists[3:].shape))
-        return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale[:, None]
+        return move_twist(twists, position) / np.repeat([solver.length, 1.0], 3)[:, None, None] * solver.column_scale[:, None]
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
         """Return a basis (n, k) of the scaled motions of free columns and unknown angles that are left at one pose."""

@@ -11,7 +11,8 @@ from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joi
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
-from kinetostatics.math.linalg import cross, dot, have_one_sign, least_squares, surely_have_one_sign
+from kinetostatics.math.linalg import dot, have_one_sign, least_squares, surely_have_one_sign
+from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -153,16 +154,14 @@ class Solver:
             loop = equations.loops[number]
             axis = frames.direction(loop.predecessor_body, equations.loop_axes[number].axis)
             error = self.loop_coordinate(number, frames) - target[given]
-            row = zeros_for((6, 1, N), axis)
             if loop.type.is_slide:
                 point = frames.point(loop.successor_body, loop.successor_frame[:3, 3])
-                row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
+                wrench, unit = wrench_of_force(axis, point), self.length
             else:
-                error, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), 1.0
-                row[3:, 0] = axis
+                error, wrench, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), wrench_of_couple(axis), 1.0
             signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None, free]
             residuals[at] = error / unit
-            gradient[at, :f] = products(signs * self.column_scale[free] / unit, row, twists)[0]
+            gradient[at, :f] = products(signs * self.column_scale[free] / unit, wrench[:, None], twists)[0]
             at, given = at + 1, given + 1
         if prescribed.positions or prescribed.angles:
             R, position = self.mechanism.platform_pose(frames)

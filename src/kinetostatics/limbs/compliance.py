@@ -17,7 +17,7 @@ from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import Cholesky, correlation, cross, inverse_of
 from kinetostatics.math.ordering import first_largest
-from kinetostatics.math.screws import move_wrench
+from kinetostatics.math.screws import move_wrench, rotate
 
 #: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
@@ -208,5 +208,4 @@ def rigid_counts(C: Array) -> NDArray[np.intp]:
 
 def _to_axes(axes: Array, arm: Array, wrench: Array) -> Array:
     """Return wrenches (6, m, g, N) about o as wrenches about the point at ``arm`` (3, g, N), in axes (3, 3, g, N)."""
-    moved = move_wrench(wrench, arm[:, None])
-    return np.concatenate([np.einsum("ji...,jm...->im...", axes, part) for part in (moved[:3], moved[3:])])
+    return rotate(axes, move_wrench(wrench, arm), back=True)

@@ -4,6 +4,8 @@ A twist is ``[d; r]``: linear displacement [m] of the body point at the referenc
 ``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
 the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3, …)`` with the batch axes last.
 
+Every change of the reference point in the package is one by :func:`move_twist`, :func:`move_wrench` or :func:`move`.
+
 A force through a hinge's axis is reciprocal to its twist; a force beside it has a moment about it, and so does work:
 
 >>> hinge = rotation_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
@@ -19,17 +21,20 @@ Source: J. K. Davidson and K. H. Hunt, Robots and Screw Theory, Oxford 2004, cha
 
 from __future__ import annotations
 
+from typing import Literal, TypeAlias
+
 import numpy as np
 
 from kinetostatics.math.arrays import Array, empty_for
-from kinetostatics.math.linalg import cross
+from kinetostatics.math.linalg import apply, cross, transpose
 from kinetostatics.math.ordering import first_largest
-from kinetostatics.math.rotations import skew
 
 #: Names of the components of twists and wrenches at o, and units of a twist's.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+#: What moves with the reference point.
+Kind: TypeAlias = Literal["twist", "wrench", "stiffness", "compliance"]
 
 
 def wrench_of_force(force: Array, arm: Array) -> Array:
@@ -70,27 +75,33 @@ def move_twist(twist: Array, shift: Array) -> Array:
     return result
 
 
-def to_point(shift: Array) -> Array:
-    """Return X (…, 6, 6) with which a twist at a reference point becomes X t at one that lies ``shift`` (…, 3) [m] from there.
+def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
+    """Turn twists or wrenches (6, …) from axes (3, 3, …) into world axes, or back."""
+    result = empty_for(screws.shape, axes, screws)
+    turn = transpose(axes) if back else axes
+    result[:3], result[3:] = apply(turn, screws[:3]), apply(turn, screws[3:])
+    return result
 
-    A compliance becomes X C Xᵀ, a stiffness X⁻ᵀ K X⁻¹; X⁻¹ is that of the opposite shift.
+
+def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) -> Array:
+    """Return what is about a reference point about one that lies ``shift`` (3, …) [m] from there.
+
+    Args:
+        kind: what it is.
+        array: twists or wrenches (6, …), stiffness or compliance (6, 6, …): a stiffness gives wrenches, a compliance twists, and
+            so do their transposes.
+        shift: its further axes are the last of those of the array.
+        components_last: whether components are the last axes of all three, as in results, instead of the first.
     """
-    found: Array = np.zeros((*shift.shape[:-1], 6, 6))
-    found[...] = np.eye(6)
-    found[..., :3, 3:] = -np.moveaxis(skew(np.moveaxis(shift, -1, 0)), (0, 1), (-2, -1))
-    return found
-
-
-def stiffness_at(stiffness: Array, shift: Array) -> Array:
-    """Return a stiffness (…, 6, 6) at a reference point that lies ``shift`` (…, 3) [m] from the present one."""
-    back = to_point(-shift)
-    return np.asarray(np.swapaxes(back, -1, -2) @ stiffness @ back)
-
-
-def compliance_at(compliance: Array, shift: Array) -> Array:
-    """Return a compliance (…, 6, 6) at a reference point that lies ``shift`` (…, 3) [m] from the present one."""
-    there = to_point(shift)
-    return np.asarray(there @ compliance @ np.swapaxes(there, -1, -2))
+    way = move_twist if kind in ("twist", "compliance") else move_wrench
+    count = 2 if kind in ("stiffness", "compliance") else 1
+    first, last = tuple(range(count)), tuple(range(-count, 0))
+    if components_last:
+        array, shift = np.moveaxis(array, last, first), np.moveaxis(shift, -1, 0)
+    array = way(array, shift)
+    if count == 2:
+        array = np.swapaxes(way(np.swapaxes(array, 0, 1), shift), 0, 1)
+    return np.moveaxis(array, first, last) if components_last else array
 
 
 def describe_twist(twist: Array, length: float) -> str:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, empty_for
-from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel, without_length
 from kinetostatics.mechanism.inertias import weighed, weight_wrench
 from kinetostatics.mechanism.limbs import Topology
@@ -87,7 +87,7 @@ class Weights:
     def wrenches_of_many(self, frames: Frames, o: Array, gravity: Array) -> Array:
         """Return the same of any number of poses, by the same operations on all of them."""
         force = self.masses(frames)[None] * gravity[:, None]
-        return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
+        return wrench_of_force(force, self.centres(frames) - o[:, None])
 
     def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
         wrenches = [

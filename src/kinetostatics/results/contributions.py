@@ -68,9 +68,7 @@ def link_contributions(
         else:
             continue
         body, placement = mechanism.body_of[link]
-        moved = [
-            move_twist(t, (s.frames.point(body, placement[:3, 3]) - s.o)[:, None]) for t, s in zip(twists, solutions, strict=True)
-        ]
+        moved = [move_twist(t, s.frames.point(body, placement[:3, 3]) - s.o) for t, s in zip(twists, solutions, strict=True)]
         result[link] = batch.by_source(sources, moved)
     return Named(result)
 

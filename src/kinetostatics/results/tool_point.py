@@ -15,7 +15,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
+from kinetostatics.math.screws import Kind, move
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.robot import Robot
 
@@ -63,7 +63,7 @@ class PointResult(ShortRepr):
 
     def moved(self, twists: Array) -> Array:
         """Return twists (…, 6) at o as those at the point."""
-        return frozen(np.asarray((to_point(self.arm) @ twists[..., None])[..., 0]))
+        return frozen(move("twist", twists, self.arm, components_last=True))
 
 
 def named_point(tool: object) -> str:
@@ -112,16 +112,15 @@ def seen_at(result: AtO, point: Array) -> PointResult:
     """Return what a point (3,) of the platform, from o in its axes [m], does, of what o does."""
     rotation = result.configuration.platform_frame[..., :3, :3]
     arm = np.array(np.broadcast_to(rotation @ point, (*result.twist.shape[:-1], 3)))
-    X = to_point(arm)
 
-    def moved(item: Array) -> Array:
-        return frozen(np.asarray((X @ item[..., None])[..., 0]))
+    def moved(item: Array, kind: Kind = "twist") -> Array:
+        return frozen(move(kind, item, arm, components_last=True))
 
     return PointResult(
         frozen(point),
         frozen(arm),
         moved(result.twist),
         Named({name: moved(item) for name, item in result.contributions.items()}),
-        frozen(stiffness_at(result.stiffness, arm)),
-        frozen(compliance_at(result.compliance, arm)),
+        moved(result.stiffness, "stiffness"),
+        moved(result.compliance, "compliance"),
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
-from kinetostatics.math.screws import to_point
+from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import robot_of
 
 #: Axes that tell a pose's directions this little, as cosines, are chosen anew.
@@ -29,8 +29,8 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
         which = reached[part]
         moves = robot.mobility_analysis.motions_at(configuration.poses.take(which))
         if tool is not None:
-            arms = np.einsum("ijn,j->ni", R[:, :, which], tool / length)
-            moves = to_point(arms) @ moves
+            arms = np.einsum("ijn,j->in", R[:, :, which], tool / length)
+            moves = np.moveaxis(move_twist(np.moveaxis(moves, 0, 2), arms), 2, 0)
         regular = np.all(np.isfinite(moves), axis=(1, 2))
         found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
     left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))

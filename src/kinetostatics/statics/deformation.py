@@ -20,12 +20,12 @@ from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import cross, least_squares
-from kinetostatics.math.screws import move_twist, move_wrench
+from kinetostatics.math.linalg import least_squares
+from kinetostatics.math.screws import move_twist, move_wrench, rotate, wrench_of_force
 from kinetostatics.mechanism.joint_compliance import Spring, drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
-from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
+from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -112,7 +112,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
         beyond = _with_loads(solution, number, share * statics.loads.beyond[:, None, b], "beyond", b)
         total = carried_wrench(signs[k], cut_wrenches) + beyond
-        wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
+        wrench = rotate(axes, move_wrench(total, end), back=True)
         load = share * statics.loads.own[:, None, b]
         own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
         own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
@@ -138,10 +138,10 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         beyond = share * statics.loads.spring_beyond[:, None, spring]
         beyond = _with_loads(solution, number, beyond, "spring_beyond", spring)
         total = carried_wrench(signs[k], cut_wrenches) + beyond
-        wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
+        wrench = rotate(axes, move_wrench(total, arm), back=True)
         local = spring_twist(group, spring, wrench)
         out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
-        moved = move_twist(rotate(axes, local), -arm[:, None])
+        moved = move_twist(rotate(axes, local), -arm)
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
         out.elastic.append(ElasticDeformation("joints", names, group, number, everyone, signs[k], moved.sum(axis=1)))
@@ -308,10 +308,10 @@ def _deform_branches(
             length = model.length(frames)[None]
             own = robot.weights.sum(edge.outboard, solution.weights)[:, None]
             beyond = _with_branch_loads(solution, edge, own[:, None] * share)
-            local = rotate(axes, move_wrench(beyond, end[:, None]), back=True)
+            local = rotate(axes, move_wrench(beyond, end), back=True)
             own_axial = np.einsum("ign,ign->gn", axes[:, 0], own[:3])
             mass = model.mass_of(length)
-            field = np.concatenate([solution.gravity, cross(model.lever(frames), solution.gravity)])[:, None]
+            field = wrench_of_force(solution.gravity, model.lever(frames))[:, None]
             load = rotate(axes, field, back=True) * model.line_density(length)
             beams = LoadedBeams(
                 (model,),
@@ -388,11 +388,11 @@ def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: 
     arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
     carried = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
     total = _with_branch_loads(solution, edge, carried[:, None] * share)[:, :, None]
-    local = rotate(axes, move_wrench(total, arm[:, None]), back=True)
+    local = rotate(axes, move_wrench(total, arm), back=True)
     yielded = np.concatenate(
         [np.einsum("ij,jskn->iskn", spring.linear, local[:3]), np.einsum("ij,jskn->iskn", spring.angular, local[3:])]
     )
-    return move_twist(rotate(axes, yielded), -arm[:, None])[:, :, 0]
+    return move_twist(rotate(axes, yielded), -arm)[:, :, 0]
 
 
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:

@@ -19,6 +19,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics_under
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_wrench, rotate, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
@@ -212,13 +213,11 @@ class LinkLoads:
             R, origin = _frame(self.robot, item.link, frames)
             point = origin + np.einsum("ijn,jn->in", R, item.point)
             if item.mass is not None:
-                force, moment = gravity * item.mass, np.zeros_like(gravity)
+                own = np.concatenate([gravity * item.mass, np.zeros_like(gravity)])
             else:
                 assert item.wrench is not None
-                force, moment = item.wrench[:3], item.wrench[3:]
-                if item.in_link_frame:
-                    force, moment = (np.einsum("ijn,jn->in", R, part) for part in (force, moment))
-            wrench = np.concatenate([force, moment + cross(point - o, force)])
+                own = rotate(R, item.wrench) if item.in_link_frame else item.wrench
+            wrench = move_wrench(own, o - point)
             mine = found.setdefault(item.name, {})
             link = self.robot.description.platform if item.link is None else item.link
             for place, where in places_at(self.robot, item.name, link, frames, point).items():
@@ -329,9 +328,7 @@ def unit_payloads(
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = _frame(robot, link, frames)
-    none = np.zeros_like(gravity)
-    wrenches = [np.concatenate([gravity, cross(origin - o, gravity)])]
-    wrenches += [np.concatenate([none, cross(R[:, k], gravity)]) for k in range(3)]
+    wrenches = [wrench_of_force(gravity, origin - o), *(wrench_of_couple(cross(R[:, k], gravity)) for k in range(3))]
     return tuple(
         AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
         for k, wrench in enumerate(wrenches)

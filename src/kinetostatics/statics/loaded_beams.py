@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.limbs import beam as beam_formulas
-from kinetostatics.math.arrays import Array, empty_for
-from kinetostatics.math.screws import move_twist
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import move_twist, rotate
 from kinetostatics.mechanism.beam_model import BeamModel
 
 
@@ -52,7 +52,7 @@ class LoadedBeams:
         c = self.compliances[:, None]
         local = beam_formulas.end_displacement(c, self.length, self.wrench)
         local += beam_formulas.sag(c, self.length, self.load)
-        return move_twist(rotate(self.axes, local), -self.end[:, None])
+        return move_twist(rotate(self.axes, local), -self.end)
 
     def turned(self, outer: Array) -> LoadedBeams:
         """Return the same beams from their other ends, whose motions as rigid bodies are ``outer`` (6, S, g, N)."""
@@ -77,11 +77,3 @@ class LoadedBeams:
         moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
         moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)
         return moved
-
-
-def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
-    """Turn twists or wrenches (6, …, g, N) from the axes (3, 3, g, N) into world axes, or back."""
-    result = empty_for(screws.shape, axes, screws)
-    for rows in (slice(0, 3), slice(3, 6)):
-        result[rows] = np.einsum("ji...gn,j...gn->i...gn" if back else "ij...gn,j...gn->i...gn", axes, screws[rows])
-    return result

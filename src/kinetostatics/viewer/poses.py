@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import move_wrench
+from kinetostatics.math.screws import move
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
-from kinetostatics.viewer.shapes import crossed
 
 #: A page holds every pose of a path; more than this makes it too large to open quickly.
 MOST_POSES = 1000
@@ -160,13 +159,12 @@ class ShownPoses:
 
 def moved(twist: Array, arm: Array) -> Array:
     """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
-    linear = twist[..., :3] + crossed(twist[..., 3:], arm[:, None])
-    return np.concatenate([linear, twist[..., 3:]], axis=-1)
+    return move("twist", twist, arm[:, None], components_last=True)
 
 
 def moved_wrench(wrench: Array, shift: Array) -> Array:
     """Return wrenches (F, 6) about points that lie ``shift`` (F, 3) [m] from the present ones."""
-    return np.asarray(move_wrench(wrench.T, shift.T).T)
+    return move("wrench", wrench, shift, components_last=True)
 
 
 def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:

@@ -1,9 +1,9 @@
-"""A twist told in words: its axis, and its pitch."""
+"""Twists, wrenches, stiffness and compliance about another point; a twist told in words: its axis, and its pitch."""
 
 import numpy as np
 import pytest
 
-from kinetostatics.math.screws import describe_twist
+from kinetostatics.math.screws import describe_twist, move
 
 pytestmark = pytest.mark.smoke
 
@@ -22,3 +22,22 @@ def test_a_pitch_is_the_way_per_turn():
         assert describe_twist(sign * np.array([0, 3.0, 4.0, 0, 0, 0]), 1.0) == "a translation along (0, 0.6, 0.8)"
     for turn, words in ((2e-6, "translation"), (3e-6, "rotation")):  # 5 · 1e-6 / 2 m
         assert describe_twist(np.array([3.0, 4.0, 0, 0, 0, turn]), 2.0).startswith(f"a {words}")
+
+
+def test_power_stiffness_and_compliance_do_not_depend_on_the_reference_point():
+    """Power t · w; the twist C w, and the wrench K t, of every pose and column, moved, are those of what is moved."""
+    rng = np.random.default_rng(3)
+    C, w, t, shift = (rng.standard_normal(shape) for shape in ((6, 6, 5), (6, 4, 5), (6, 4, 5), (3, 5)))  # neither is symmetric
+    K = np.moveaxis(np.linalg.inv(np.moveaxis(C, 2, 0)), 0, 2)
+    moved = {"twist": t, "wrench": w, "compliance": C, "stiffness": K}
+    moved = {kind: move(kind, array, shift) for kind, array in moved.items()}
+    assert np.allclose(np.sum(moved["twist"] * moved["wrench"], axis=0), np.sum(t * w, axis=0))
+    for kind, matrix, by, what in (("compliance", C, "wrench", w), ("stiffness", K, "twist", t)):
+        other = "twist" if by == "wrench" else "wrench"
+        there = move(other, np.einsum("ijn,jkn->ikn", matrix, what), shift)
+        assert np.allclose(np.einsum("ijn,jkn->ikn", moved[kind], moved[by]), there)
+        assert not np.allclose(moved[kind], matrix)
+    assert np.allclose(np.einsum("ijn,jkn->ikn", moved["compliance"], moved["stiffness"]), np.eye(6)[:, :, None])
+    for kind, array in {"compliance": C, "twist": t[:, 0]}.items():
+        last = move(kind, np.moveaxis(array, -1, 0), shift.T, components_last=True)
+        assert np.array_equal(np.moveaxis(last, 0, -1), move(kind, array, shift))
