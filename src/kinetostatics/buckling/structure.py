@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.elastic_joints import springs_of
 from kinetostatics.mechanism.limb_joints import joint_dofs
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from kinetostatics.checks.chains import Body, Chain, Graph, Hanging, Item, JointStep, Network, Stretch, Ways, bodies_of
 from kinetostatics.math.graphs import blocks, joined
-from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
+from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
 from kinetostatics.mechanism.limbs import Edge, Limb, Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism

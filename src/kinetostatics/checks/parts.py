@@ -14,7 +14,7 @@ from kinetostatics.description.elements import Beam
 from kinetostatics.limbs.group import Basis
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
-from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
+from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot

@@ -23,7 +23,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import BeamSpan
-from kinetostatics.mechanism.joint_compliance import Spring
+from kinetostatics.mechanism.elastic_joints import ElasticJoint
 from kinetostatics.mechanism.limb_joints import CompoundJoint
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
@@ -43,7 +43,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
         *("_centred", "_beam_body", "_beam_centre"),
     ),
     BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
-    Spring: (),
+    ElasticJoint: (),
 }
 #: What is kept besides where loads or springs act on links: the places at which they do, and how these move.
 _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
@@ -55,7 +55,7 @@ _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("body_of", "connections"),
     Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
-    Spring: ("joint",),
+    ElasticJoint: ("joint",),
     LimbDrive: ("joints",),
     LimbGroup: ("compounds", "elements", "_edges"),
     CompoundJoint: ("joints",),

@@ -15,7 +15,7 @@ import numpy as np
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import rotation_twist, translation_twist
-from kinetostatics.mechanism.joint_compliance import Drive
+from kinetostatics.mechanism.elastic_joints import Drive
 from kinetostatics.mechanism.limb_joints import JointDof, joint_dofs
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames

@@ -17,7 +17,7 @@ from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_model import BeamModel
-from kinetostatics.mechanism.joint_compliance import Spring
+from kinetostatics.mechanism.elastic_joints import ElasticJoint
 from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
@@ -75,7 +75,7 @@ class LimbSkeleton:
         limbs: Sequence[Limb],
         compounds: Sequence[Sequence[CompoundJoint]],
         beams: Sequence[Sequence[BeamModel]],
-        springs: Sequence[Sequence[Spring]],
+        springs: Sequence[Sequence[ElasticJoint]],
     ) -> None:
         self._compounds = compounds[0]
         self.dofs = rows = [[dof for compound in row for dof in compound.dofs] for row in compounds]

@@ -19,7 +19,7 @@ from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.mechanism.joint_compliance import drives_of, springs_of
+from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames

@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import across
-from kinetostatics.mechanism.joint_compliance import is_sprung
+from kinetostatics.mechanism.elastic_joints import is_sprung
 from kinetostatics.mechanism.limbs import Edge, Limb
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from kinetostatics.math.graphs import blocks, joined, reachable
 from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges
-from kinetostatics.mechanism.joint_compliance import drives_of
+from kinetostatics.mechanism.elastic_joints import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end

@@ -22,7 +22,7 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench, rotate, wrench_of_force
-from kinetostatics.mechanism.joint_compliance import Spring, drives_of, springs_of
+from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
@@ -381,7 +381,7 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
     return of_contributions(solution.applied, picked, weights)
 
 
-def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: Spring, share: Array) -> Array:
+def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: ElasticJoint, share: Array) -> Array:
     """Return the motions (6, S, N), about o, of what a spring of an open branch carries, whose weight has a ``share`` (S, 1)."""
     frames, body = solution.frames, np.array([spring.body])
     axes = frames.orientations(body, spring.frame[:3, :3, None])

@@ -15,7 +15,7 @@ from kinetostatics.description.elements import Vector
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import reachable
-from kinetostatics.mechanism.joint_compliance import Spring, drives_of, springs_of
+from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import JointDof, compound_joints, joint_dofs, limb_elements, sides
 from kinetostatics.mechanism.limbs import Edge
 
@@ -185,7 +185,7 @@ class _Finder:
             self.hinged.add(number)
         return number
 
-    def _springs(self, step: _Step) -> tuple[Spring, ...]:
+    def _springs(self, step: _Step) -> tuple[ElasticJoint, ...]:
         return springs_of(self.model.mechanism, step.edge.joint) if step.edge.joint else ()
 
     def _passage(self, step: _Step) -> Passage:

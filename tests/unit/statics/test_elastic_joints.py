@@ -11,7 +11,7 @@ from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.mechanism.joint_compliance import is_sprung
+from kinetostatics.mechanism.elastic_joints import is_sprung
 
 pytestmark = pytest.mark.smoke
 

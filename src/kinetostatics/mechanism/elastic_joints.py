@@ -16,7 +16,7 @@ from kinetostatics.mechanism.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
-class Spring:
+class ElasticJoint:
     """What is elastic in one joint.
 
     Attributes:
@@ -48,7 +48,7 @@ class Drive:
     moves: tuple[tuple[str, float], ...]
 
 
-def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
+def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
     """Return what is elastic in a joint: itself or its bearings."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
@@ -57,7 +57,7 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
     linear, angular = np.diag(_compliances(stiffness.linear)), np.diag(_compliances(stiffness.angular))
     if not np.any(linear) and not np.any(angular):
         return ()
-    return (Spring(joint, connection.predecessor_body, connection.predecessor_frame, linear, angular),)
+    return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, linear, angular),)
 
 
 def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
