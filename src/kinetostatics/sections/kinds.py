@@ -89,7 +89,7 @@ class Section:
     def _largest(self, units: Array, wrenches: Array, poisson_ratio: float) -> Array:
         """Return the same by looking only at the sections that may have the largest stress."""
         looked = may_be_largest(units, wrenches)
-        found = np.where(looked, 0.0, -1.0) + wrenches[0] * 0  # what is not known stays unknown
+        found = wrenches[0] * 0  # what is not known stays unknown
         found[looked] += self.stress(wrenches[:, looked], poisson_ratio)
         return np.asarray(found.max(axis=0))
 

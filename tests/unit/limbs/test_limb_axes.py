@@ -44,23 +44,31 @@ def test_which_way_an_axis_points(axis, moment, sign):
     assert _orientations(unit[:, None, None], moments, np.array([True]), 1.0) == sign
 
 
-@pytest.mark.parametrize("held", [False, True])
-def test_a_limb_ends_where_the_axes_of_its_last_joint_meet(held):
-    """Two hinges that cross at x = 0.3, the outer one written 0.2 beside that; behind them nothing, or an elastic weld."""
+@pytest.mark.parametrize(
+    ("outside", "end"), [("nothing", (0.3, 0, 0)), ("an elastic weld", (0.3, 0.2, 0.4)), ("a slide", (0.4, 0, 0))]
+)
+def test_a_limb_ends_where_the_axes_of_its_last_joint_meet(outside, end):
+    """Two hinges that cross at x = 0.3, the outer one written 0.2 beside that, and what is behind them.
+
+    Where on its line a slide is written does not matter: it counts nearest to where the hinges cross.
+    """
     parts = [
         link("base"),
         link("ring"),
         link("platform", 1.0, "0 0 0.1"),
         joint("inner", "continuous", "base", "ring", axis="1 0 0"),
     ]
-    if held:
+    if outside == "nothing":
+        parts += [joint("outer", "continuous", "ring", "platform", "0.3 0.2 0", "0 1 0")]
+    else:
         parts += [link("flange"), joint("outer", "continuous", "ring", "flange", "0.3 0.2 0", "0 1 0")]
+    if outside == "an elastic weld":
         weld = joint("weld", "fixed", "flange", "platform", "0 0 0.4")
         parts += [weld, springs("weld", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4")]
-    else:
-        parts += [joint("outer", "continuous", "ring", "platform", "0.3 0.2 0", "0 1 0")]
+    if outside == "a slide":
+        parts += [joint("slide", "prismatic", "flange", "platform", "0.1 -0.2 0.4", "0 0 1")]
     machine = robot(*parts)
     [group] = machine.statics.groups
     centres = group.geometry(machine.zero_frames, np.zeros((3, 1))).centres[:, :, 0, 0]
     np.testing.assert_allclose(centres[:, 0], [0.3, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(centres[:, -1], [0.3, 0.2, 0.4] if held else [0.3, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(centres[:, -1], end, atol=1e-12)
