@@ -1,0 +1,103 @@
+"""How fast bodies, actuators and freedoms move, against differences of poses that are assembled."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import package_robots
+import pytest
+from loop_robots import Held
+from places import ROOT
+from simple_machines import joint, link, loop
+from simple_machines import robot as robot_of
+
+import kinetostatics as ks
+from kinetostatics.description.elements import Mimic
+from kinetostatics.kinematics.coordinate_choices import prescribed_platform
+from kinetostatics.kinematics.velocities import actuator_rates, body_moves, frame_rates, freedom_rates, with_given
+from kinetostatics.math.linalg import least_squares
+from kinetostatics.math.orientation import orientation_named
+
+
+def follower():
+    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    return ks.Robot(
+        replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
+    )
+
+
+def slider_crank():
+    """A crank of 0.3 and a coupler of 0.8 in the plane y = 0; the slide along x that drives them is the loop."""
+    parts = [link("base"), link("crank"), link("platform", 1.0), link("block"), joint("a", "continuous", "base", "crank")]
+    parts += [joint("b", "continuous", "crank", "platform", "0 0 0.3"), joint("c", "continuous", "platform", "block", "0.8 0 0")]
+    parts += [loop("s", "prismatic", "base", "block", "0.8 0 0.3", axis="1 0 0")]
+    return robot_of(*parts, '<transmission name="t"><joint name="s"/></transmission>')
+
+
+ROBOTS = {
+    "slides and spherical joints": (lambda: package_robots.robot("3rps"), ("z", "rx", "ry"), (0.5, 0.1, -0.05)),
+    "a follower": (follower, ("z", "rx"), (0.5, 0.03)),
+    "hinges": (lambda: package_robots.robot("planar_3rrr"), ("x", "y", "rz"), (0.02, -0.03, 0.1)),
+    "a driven sliding loop": (lambda: Held("prismatic", 3, drive="closing").robot(), None, (0.1,)),
+    "a driven turning loop": (lambda: Held("continuous", 4, drive="closing").robot(), None, (0.3,)),
+    "a crank driven by its slider": (slider_crank, None, (0.1,)),
+    "a base that is not the root": (lambda: Held("cylindrical", 5, "upside_down").robot(), None, (0.1, 0.2)),
+}
+
+
+def rates_of(robot, prescribed, pose):
+    """Return the freedoms' rates (nv, n, 1) by each given coordinate."""
+    solver = robot.solver
+    gradient, rates = solver.rates(prescribed, pose.poses, solver.values(prescribed, pose.poses))
+    step = -least_squares(gradient, rates, robot.mobility_analysis.local_dofs(prescribed))
+    return with_given(solver, prescribed, freedom_rates(solver, prescribed, gradient, rates, step))
+
+
+def close_to(found, wanted):
+    np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_bodies_and_actuators_move_as_differences_of_poses_tell(name):
+    make, coordinates, values = ROBOTS[name]
+    robot, h = make(), 1e-6
+    if coordinates:
+        start = robot.assemble(platform=dict(zip(coordinates, values, strict=True)))
+    else:
+        start = robot.assemble(actuators=dict(zip(robot.description.driven, values, strict=True)))
+    frames, given = start.frames, robot.actuator_coordinates
+    twists = robot.equations.tree.twists(robot.equations.forward(start.poses.x))
+    inside = [body for run in robot.mechanism.spherical_runs for body in run.bodies[:2]]  # which count with what they hang on
+    for run in robot.mechanism.spherical_runs:
+        assert np.all(body_moves(robot.solver)[list(run.bodies[:2])] == body_moves(robot.solver)[run.parent])
+    v = rates_of(robot, given, start)
+    close_to(actuator_rates(robot.solver, given, start.poses, v)[..., 0], np.eye(given.size))
+    order = [*(name for name in robot.description.driven if name not in robot.description.loops)]
+    order += [loop.name for loop in robot.equations.loops if loop.name in robot.description.driven]
+    for k, actuator in enumerate(order):
+        at = {name: float(value) for name, value in start.actuators.items()}
+        ends = [robot.assemble(actuators={**at, actuator: at[actuator] + by}, near=start).frames for by in (h, -h)]
+        rotation, position = frame_rates(body_moves(robot.solver), twists, frames, v[:, k])
+        for found, (up, down) in ((rotation, [end.rotation for end in ends]), (position, [end.position for end in ends])):
+            close_to(np.delete(found, inside, axis=-2), np.delete((up - down) / (2 * h), inside, axis=-2))
+    if coordinates:
+        prescribed = prescribed_platform(coordinates, orientation_named(None))
+        found = actuator_rates(robot.solver, given, start.poses, rates_of(robot, prescribed, start))
+        for k, coordinate in enumerate(coordinates):
+            at = dict(zip(coordinates, values, strict=True))
+            ends = [robot.assemble(platform={**at, coordinate: at[coordinate] + by}, near=start).actuators for by in (h, -h)]
+            close_to(found[:, k, 0], [(ends[0][name] - ends[1][name]) / (2 * h) for name in order])
+
+
+@pytest.mark.parametrize(("left", "follows"), [(0.0, True), (0.9e-6, True), (1.1e-6, False), (1.0, False)])
+@pytest.mark.parametrize("size", [1e-13, 1e-3, 1.0, 1e3])
+def test_what_loops_cannot_follow_has_no_rates(left, follows, size):
+    """Of two equations one can be kept, and the other not, by that part of the change; rates below 1e-12 are rounding."""
+    follows = follows or size < 1e-12
+    solver = SimpleNamespace(
+        tree=SimpleNamespace(nv=3), column_scale=np.array([1.0, 2.0, 1.0]), free_columns=lambda _: np.array([1])
+    )
+    rates = size * np.array([1.0, left])[:, None, None]
+    gradient, step = np.array([1.0, 0.0])[:, None, None], np.full((1, 1, 1), -size)
+    found = freedom_rates(solver, None, gradient, rates, step)[:, 0, 0]
+    np.testing.assert_array_equal(found, [0.0, -2 * size, 0.0] if follows else [np.nan] * 3)
