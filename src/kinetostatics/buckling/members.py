@@ -121,11 +121,18 @@ class Members:
 
         So it is without loops; with loops a part may turn further where the platform does, too, or tenfold within ``_NO_RISK``.
         """
-        model, springs = self.structure.model, [item for item in self.structure.freedoms if item is not None and item.stiffness]
+        model, freedoms = self.structure.model, self.structure.freedoms
         lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}
         soft = {name: length * model.beams[name].compliances[4:6].max() for name, length in lengths.items()}
-        turns = sum(soft.values()) + sum(1 / item.stiffness for item in springs if item.rotates)
-        turns += sum(1 / item.stiffness for item in springs if not item.rotates) / np.min(list(lengths.values()), axis=0) ** 2
+        turning = self.structure.turning
+        springs = {
+            k: model.length ** (2 * (k in turning)) / item.stiffness
+            for k, item in enumerate(freedoms)
+            if item is not None and item.stiffness
+        }
+        springs.update({item.column: item.times**2 * springs[item.master] for item in self.structure.followers})
+        turns = sum(soft.values()) + sum(c for k, c in springs.items() if k in turning) / model.length**2
+        turns += sum(c for k, c in springs.items() if k not in turning) / np.min(list(lengths.values()), axis=0) ** 2
         arms = sum(np.linalg.norm(forces.beams[name], axis=1).max(axis=0) * lengths[name] for name in lengths)
         arms += np.linalg.norm(forces.joints, axis=0).max(axis=0, initial=0.0) * model.length
         return np.asarray(arms * (turns + np.trace(compliance[3:, 3:])))

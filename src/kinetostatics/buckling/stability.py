@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
 from kinetostatics.buckling.elimination import definite_in_order, fronts
-from kinetostatics.buckling.structure import Structure
+from kinetostatics.buckling.structure import Follower, Structure
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody
@@ -61,11 +61,13 @@ class Stability:
         stiffness: K (N, n, n) of the motions of rigid bodies [N/m]; of the beams' inner coordinates it is 1.
         geometric: K_G (N, n + b, n + b) of both.
         beams: the strain energy of every beam, by name.
+        followers: coordinates that have no stiffness of their own, as others move them along.
     """
 
     stiffness: Array
     geometric: Array
     beams: dict[str, BeamEnergy]
+    followers: tuple[Follower, ...]
 
     def is_stable(self) -> bool:
         """Whether K + K_G is positive definite at all poses: none of them buckles."""
@@ -98,6 +100,8 @@ class Stability:
         A[:, :, :n] = A[:, :, :n] @ basis
         ratios, modes = np.linalg.eigh(A)
         modes[:, :n] = basis @ modes[:, :n]
+        for item in self.followers:
+            modes[:, item.column] = item.times * modes[:, item.master]
         ratios = np.where(np.abs(ratios) > _ROUNDING * np.abs(ratios).max(axis=1, keepdims=True, initial=0.0), ratios, 0.0)
         return np.where(fine[:, None], ratios, np.nan), modes
 
@@ -151,7 +155,7 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
 def stability(structure: Structure, forces: Forces) -> Stability:
     """Put K and K_G together."""
     found = _Assembly(structure, forces)
-    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams, structure.followers)
 
 
 def surely_stable(structure: Structure, forces: Forces) -> Mask:
@@ -193,6 +197,8 @@ class _Assembly:
             self._springs()
             self._joints()
             self._bodies()
+        for item in structure.followers:
+            self._moved_along(item)
 
     def _moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
@@ -212,6 +218,16 @@ class _Assembly:
         else:
             for matrix, product in zip((self.K, self.G), products, strict=True):
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
+
+    def _moved_along(self, item: Follower) -> None:
+        """Give what acts on a coordinate that another one moves to that one."""
+        for matrix in (self.K, self.G):
+            matrix[item.master] += item.times * matrix[item.column]
+            matrix[item.column] = 0.0
+            if matrix.ndim == 3:
+                matrix[:, item.master] += item.times * matrix[:, item.column]
+                matrix[:, item.column] = 0.0
+        self.coupled = {tuple({item.master if column == item.column else column for column in group}) for group in self.coupled}
 
     def _force(self, body: RigidBody, force: Array, point: Array) -> None:
         self.forces.setdefault(self.structure.columns[body], []).append((force, point))

@@ -8,14 +8,14 @@ loop closed.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.elastic_joints import springs_of
+from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import joint_dofs
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
@@ -40,13 +40,27 @@ class Freedom:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint between two bodies, and the coordinates of its freedoms; ``closes``: whether it closes a loop of the tree."""
+    """A joint between two bodies, and the coordinates of its freedoms.
+
+    ``closes``: whether it closes a loop of the tree; ``sign``: 1 where its coordinates move the outer side relative to the inner
+    one, else −1.
+    """
 
     connection: Connection
     inner: RigidBody
     outer: RigidBody
     columns: tuple[int, ...]
     closes: bool
+    sign: int
+
+
+@dataclass(frozen=True)
+class Follower:
+    """A coordinate that is ``times`` another one: that of a joint which mimics an elastic actuator's. Both are lengths."""
+
+    column: int
+    master: int
+    times: float
 
 
 @dataclass(frozen=True)
@@ -69,11 +83,14 @@ class Structure:
         freedoms: for each coordinate what it is, None for the six of a body that no joint leads to.
         columns: the coordinates that move each body; none for what does not move.
         turning: the coordinates that are rotations.
+        followers: the coordinates that elastic actuators move along.
     """
 
     def __init__(self, model: RobotStatics) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         self.body_at = {place: body for body in self.graph.bodies() for place in self.graph.places_of(body)}
+        self._drives = drives_of(model.mechanism)
+        self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
@@ -98,11 +115,12 @@ class Structure:
                     inner, outer = edge.ends
                     other, mine = edge.other(here), self._more(own[id(edge)])
                     closes = other in self.columns
-                    self.joints.append(Joint(edge.connection, inner, outer, mine, closes))
+                    self.joints.append(Joint(edge.connection, inner, outer, mine, closes, 1 if closes or other is outer else -1))
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
         self.beams = [self._beam(name) for name in model.beams]
+        self.followers = tuple(self._followers())
         self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
         self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
@@ -119,7 +137,7 @@ class Structure:
             mine, behind = self._more(self._freedoms(joint)), RigidBody(joint.name)
             self.columns[behind] = self.columns[body] + mine
             inner, outer = (body, behind) if joint.predecessor == link else (behind, body)
-            self.joints.append(Joint(joint, inner, outer, mine, False))
+            self.joints.append(Joint(joint, inner, outer, mine, False, 1 if outer is behind else -1))
             body, link = behind, joint.other(link)
         return body
 
@@ -128,10 +146,24 @@ class Structure:
         self.freedoms.extend(freedoms)
         return tuple(range(first, len(self.freedoms)))
 
+    def _followers(self) -> Iterator[Follower]:
+        """Yield how joints follow elastic actuators."""
+        joints = {joint.connection.name: joint for joint in self.joints}
+        for name, drive in self._drives.items():
+            for follower, times in drive.moves[1:]:
+                mine, master = joints[follower], joints[name]
+                sizes = [self.model.length if item.connection.type.is_hinge else 1.0 for item in (mine, master)]
+                yield Follower(mine.columns[0], master.columns[0], times * mine.sign * master.sign * sizes[0] / sizes[1])
+
     def _freedoms(self, joint: Connection) -> list[Freedom]:
         """Return the passive freedoms of a joint, and what its springs leave elastic."""
         dofs = [dof for dof in joint_dofs(self.model.mechanism, joint, 1) if dof.passive]
         found = [Freedom(dof.rotates, dof.body, dof.axis, dof.centre_body, dof.centre) for dof in dofs]
+        if joint.name in self._moved:
+            (dof,) = joint_dofs(self.model.mechanism, joint, 1)
+            drive = self._drives.get(joint.name)
+            stiffness = 0.0 if drive is None else 1 / drive.compliance
+            found.append(Freedom(dof.rotates, dof.body, dof.axis, dof.centre_body, dof.centre, stiffness))
         for spring in springs_of(self.model.mechanism, joint.name):
             R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
             for rotates, compliance in ((False, spring.linear), (True, spring.angular)):

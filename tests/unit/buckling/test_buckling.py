@@ -16,8 +16,11 @@ from places import CASES as FILES
 from small_robots import E
 
 import kinetostatics as ks
+from kinetostatics import description
 from kinetostatics.buckling.stability import forces_of, stability, surely_stable
+from kinetostatics.description import Beam, BeamEnd, JointStiffness, Material, Mimic, Origin, RobotDescription
 from kinetostatics.files.bundled import robot_path
+from kinetostatics.sections import Section
 from kinetostatics.statics.deformation import beam_forces
 
 SECTION = sr.Section(2e-3, 4e-7, 9e-7, 6e-7)
@@ -199,6 +202,40 @@ def test_elastic_joints_are_springs():
     spec = replace(spec, limbs=(replace(spec.limbs[0], joints=(root, tip)),))
     x = root_of(lambda x: x * np.tan(x) - c * length / EI, 1e-3, np.pi / 2 - 1e-9)
     assert worst(pushed(spec, (-1000, 0, 0, 0, 0, 0))) == pytest.approx(1000 * length**2 / (EI * x**2), rel=1e-6)
+
+
+def column_on_an_actuator(foot, times, from_the_top):
+    """Return a column of two stiff links, 0.4 and 0.3 m, whose foot an elastic actuator moves, and the knee between them too."""
+    names, slides = ("ground", "carriage", "lower", "upper", "top"), foot == "prismatic"
+    joints = []
+    for k, name in enumerate(("foot", "seat", "knee", "head")):
+        ends, height = names[k : k + 2], (0.0, 0.0, 0.4, 0.3)[k]
+        if from_the_top:  # frames of links are at their upper ends
+            ends, height = ends[::-1], (0.0, -0.4, -0.3, 0.0)[k]
+        kind = {"foot": foot, "knee": "continuous"}.get(name, "fixed")
+        more = {"axis": (1, 0, 0), "lower": -1, "upper": 1} if slides and name == "foot" else {"axis": (0, 1, 0)}
+        mimic = Mimic("foot", times) if name == "knee" else None
+        joints.append(description.Joint(name, kind, *ends, Origin((0, 0, height)), mimic=mimic, **more))
+    section, material = Section(2e-3, 1e-5, 1e-5, 1e-5), Material(E, poisson_ratio=0.3, density=0.0)
+    beams = [
+        Beam(name, section, material, BeamEnd(start), BeamEnd(end), np.inf)
+        for name, start, end in (("lower", "seat", "knee"), ("upper", "knee", "head"))
+    ]
+    links = [description.Link(name) for name in names]
+    found = RobotDescription.of("column", links=links, joints=joints, platform="top", base="ground", beams=beams, driven=["foot"])
+    return ks.Robot(found.with_joint_stiffness(JointStiffness("foot", drive=1e3)))
+
+
+@pytest.mark.parametrize("from_the_top", [False, True])
+@pytest.mark.parametrize(("foot", "times"), [("continuous", 1e-9), ("continuous", 2.0), ("continuous", -1.5), ("prismatic", 3.0)])
+def test_elastic_actuators_yield_with_all_that_they_move(foot, times, from_the_top):
+    """The energy of two rigid links on one spring, k q² / 2 − P (l₁ θ₁² + l₂ θ₂²) / 2."""
+    robot, lower = column_on_an_actuator(foot, times, from_the_top), float(foot == "continuous")
+    critical = 1e3 / (0.4 * lower**2 + 0.3 * (lower + times) ** 2)
+    for part in (0.05, 0.99, 1.01):
+        found = ks.analyze(robot.assemble(), load=(0, 0, -part * critical, 0, 0, 0), gravity=(0, 0, 0))
+        assert worst(found) == pytest.approx(part, rel=1e-3)
+        assert bool(found.buckles) == (part > 1)
 
 
 def test_a_rail_on_the_column_turns_with_it():
