@@ -181,57 +181,14 @@ XML: dict[str, tuple[str | bytes, list[str]]] = {
 
 #: The same of expressions.
 EXPRESSIONS: dict[str, list[str]] = {
-    "${'a'*10**9}": ["too long"],
-    "${[0]*10**9}": ["too long"],
-    "${10**10**8}": ["too large"],
-    "${(-10)**(10**8)}": ["too large"],
-    "${1 &lt;&lt; 10**10}": ["too large"],
-    "${python.sum(python.range(10**11))}": ["too long"],
-    "${list(range(10**10))}": ["too long"],
-    "${[0 for a in range(10**4) for b in range(10**4) for c in range(10**4)]}": ["come to an end"],
-    "${[[0]*1000]*1000}": ["too long"],
-    "${str([[0]*1000]*1000)}": ["too long"],
-    "${factorial(10**7)}": ["factorial"],
-    "${math.comb(10**9, 10**8)}": ["comb"],
-    "${round(5, -10**9)}": ["digits"],
-    "${'%1000000000d' % 1}": ["width"],
-    "${'%*d' % (10**9, 1)}": ["width"],
-    "${'a'.ljust(10**9)}": ["ljust"],
-    "${('a'*10**4).join(['b'*10]*1000)}": ["too long"],
-    "${('a'*10**4).replace('', 'b'*10**4)}": ["too long"],
-    "${'\\x7b:1000000000\\x7d'.format(1)}": ["format"],
-    "${(lambda f: f(f))(lambda f: f(f))}": ["lambda"],
-    "${" + "(" * 4000 + "1" + ")" * 4000 + "}": ["expand"],
-    "${" + "-" * 9000 + "1}": ["expand"],
-    "${" + "1+" * 4900 + "1}": [],
-    "${" + "x" * 50_000 + "}": ["longer than"],
     "$" * 50_000: ["invalid expression"],
     "${" * 50_000: ["invalid expression"],
-    "${1}x" * 50_000: ["longer than"],
-    "${oops}": ["'oops' is not defined"],
-    "${open('/etc/passwd').read()}": ["'open' is not defined"],
-    "${__import__('os').getcwd()}": ["__import__"],
-    "${exec('1')}": ["'exec' is not defined"],
-    "${[].__class__}": ["__class__"],
-    "${[y.__class__ for y in [1]]}": ["__class__"],
-    "${[c for c in ().__class__.__base__.__subclasses__()]}": ["__class__"],
-    "${[f.__globals__['os'].listdir('/') for f in [xacro.load_yaml]]}": ["__globals__"],
-    "${xacro.load_yaml.call}": ["'call'"],
-    "${python.vars(xacro)}": ["'vars'"],
-    "${xacro['__class__']}": ["__class__"],
-    "${math.__loader__.load_module('os')}": ["__loader__"],
-    "${pi.fromhex('1')}": ["fromhex"],
-    "${xacro.load_yaml('/etc/passwd')}": [".yaml", "/etc/passwd"],
-    "${load_yaml('/dev/zero')}": [".yaml"],
-    "${xacro.load_yaml('none.yaml')}": ["none.yaml", "No such file"],
-    "${xacro.fatal('a\\n\\nb')}": ["a b"],
+    "${'a\\n\\nb' + 1}": ["expand"],
     "${xacro.fatal('a'*10**4)}": ["aaa"],
-    "${1e999}": [],
     "${'\\ud800'}": ["character"],
     "${'\\x00'}": ["character"],
-    "$(eval 10**10**8)": ["too large"],
-    "$(eval [].__class__)": ["__class__"],
-    "$(eval [f for f in 'abc'])": [],
+    "${(-8)**0.5}": [],
+    "${1e999}": [],
     "$(env KINETOSTATICS_NOT_SET)": ["not set"],
     "$(find x)": ["ROS"],
     "$(dirname)": [],
@@ -240,43 +197,11 @@ EXPRESSIONS: dict[str, list[str]] = {
 }
 
 
-def levels(opening: str, inner: Callable[[int], str], closing: str, outermost: str) -> str:
-    """Return macros or properties, each of which stands ten times in the next."""
-    parts = [f"{opening.format(k)}{inner(k - 1) * 10 if k else '<a/>'}{closing}" for k in range(10)]
-    return xacro("".join(parts) + outermost)
-
-
-PROPERTIES = "".join(f'<xacro:property name="p{k + 1}" value="{f"${{p{k}}}" * 10}"/>' for k in range(9))
 EXPANSIONS: dict[str, tuple[str, list[str]]] = {
-    "macros like billion laughs": (
-        levels('<xacro:macro name="m{}">', lambda k: f"<xacro:m{k}/>", "</xacro:macro>", "<xacro:m9/>"),
-        ["come to an end"],
-    ),
-    "blocks like billion laughs": (
-        levels(
-            '<xacro:property name="p{}">',
-            lambda k: f'<xacro:insert_block name="p{k}"/>',
-            "</xacro:property>",
-            '<xacro:insert_block name="p9"/>',
-        ),
-        ["come to an end"],
-    ),
-    "properties like billion laughs": (
-        xacro(f'<xacro:property name="p0" value="aaaaaaaaaa"/>{PROPERTIES}<a b="${{p9}}"/>'),
-        ["too long"],
-    ),
     "a macro that calls itself": (xacro('<xacro:macro name="m"><b/><xacro:m/></xacro:macro><xacro:m/>'), ["calls itself"]),
     "a macro that calls itself twice": (
         xacro('<xacro:macro name="m"><xacro:m/><xacro:m/></xacro:macro><xacro:m/>'),
         ["calls itself"],
-    ),
-    "a macro that calls itself with more and more": (
-        xacro('<xacro:macro name="m" params="a"><q/><xacro:m a="${a}${a}"/></xacro:macro><xacro:m a="xx"/>'),
-        ["too long"],
-    ),
-    "a large macro that calls itself": (
-        xacro(f'<xacro:macro name="m">{"<b/>" * 20_000}<xacro:m/></xacro:macro><xacro:m/>'),
-        ["come to an end"],
     ),
     "macros nested deep": (
         xacro('<xacro:macro name="m" params="n"><xacro:if value="${n}"><a><xacro:m n="${n-1}"/></a></xacro:if></xacro:macro>'
@@ -294,32 +219,20 @@ EXPANSIONS: dict[str, tuple[str, list[str]]] = {
     "a missing file above": (xacro('<xacro:include filename="../../none.xacro"/>'), ["none.xacro", "No such file"]),
     "no XML": (xacro('<xacro:include filename="/etc/passwd"/>'), ["/etc/passwd:1", "well-formed"]),
     "a device": (xacro('<xacro:include filename="/dev/zero"/>'), ["not an ordinary file"]),
-    "a pipe": (xacro('<xacro:include filename="pipe"/>'), ["not an ordinary file"]),
-    "an optional pipe": (xacro('<xacro:include filename="pipe" optional="true"/>'), []),
     "a folder": (xacro('<xacro:include filename="."/>'), ["directory"]),
-    "all files of all folders": (xacro('<xacro:include filename="/*/*/*/*/*/*/*"/>'), ["folder"]),
     "all files beside it": (xacro('<xacro:include filename="*.xacro"/>'), ["includes itself"]),
     "a null character": (xacro("<xacro:include filename=\"${'\\0'}\"/>"), ["null"]),
     "an element that has no name": (xacro('<xacro:element xacro:name="a b"/>'), ["not a name"]),
     "an element that is a number": (xacro('<xacro:element xacro:name="${1}"/>'), ["int"]),
     "an attribute that is a number": (xacro('<xacro:attribute name="n" value="${1}"/>'), []),
     "an attribute whose name is a number": (xacro('<xacro:attribute name="${1}" value="2"/>'), ["int"]),
-    "YAML like billion laughs": (expression("${xacro.load_yaml('bomb.yaml')}"), ["too long"]),
-    "YAML that holds itself": (expression("${xacro.load_yaml('circle.yaml')}"), ["too long"]),
-    "YAML nested deep": (expression("${xacro.load_yaml('deep.yaml')}"), ["nested too deep"]),
     "YAML that makes objects": (expression("${xacro.load_yaml('object.yaml')}"), ["object.yaml"]),
     "YAML that is none": (expression("${xacro.load_yaml('bad.yaml')}"), ["bad.yaml", "line 2"]),
-    "YAML with a unit": (expression("${xacro.load_yaml('unit.yaml')['a']}"), ["too large"]),
-    "YAML that is a pipe": (expression("${xacro.load_yaml('pipe.yaml')}"), ["not an ordinary file"]),
 }  # fmt: skip
 BESIDE = {
     "back.xacro": xacro('<xacro:include filename="robot.xacro"/>'),
-    "bomb.yaml": "a0: &a0 [x]\n" + "".join(f"a{k + 1}: &a{k + 1} [{','.join([f'*a{k}'] * 10)}]\n" for k in range(9)),
-    "circle.yaml": "&a [*a]\n",
-    "deep.yaml": "[" * 3000,
     "object.yaml": "!!python/object/apply:os.system [ls]\n",
     "bad.yaml": "a: [\n b: :\n",
-    "unit.yaml": "a: !degrees 10**10**8\n",
 }
 
 
@@ -328,8 +241,6 @@ LARGE = {
     "100 loops",
     "800 links side by side",
     "100 hinges in a row",
-    "blocks like billion laughs",
-    "YAML nested deep",
     "two files that include each other",
 }
 
@@ -362,8 +273,6 @@ def test_expressions(worker: Worker, tmp_path: Path, text: str) -> None:
 def test_expansions(worker: Worker, tmp_path: Path, name: str) -> None:
     for item, content in BESIDE.items():
         (tmp_path / item).write_text(content, encoding="utf-8")
-    os.mkfifo(tmp_path / "pipe")
-    os.mkfifo(tmp_path / "pipe.yaml")
     text, words = EXPANSIONS[name]
     check(run(worker, tmp_path, text, "robot.xacro"), words, ["/etc/passwd"] if "etc/passwd" in text else [])
 
@@ -393,7 +302,7 @@ def test_parameters(worker: Worker, tmp_path: Path) -> None:
     path = tmp_path / "robot.xacro"
     path.write_text(xacro('<xacro:arg name="n" default="1"/><gazebo>${2*$(arg n)}</gazebo>'), encoding="utf-8")
     assert worker.run(path, {"n": "3"}).kind == "result"
-    for value in ("10**10**8", "[].__class__", "1]", "x" * 10**6):
+    for value in ("[].__class__", "1]", "x" * 10**6):
         outcome = worker.run(path, {"n": value})
         assert outcome.kind == "error", outcome
 

@@ -1,38 +1,30 @@
-"""Expansion of xacro, with errors that name the source file and line, and always to an end.
+"""Expansion of xacro, with errors that name the source file and line.
 
 The ``xacro`` package keeps its state in its module and reports errors without lines. Here its parser is replaced for
 the time of one expansion by ours, which notes the place of each element; an error's place is then that of the element
-that xacro was working on, found in the traceback. Its evaluation of expressions is replaced too, see
-:mod:`kinetostatics.files.xacro_expressions`, and what it does is counted, so that no file can make it run for ever.
+that xacro was working on, found in the traceback. Packages are found without ROS, and no expression reaches Python's
+own names (``__class__``); otherwise a robot file is its author's program, as in ROS.
 """
 
 from __future__ import annotations
 
 import contextlib
-import fnmatch
 import io
 import numbers
-import os
 import re
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from types import ModuleType, TracebackType
 from xml.dom import minidom
 
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.bundled import OWN_NAME, PackageNotFound, package_folder
-from kinetostatics.files.xacro_expressions import MAX_TEXT, evaluate
-from kinetostatics.files.xacro_functions import ELEMENT, MAX_STEPS, Steps, TooMuch, symbols
-from kinetostatics.files.xml import clones_counted, parse, place_of, read_file, shortened
+from kinetostatics.files.bundled import LIBRARY, OWN_NAME, PackageNotFound, package_folder
+from kinetostatics.files.xml import parse, place_of, read_file, shortened
 
 _LOCK = threading.RLock()
-_BORROWED = (
-    *("parse", "filestack", "macrostack", "verbosity", "safe_eval", "eval_extension", "eval_text", "eval_all"),
-    *("replace_node", "get_include_files", "load_yaml", "_global_symbols"),
-)
-WILDCARD = re.compile(r"[*?[]")
-_ONE_EXPRESSION = re.compile(r"\$\{([^}$]+)\}")
+_PRIVATE = re.compile(r"(?<!\w)__")
 
 
 class _Arguments(dict[str, str]):
@@ -113,12 +105,17 @@ def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
 @contextlib.contextmanager
 def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
     """Let xacro parse with our parser, and leave its module afterwards as it was found, after errors too."""
-    saved = {name: getattr(xacro, name) for name in _BORROWED}
-    saved_context, includes = dict(xacro.substitution_args_context), len(xacro.all_includes)
+    from xacro import substitution_args
 
-    steps = Steps(MAX_STEPS)
+    saved = {name: getattr(xacro, name) for name in ("parse", "safe_eval", "filestack", "macrostack", "verbosity")}
+    saved_context, includes = dict(xacro.substitution_args_context), len(xacro.all_includes)
+    find = substitution_args._eval_find
 
     def parse_included(_: object, filename: str) -> minidom.Document:
+        path = Path(filename)
+        if path.parent.name == LIBRARY and not path.exists():  # a robot of the package, copied without its library
+            own = package_folder(OWN_NAME) / LIBRARY / path.name
+            xacro.filestack[-1] = filename = str(own) if own.is_file() else filename
         try:
             data = read_file(filename)
         except (OSError, ValueError) as error:
@@ -126,125 +123,26 @@ def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
             reason = getattr(error, "strerror", None) or error
             cause = error if isinstance(error, OSError) else OSError(str(error))
             raise xacro.XacroException(f"cannot read {filename}: {reason}", exc=cause) from error
-        steps.take(len(data) // 10)
         document, _ = parse(data, filename)
         _note_arguments(document, arguments)
         return document
 
-    vars(xacro)["parse"] = parse_included
-    _count(xacro, steps)
-    _replace_evaluation(xacro, steps)
+    def evaluate(text: str, *names: object) -> object:
+        if _PRIVATE.search(text):
+            raise xacro.XacroException("names that begin with __ are not allowed in expressions")
+        return saved["safe_eval"](text, *names)
+
+    vars(xacro).update(parse=parse_included, safe_eval=evaluate)
+    substitution_args._eval_find = lambda name: str(package_folder(name))
+    substitution_args._eval_dict["find"] = substitution_args._eval_find
     try:
-        with clones_counted(lambda: steps.take(ELEMENT)):
-            yield
+        yield
     finally:
-        for name, value in saved.items():
-            setattr(xacro, name, value)
+        vars(xacro).update(saved)
+        substitution_args._eval_find = substitution_args._eval_dict["find"] = find
         xacro.substitution_args_context.clear()
         xacro.substitution_args_context.update(saved_context)
         del xacro.all_includes[includes:]
-
-
-def _count(xacro: ModuleType, steps: Steps) -> None:
-    """Let xacro count the elements and texts that it works on."""
-    eval_all, eval_text, replace_node = xacro.eval_all, xacro.eval_text, xacro.replace_node
-
-    def counted_eval_all(node: object, macros: object, table: object) -> None:
-        steps.take(ELEMENT)
-        eval_all(node, macros, table)
-
-    def counted_eval_text(text: str, symbols: object) -> object:  # xacro names this argument
-        if not text or "$" not in text:
-            return text or ""
-        if len(text) > MAX_TEXT:
-            raise TooMuch(f"a text with expressions is longer than {MAX_TEXT} characters")
-        steps.take(1 + len(text) // 4)
-        if (found := _ONE_EXPRESSION.fullmatch(text)) is None:
-            return steps.weigh(eval_text(text, symbols))
-        try:  # the same without xacro's lexer: most texts are one expression
-            return steps.weigh(xacro.safe_eval(found[1], symbols))
-        except Exception as error:
-            raise xacro.XacroException(exc=error, suffix=f"\nwhen evaluating expression '{found[1]}'") from error
-
-    def counted_replace_node(
-        node: minidom.Element, by: minidom.Node | list[minidom.Node] | None, content_only: bool = False
-    ) -> None:
-        inserted: list[minidom.Node] = by if isinstance(by, list) else [] if by is None else [by]
-        number = sum(len(item.childNodes) for item in inserted) if content_only else len(inserted)
-        steps.take(
-            (1 + number) * (1 + len(node.parentNode.childNodes if node.parentNode else ()) // 500)
-        )  # each is searched for in a list
-        replace_node(node, by, content_only)
-
-    vars(xacro).update(eval_all=counted_eval_all, eval_text=counted_eval_text, replace_node=counted_replace_node)
-
-
-def _replace_evaluation(xacro: ModuleType, steps: Steps) -> None:
-    """Let xacro compute expressions and look for included files in our way."""
-    eval_extension = xacro.eval_extension
-    original = xacro._global_symbols["xacro"]
-
-    def load_yaml(filename: str) -> object:
-        import yaml
-
-        path = xacro.abs_filename_spec(filename)
-        if os.path.splitext(path)[1].lower() not in (".yaml", ".yml"):
-            raise xacro.XacroException(f"load_yaml reads files that end in .yaml or .yml, not {filename!r}")
-        try:
-            text = read_file(path).decode("utf-8")
-        except (OSError, ValueError) as error:
-            raise xacro.XacroException(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
-        steps.take(5 * len(text))
-        for unit in xacro.ConstructUnits:
-            yaml.SafeLoader.add_constructor(unit.value.tag, unit.constructor)
-        try:
-            return xacro.YamlListWrapper.wrap(yaml.safe_load(text))
-        except (yaml.YAMLError, RecursionError) as error:
-            reason = " ".join(str(error).split()) if isinstance(error, yaml.YAMLError) else "it is nested too deep"
-            raise xacro.XacroException(f"cannot read {path}: {reason}") from None
-
-    def extension(text: str) -> object:
-        if text.startswith("$(find "):
-            return str(package_folder(text[7:-1].strip()))
-        if not text.startswith("$(eval "):
-            return eval_extension(text)
-        arguments = xacro.substitution_args_context["arg"]
-        constants = {"true": True, "false": False, "True": True, "False": False}
-        values = {name: xacro.Table._eval_literal(value) for name, value in dict.items(arguments)}
-        return str(evaluate(text[7:-1], {**xacro._global_symbols, **constants, **values}, steps))
-
-    def include_files(text: str, table: object) -> Iterator[str]:
-        spec = str(xacro.eval_text(text, table))
-        path = xacro.abs_filename_spec(spec)
-        if spec.startswith("library/") and not os.path.exists(path):  # a robot of the package, copied without its library
-            own = package_folder(OWN_NAME) / spec
-            path = str(own) if own.is_file() else path
-        if not WILDCARD.search(spec) or os.path.exists(path):
-            yield path
-            return
-        if WILDCARD.search(os.path.dirname(spec)):
-            raise xacro.XacroException(
-                f"{spec!r} has * ? or [ in the name of a folder; included files may have them in their own"
-            )
-        folder, name = os.path.split(path)
-        names = sorted(os.listdir(folder or ".")) if os.path.isdir(folder or ".") else []
-        found = [item for item in names if fnmatch.fnmatchcase(item, name) and (item[0] != "." or name[0] == ".")]
-        if not found:
-            xacro.warning(xacro.include_no_matches_msg.format(path))
-        for item in found:
-            yield os.path.join(folder, item)
-
-    own: dict[str, Callable[..., object]] = {
-        name: dict.__getitem__(original, name) for name in ("message", "warning", "error", "print_location", "fatal", "arg")
-    }
-    own.update(abs_filename=xacro.abs_filename_spec, dotify=xacro.YamlDictWrapper)
-    vars(xacro).update(
-        safe_eval=lambda text, names, _local=None: evaluate(text, names, steps),
-        eval_extension=extension,
-        get_include_files=include_files,
-        load_yaml=load_yaml,
-        _global_symbols=symbols(steps, xacro.NameSpace, load_yaml, own),
-    )
 
 
 def _reason(error: Exception, arguments: _Arguments) -> str:
@@ -254,10 +152,9 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
     cause = causes[-1]
     if isinstance(cause, RecursionError):
         return "xacro does not come to an end: a macro calls itself or a file includes itself"
-    if isinstance(cause, TooMuch):
-        return f"xacro cannot expand this: {cause}"
     if isinstance(cause, OSError):
-        return str(causes[-2].args[0]) if len(causes) > 1 else str(cause)
+        told = causes[-2].args[0] if len(causes) > 1 else None
+        return str(told or f"cannot read {cause.filename}: {cause.strerror}")
     if isinstance(cause, PackageNotFound):
         return str(cause)
     if type(cause).__name__ == "ArgException":
@@ -265,7 +162,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
     text = " ".join(str(error).split())
     text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats what it wraps
-    if len(causes) == 1 and type(error).__name__ not in ("XacroException", "RuntimeError", "ExpressionError"):
+    if len(causes) == 1 and type(error).__name__ not in ("XacroException", "RuntimeError"):
         text = f"{type(error).__name__} {text}"
     return f"xacro cannot expand this: {text}"
 

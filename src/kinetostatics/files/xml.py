@@ -7,12 +7,11 @@ the text that comes out ever sees it.
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 import re
 import stat
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
@@ -110,27 +109,12 @@ def read_file(path: str | os.PathLike[str]) -> bytes:
 class _KeepPlace:
     """User data handler that gives the clone of a node the node's place."""
 
-    def __init__(self) -> None:
-        self.count: Callable[[], None] | None = None
-
     def handle(self, operation: int, key: str, data: object, src: minidom.Node, dst: minidom.Node | None) -> None:
         if dst is not None:
-            if self.count is not None:
-                self.count()
             dst.setUserData(key, data, self)  # type: ignore[arg-type]
 
 
 _KEEP_PLACE = _KeepPlace()
-
-
-@contextlib.contextmanager
-def clones_counted(count: Callable[[], None]) -> Iterator[None]:
-    """Call ``count`` whenever an element is cloned; xacro, which clones them, runs once at a time."""
-    _KEEP_PLACE.count = count
-    try:
-        yield
-    finally:
-        _KEEP_PLACE.count = None
 
 
 class _Builder(expatbuilder.ExpatBuilder):
