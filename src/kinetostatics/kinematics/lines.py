@@ -14,9 +14,9 @@ from kinetostatics.math.arrays import Array, chunks
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Where steps of this part of the longest ones are too long still, a line ends.
 _SHORTEST = 1e-3
-#: Longer lines, in longest turns and in the robot's reaches, are not followed: at their end numbers have no digits left that
-#: could tell whether loops are closed.
-MOST_TURNED, FARTHEST = 1e4, 1e8
+#: Longer lines, in longest turns and in the robot's reaches, are not followed: every turn takes its step, and beyond so many
+#: reaches numbers have no digits left that could tell whether loops are closed.
+MOST_TURNED, FARTHEST = 1e3, 1e8
 #: So many times the robot's reach away from its start, a line goes on in steps as long as this part of the way already gone: the
 #: robot is small beside that, and only the lengths of sliding joints change.
 _FAR_AWAY, _LEAP = 40.0, 0.25
