@@ -1,10 +1,10 @@
 """Which way is out: edges of one component of the graph directed from base to platform, and a spanning tree of them.
 
-Where every way from base to platform passes an edge in the same direction, that is its direction. The currents of an
-electrical network with the same graph tell: the sign of an edge's current is the same for all resistances if and only if it
-is passed in one direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A few
-networks find most edges that are passed both ways; of the others paths tell. Edges that are passed both ways are directed as the
-current of one network flows, so that no ring of edges points round.
+Where every way from base to platform passes an edge in the same direction, that is its direction. The current of an
+electrical network with the same graph tells it: its sign is the same for all resistances if and only if the edge is passed in one
+direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). Whether some way passes the
+edge against the current, paths tell. Edges that are passed both ways are directed as the current flows, so that no ring of edges
+points round.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import Paths, reachable
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, RigidBody
 
-#: Networks with random resistances that are compared.
-_SAMPLES = 40
 #: Part of the whole current below which an edge leads nowhere: mere rounding.
 _NO_CURRENT = 1e-9
 
@@ -64,10 +62,10 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     if base in at and platform in at:
         currents = _currents(edges, at, base, platform)
         paths = Paths({edge: (edge.ends[0], edge.ends[1]) for edge in edges}, base, platform)
-        for edge, flows in zip(edges, np.where(np.abs(currents) > _NO_CURRENT, np.sign(currents), 0).T, strict=True):
-            if np.any(flows):
-                inner[edge] = edge.ends[int(flows[np.flatnonzero(flows)[0]] < 0)]
-                if np.ptp(flows) > 1 or paths.pass_along(edge, edge.other(inner[edge]), inner[edge]):
+        for edge, current in zip(edges, currents.tolist(), strict=True):
+            if abs(current) > _NO_CURRENT:
+                inner[edge] = edge.ends[int(current < 0)]
+                if paths.pass_along(edge, edge.other(inner[edge]), inner[edge]):
                     both_ways.add(edge)
     reached_by: dict[RigidBody, BodyEdge] = {}
     for edge in sorted(inner, key=lambda edge: edge.beam is None):  # the tree prefers beams
@@ -117,17 +115,14 @@ def _depth_first(
 
 
 def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: RigidBody) -> Array:
-    """Return the edges' currents (samples, edges), parts of the whole current; positive where it enters at the first end."""
+    """Return the edges' currents (edges,), parts of the whole current; positive where it enters at the first end."""
     bodies = [body for body in at if body not in (base, platform)]
     number = {body: k for k, body in enumerate([*bodies, base, platform])}
     incidence = np.zeros((len(edges), len(number)))
     for row, edge in zip(incidence, edges, strict=True):
         row[[number[body] for body in edge.ends]] = -1.0, 1.0
-    conductance = 10 ** np.random.default_rng(0).uniform(-2.5, 2.5, (_SAMPLES, len(edges)))
+    conductance = 10 ** np.random.default_rng(0).uniform(-2.5, 2.5, len(edges))  # like ones would leave edges without current
     n = len(bodies)
-    laplacian = (incidence.T * conductance[:, None]) @ incidence
-    potential = np.zeros((_SAMPLES, n + 2))
-    potential[:, n + 1] = 1.0
-    potential[:, :n] = np.linalg.solve(laplacian[:, :n, :n], -laplacian[:, :n, n + 1 :])[..., 0]
-    current = conductance * (potential @ incidence.T)
-    return np.asarray(current / np.abs(np.sum(laplacian[:, n] * potential, axis=1, keepdims=True)))
+    laplacian = (incidence.T * conductance) @ incidence
+    potential = np.append(np.linalg.solve(laplacian[:n, :n], -laplacian[:n, n + 1]), [0.0, 1.0])
+    return np.asarray(conductance * (incidence @ potential) / abs(laplacian[n] @ potential))
