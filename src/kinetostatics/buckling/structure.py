@@ -9,33 +9,17 @@ loop closed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
-from kinetostatics.mechanism.limb_joints import joint_dofs
+from kinetostatics.mechanism.joint_freedoms import Freedom, Freedoms, freedoms_of
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
-
-
-@dataclass(frozen=True)
-class Freedom:
-    """A rotation about, or a translation along, an axis (3,) in a body, about a centre (3,) in a body.
-
-    ``stiffness`` is that of a spring along it [N/m, N·m/rad]: 0 where it is free.
-    """
-
-    rotates: bool
-    body: int
-    axis: Array
-    centre_body: int
-    centre: Array
-    stiffness: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -157,18 +141,18 @@ class Structure:
 
     def _freedoms(self, joint: Connection) -> list[Freedom]:
         """Return the passive freedoms of a joint, and what its springs leave elastic."""
-        dofs = [dof for dof in joint_dofs(self.model.mechanism, joint, 1) if dof.passive]
-        found = [Freedom(dof.rotates, dof.body, dof.axis, dof.centre_body, dof.centre) for dof in dofs]
+        freedoms = freedoms_of(self.model.mechanism, joint)
+        found = [freedom for freedom in freedoms if freedom.passive]
         if joint.name in self._moved:
-            (dof,) = joint_dofs(self.model.mechanism, joint, 1)
             drive = self._drives.get(joint.name)
-            stiffness = 0.0 if drive is None else 1 / drive.compliance
-            found.append(Freedom(dof.rotates, dof.body, dof.axis, dof.centre_body, dof.centre, stiffness))
+            found.append(replace(freedoms[0], stiffness=0.0 if drive is None else 1 / drive.compliance))
         for spring in springs_of(self.model.mechanism, joint.name):
             R, centre = spring.frame[:3, :3], spring.frame[:3, 3]
             for rotates, compliance in ((False, spring.linear), (True, spring.angular)):
                 for k in np.flatnonzero(np.diag(compliance)):
-                    found.append(Freedom(rotates, spring.body, R[:, k], spring.body, centre, 1 / float(compliance[k, k])))
+                    found.append(
+                        Freedom(rotates, spring.body, R[:, k], spring.body, centre, stiffness=1 / float(compliance[k, k]))
+                    )
         return found
 
     def columns_of(self, *bodies: RigidBody) -> tuple[int, ...]:
@@ -187,9 +171,6 @@ class Structure:
         given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
         if given:
             where, items = zip(*given, strict=True)
-            axes = frames.directions(np.array([item.body for item in items]), np.array([item.axis for item in items]).T)
-            centres = np.array([item.centre_body for item in items]), np.array([item.centre for item in items]).T
-            turns = np.array([item.rotates for item in items])[:, None]
-            arms = frames.points(*centres) - o[:, None]
-            found[:3, where], found[3:, where] = axes * turns / size, np.where(turns, cross(arms, axes) / size, axes)
+            freedoms = Freedoms(items)
+            found[:, where] = np.roll(freedoms.twists(frames, o), 3, axis=0) / np.where(freedoms.rotates, size, 1.0)[:, None]
         return found

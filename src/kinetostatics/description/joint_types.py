@@ -9,6 +9,11 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import across
+
 
 class Axes(Enum):
     """Along which directions a joint slides, or about which axes it turns."""
@@ -104,6 +109,15 @@ class JointType:
     def has_cone(self) -> bool:
         """Whether a ``<cone>`` may limit it: it tilts."""
         return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
+
+    def axes(self, axis: Array) -> tuple[Array, Array]:
+        """Return along which and about which axes (3, k) it moves, in its frame, where ``axis`` (3,) is its own.
+
+        The second axis of ``BOTH`` is not among them: it is fixed in the successor.
+        """
+        own = axis[:, None]
+        by = {Axes.NONE: own[:, :0], Axes.AXIS: own, Axes.BOTH: own, Axes.ACROSS: np.stack(across(axis), 1), Axes.ALL: np.eye(3)}
+        return by[self.slides], by[self.turns]
 
     @cached_property
     def unit(self) -> str:

@@ -14,9 +14,8 @@ import numpy as np
 
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import rotation_twist, translation_twist
 from kinetostatics.mechanism.elastic_joints import Drive
-from kinetostatics.mechanism.limb_joints import JointDof, joint_dofs
+from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 
@@ -28,20 +27,18 @@ class BranchJoint:
     Attributes:
         edge: the joint as it lies on the way out.
         ratio: how far it moves per unit of the actuator's coordinate.
-        dof: its freedom.
+        freedoms: the one that it has.
         outboard: (W,) which weights it carries.
     """
 
     edge: Edge
     ratio: float
-    dof: JointDof
+    freedoms: Freedoms
     outboard: Array
 
     def twist(self, frames: Frames, o: Array) -> Array:
         """Return the twist (6, N), about o, of its outer side per unit of the actuator's coordinate."""
-        axis = frames.direction(self.dof.body, self.dof.axis) * (self.dof.sign * self.ratio)
-        arm = frames.point(self.dof.centre_body, self.dof.centre) - o
-        return rotation_twist(axis, arm) if self.dof.rotates else translation_twist(axis)
+        return self.freedoms.twists(frames, o)[:, 0] * self.ratio
 
 
 def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
@@ -51,9 +48,9 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
     ratios = dict(drive.moves)
     for edge in edges:
         if edge.joint in ratios:
-            [dof] = joint_dofs(model.mechanism, model.mechanism.connections[edge.joint], edge.sign)
+            freedoms = Freedoms(freedoms_of(model.mechanism, model.mechanism.connections[edge.joint], edge.sign))
             outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
-            found.append(BranchJoint(edge, ratios[edge.joint], dof, outboard))
+            found.append(BranchJoint(edge, ratios[edge.joint], freedoms, outboard))
     return tuple(found)
 
 

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
+from kinetostatics.math.arrays import Array, Index, zeros_for
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.screws import unit_twist
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.elastic_joints import ElasticJoint
 from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
@@ -117,10 +118,7 @@ class LimbSkeleton:
         beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
         axes, arms, centres = self._joints(frames, o)
         o = o[:, None, None]
-        twists = empty_for((6, *axes.shape[1:]), axes)
-        slides = np.flatnonzero(~self.rotates)
-        twists[:3], twists[3:] = cross(arms, axes), axes
-        twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0
+        twists = unit_twist(axes, arms, self.rotates[:, None, None])
         if self._signs is not None:
             twists *= self._signs
         axes = axes * self._orientations

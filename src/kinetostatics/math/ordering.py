@@ -47,8 +47,7 @@ def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
 
 
 def across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,)."""
-    helper = axis_across(axis)
-    first = np.cross(axis, helper)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
+    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,): of z those are x and y."""
+    second = np.cross(axis, axis_across(axis))
+    second /= np.linalg.norm(second)
+    return np.cross(second, axis), second

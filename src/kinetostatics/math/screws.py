@@ -8,7 +8,7 @@ Every change of the reference point in the package is one by :func:`move_twist`,
 
 A force through a hinge's axis is reciprocal to its twist; a force beside it has a moment about it, and so does work:
 
->>> hinge = rotation_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
+>>> hinge = unit_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
 >>> through = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([2.0, 0.0, 0.0]))
 >>> beside = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([3.0, 0.0, 0.0]))
 >>> float(through @ hinge), float(beside @ hinge)
@@ -25,7 +25,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array, empty_for
+from kinetostatics.math.arrays import Array, Mask, empty_for
 from kinetostatics.math.linalg import apply, cross, transpose
 from kinetostatics.math.ordering import first_largest
 
@@ -48,15 +48,15 @@ def wrench_of_couple(couple: Array) -> Array:
     return np.concatenate([np.zeros_like(couple), couple])
 
 
-def rotation_twist(axis: Array, arm: Array) -> Array:
-    """Return the unit twist of a rotation about ``axis`` through a point at ``arm`` [m] from the reference point."""
-    axis, arm = np.broadcast_arrays(axis, arm)
-    return np.concatenate([cross(arm, axis), axis])
+def unit_twist(axis: Array, arm: Array, rotates: Mask | bool = True) -> Array:
+    """Return the unit twist of a rotation about ``axis`` through a point at ``arm`` [m] from the reference point.
 
-
-def translation_twist(direction: Array) -> Array:
-    """Return the unit twist of a translation along ``direction``."""
-    return np.concatenate([direction, np.zeros_like(direction)])
+    Where ``rotates`` (…) is false, it is that of a translation along ``axis``.
+    """
+    linear = cross(arm, axis)
+    result = empty_for((6, *linear.shape[1:]), linear)
+    result[:3], result[3:] = np.where(rotates, linear, axis), np.where(rotates, axis, 0.0)
+    return result
 
 
 def move_wrench(wrench: Array, shift: Array) -> Array:

@@ -4,33 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import across
-from kinetostatics.mechanism.elastic_joints import is_sprung
+from kinetostatics.mechanism.joint_freedoms import Freedom, freedoms_of
 from kinetostatics.mechanism.limbs import Edge, Limb
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
-
-
-@dataclass(frozen=True)
-class JointDof:
-    """One freedom of a joint: a rotation about, or a translation along, an axis fixed in a body.
-
-    ``centre`` is a point (3,) of ``centre_body`` on the axis. ``passive``: it is neither driven nor held by a spring.
-    """
-
-    rotates: bool
-    body: int
-    axis: Array
-    centre_body: int
-    centre: Array
-    sign: int
-    label: str
-    passive: bool = True
 
 
 @dataclass(frozen=True)
@@ -52,7 +34,7 @@ class CompoundJoint:
     label: str
     joints: tuple[str, ...]
     passive: bool
-    dofs: tuple[JointDof, ...]
+    dofs: tuple[Freedom, ...]
     edge: int
     has_centre: bool
     shift: float = 0.0
@@ -117,7 +99,7 @@ def compound_joints(
         elif connection is None or not connection.type.is_fixed or elastic:
             flush()
             if connection is not None and not connection.type.is_fixed:
-                dofs, name = joint_dofs(mechanism, connection, edge.sign), connection.name
+                dofs, name = freedoms_of(mechanism, connection, edge.sign), connection.name
                 passive, fixed = any(dof.passive for dof in dofs), has_centre(mechanism, connection)
                 compounds.append(CompoundJoint(connection.kind, name, (name,), passive, dofs, position, fixed))
         if limb.ends[position]:
@@ -172,18 +154,6 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
     return tuple(found)
 
 
-def joint_dofs(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[JointDof, ...]:
-    """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
-    stiffness = mechanism.description.joint_stiffness.get(connection.name)
-    back = connection.predecessor_frame[:3, :3].T
-
-    def passive(dof: JointDof) -> bool:
-        axis = back @ dof.axis if dof.body == connection.predecessor_body else None  # None: it moves in the predecessor's frame
-        return not connection.driven and not is_sprung(stiffness, dof.rotates, axis)
-
-    return tuple(replace(dof, passive=passive(dof)) for dof in _dofs(connection, sign))
-
-
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
     """Return body and joint frame on the inboard and on the outboard side."""
     first, second = connection.predecessor_body, connection.successor_body
@@ -225,40 +195,10 @@ def _compound_of_run(
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
     kind = ("revolute", "universal", "spherical")[len(run) - 1]
     dofs = [
-        JointDof(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
+        Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
     ]
     if len(run) == 3:
-        dofs = [JointDof(True, body, axis, body, centre, 1, label) for axis in np.eye(3)]
+        dofs = [Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3)]
     fixed = len(run) > 1 or has_centre(mechanism, first)
     return CompoundJoint(kind, label, names, True, tuple(dofs), run[-1][0], fixed, last_shift)
-
-
-def _dofs(connection: Connection, sign: int) -> tuple[JointDof, ...]:
-    """Return the freedoms of one joint or loop of any kind, base to platform."""
-    slides, turns, name = connection.type.slides, connection.type.turns, connection.name
-    here, there = connection.predecessor_body, connection.successor_body
-    frame, other = connection.predecessor_frame, connection.successor_frame
-    axis = connection.axis_on(True)
-    moves_away = slides is not Axes.NONE and not connection.type.is_on_axis  # its centre, from the predecessor's origin
-
-    def rotation(body: int, direction: Array, label: str = name) -> JointDof:
-        centre_body, centre = (there, other[:3, 3]) if moves_away else (here, frame[:3, 3])
-        return JointDof(True, body, direction, centre_body, centre, sign, label)
-
-    directions: list[Array] = []
-    if slides is Axes.AXIS:
-        directions = [axis]
-    elif slides is Axes.ACROSS:
-        directions = [frame[:3, :3] @ side for side in across(connection.axis)]
-    elif slides is Axes.ALL:
-        directions = list(frame[:3, :3].T)
-    found = [JointDof(False, here, direction, there, other[:3, 3], sign, name) for direction in directions]
-    if turns is Axes.AXIS:
-        found.append(rotation(here, axis))
-    elif turns is Axes.BOTH:
-        second = other[:3, :3] @ connection.axis2
-        found += [rotation(here, axis, f"{name} (first axis)"), rotation(there, second, f"{name} (second axis)")]
-    elif turns is Axes.ALL:
-        found += [rotation(here, column) for column in frame[:3, :3].T]
-    return tuple(found if sign > 0 else found[::-1])

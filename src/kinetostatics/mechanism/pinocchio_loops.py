@@ -128,8 +128,8 @@ def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, i
     second = placements[loop.successor_body].homogeneous @ loop.successor_frame
     between = np.linalg.inv(first) @ second
     R, p, axis = between[:3, :3], between[:3, 3], loop.axis
-    slides = {Axes.NONE: axis[:0], Axes.AXIS: axis[None], Axes.ACROSS: np.linalg.svd(axis[None])[2][1:], Axes.ALL: np.eye(3)}
-    steps = [(True, row, float(row @ p)) for row in slides[loop.type.slides].reshape(-1, 3)]
+    slides, turns = loop.type.axes(axis)
+    steps = [(True, along, float(along @ p)) for along in slides.T]
     if loop.type.turns is Axes.AXIS:
         steps.append((False, axis, _turn(axis, R)))
     elif loop.type.turns is Axes.BOTH:
@@ -138,7 +138,7 @@ def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, i
         steps += [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
     elif loop.type.turns is Axes.ALL:
         angles = three_angles(np.eye(3), R[..., None], np.zeros((3, 1)))[:, 0]
-        steps += [(False, row, float(angle)) for row, angle in zip(np.eye(3), angles, strict=True)]
+        steps += [(False, about, float(angle)) for about, angle in zip(turns.T, angles, strict=True)]
     if loop.successor_body:
         return loop.predecessor_body, loop.predecessor_frame, loop.successor_body, loop.successor_frame, steps
     back = [(slides, -along, value) for slides, along, value in reversed(steps)]

@@ -16,7 +16,8 @@ import numpy as np
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, Mask, is_filled, zeros_for
-from kinetostatics.math.linalg import apply, cross, matmul
+from kinetostatics.math.linalg import apply, matmul
+from kinetostatics.math.screws import unit_twist
 from kinetostatics.printing.mappings import ShortRepr
 
 
@@ -216,7 +217,9 @@ class Tree:
             self.moves[joint.body] = self.moves[joint.parent]
             self.moves[joint.body, columns] = True
             self.column_body[columns] = joint.body
-            self.column_axis[:, columns], self.column_rotates[columns] = _columns(joint)
+            slides, turns = joint.type.axes(np.array(joint.axis))
+            self.column_axis[:, columns] = np.hstack([slides, turns])
+            self.column_rotates[columns] = np.arange(joint.nv) >= slides.shape[1]
         self._groups = [_Group(levels[key]) for key in sorted(levels)]
 
     @cached_property
@@ -264,14 +267,4 @@ class Tree:
         """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""
         axis = frames.directions(self.column_body, self.column_axis)
         centre = frames.position[:, self.column_body]
-        rotates = self.column_rotates[:, None]
-        return np.concatenate([cross(centre * rotates, axis) + axis * ~rotates, axis * rotates])
-
-
-def _columns(joint: TreeJoint) -> tuple[Array, Array]:
-    """Return axes (3, nv), in the body, and kinds of a joint's freedoms, in Pinocchio's order."""
-    axis, eye = np.array(joint.axis)[:, None], np.eye(3)
-    slides = {Axes.NONE: eye[:, :0], Axes.AXIS: axis, Axes.ACROSS: eye[:, :2], Axes.ALL: eye}[joint.type.slides]
-    turns = {Axes.NONE: eye[:, :0], Axes.AXIS: axis, Axes.ALL: eye}
-    columns = np.hstack([slides, turns[joint.type.turns]])
-    return columns, np.arange(columns.shape[1]) >= slides.shape[1]
+        return unit_twist(axis, centre, self.column_rotates[:, None])

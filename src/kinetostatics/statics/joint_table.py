@@ -6,8 +6,8 @@ import numpy as np
 
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import rotation_twist, translation_twist
-from kinetostatics.mechanism.limb_joints import joint_dofs, sides
+from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
+from kinetostatics.mechanism.limb_joints import sides
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 
@@ -28,17 +28,12 @@ class OpenBranch:
         self.owner, self.joint = owner, connection.name
         self.edge = edge
         self.outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
-        self._dofs = [f for f in joint_dofs(model.mechanism, connection, edge.sign) if f.passive]
-        self.scale = np.array([model.length if f.rotates else 1.0 for f in self._dofs])
+        self._freedoms = Freedoms([f for f in freedoms_of(model.mechanism, connection, edge.sign) if f.passive])
+        self.scale = np.where(self._freedoms.rotates, model.length, 1.0)
 
     def twists(self, frames: Frames, o: Array) -> Array:
         """Return the unit twists (6, k, N) of its freedoms about o."""
-        columns = []
-        for f in self._dofs:
-            axis = frames.direction(f.body, f.axis) * f.sign
-            arm = frames.point(f.centre_body, f.centre) - o
-            columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
-        return np.stack(columns, axis=1)
+        return self._freedoms.twists(frames, o)
 
 
 def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.mechanism.limb_joints import joint_dofs
+from kinetostatics.mechanism.joint_freedoms import freedoms_of
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
 from kinetostatics.statics.turning_parts import TurningParts, turning_parts
@@ -37,7 +37,7 @@ class RobotStatics(StaticModel):
         for limb in self.topology.all_limbs:
             for edge in limb.edges if limb.name == owner else ():
                 if edge.joint is not None:
-                    dofs = joint_dofs(self.mechanism, self.mechanism.connections[edge.joint], edge.sign)
+                    dofs = freedoms_of(self.mechanism, self.mechanism.connections[edge.joint], edge.sign)
                     if any(dof.passive for dof in dofs):
                         names.append(edge.joint)
         return names

@@ -16,7 +16,8 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of
-from kinetostatics.mechanism.limb_joints import JointDof, compound_joints, joint_dofs, limb_elements, sides
+from kinetostatics.mechanism.joint_freedoms import Freedom, freedoms_of
+from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements, sides
 from kinetostatics.mechanism.limbs import Edge
 
 #: The numbers of the parts that base and platform belong to.
@@ -100,7 +101,7 @@ class _Step:
     edge: Edge
     first: Edge
     owner: int
-    dofs: tuple[JointDof, ...]
+    dofs: tuple[Freedom, ...]
     on_branch: bool
     root: int
 
@@ -159,7 +160,7 @@ class _Finder:
         branches += [(topology.base.edges, count, BASE), (topology.platform.edges, count + 1, PLATFORM)]
         for edges_of, owner, root in branches:
             for edge in edges_of:
-                dofs = joint_dofs(mechanism, self.connections[edge.joint], edge.sign) if edge.joint else ()
+                dofs = freedoms_of(mechanism, self.connections[edge.joint], edge.sign) if edge.joint else ()
                 yield _Step(edge, edge, owner, dofs, True, root)
 
     def _part(self, place: str) -> int:

@@ -11,7 +11,7 @@ import pytest
 from kinetostatics.limbs.basis_choice import _regular, evaluate_bases, rank
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.limbs.wrenches import _crossed
-from kinetostatics.math.screws import rotation_twist, translation_twist
+from kinetostatics.math.screws import unit_twist
 
 X, Y, Z = np.eye(3)
 
@@ -37,8 +37,7 @@ def wrist(*freedoms, length=2.0, serial=True, compounds=None):
     rotates = np.array([kind == "R" for kind, *_ in freedoms])
     axes = np.array([axis / np.linalg.norm(axis) for _, axis, _ in freedoms]).T
     columns = [
-        (rotation_twist(axis, np.asarray(point)) if turns else translation_twist(axis))
-        for turns, axis, (_, _, point) in zip(rotates, axes.T, freedoms, strict=True)
+        unit_twist(axis, np.asarray(point), turns) for turns, axis, (_, _, point) in zip(rotates, axes.T, freedoms, strict=True)
     ]
     compound_of = np.arange(len(freedoms)) if compounds is None else np.array(compounds)
     group = SimpleNamespace(
