@@ -18,6 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_angle, odd_tolerance
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import first_largest, ranked
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import seen, tool_on_robot
 from kinetostatics.robot import robot_of
@@ -92,7 +93,7 @@ def tolerances(
             found.setdefault(name, {}).setdefault(error, np.zeros(len(errors)))[row] = amount
         else:
             twist = found.setdefault(name, {}).setdefault("twist", np.zeros((len(errors), 6)))
-            twist[row, _COMPONENTS.index(error)] = amount
+            twist[row, COMPONENTS.index(error)] = amount
     misfits = {name: {**own, "frame": "joint"} if "twist" in own else own for name, own in found.items()}
     result = analyze(configuration, gravity=gravity, misfits=misfits, on_failure="nan")
     loose = np.any(result.indeterminate)
@@ -141,9 +142,6 @@ def tolerances(
     return Tolerances(configuration, tuple(rows), ranked_by, place)
 
 
-_COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-
-
 def _errors(configuration: Configuration, length: float, angle: float, temperature: float) -> list[tuple[str, str, str, float]]:
     """Return name, kind, error and amount of all errors of what holds the platform."""
     robot = configuration.robot
@@ -151,7 +149,7 @@ def _errors(configuration: Configuration, length: float, angle: float, temperatu
     for limb in robot.topology.limbs:
         for edge in limb.edges:
             if edge.joint is not None:
-                for k, component in enumerate(_COMPONENTS):
+                for k, component in enumerate(COMPONENTS):
                     found.append((edge.joint, "joint", component, length if k < 3 else angle))
             elif edge.beam is not None:
                 found.append((edge.beam, "beam", "length", length))

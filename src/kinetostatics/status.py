@@ -98,6 +98,9 @@ FACTS: Mapping[str, Fact] = {
     )
 }
 
+#: Names of those that statuses tell of.
+TOLD = tuple(name for name, fact in FACTS.items() if fact.status is not None)
+
 #: What the other statuses mean.
 STATUS_WORDS: Mapping[Status, str] = {
     Status.OK: "the loops close, all joints are within their limits",
@@ -123,7 +126,7 @@ def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.
 def in_map(ds: xr.Dataset, name: str) -> xr.DataArray:
     """Return of which poses of a workspace map a fact is true.
 
-    Maps stored before facts were variables of their own have the status alone, which tells the worst.
+    Of a fact that is no variable of the map the status tells, where nothing is worse.
     """
     if name in ds:
         return ds[name].astype(bool)

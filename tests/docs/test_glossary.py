@@ -5,6 +5,7 @@ import inspect
 import re
 from functools import cached_property
 
+import glossary_table
 import package_robots
 import pytest
 from places import ROOT
@@ -71,6 +72,11 @@ def described(path, result):
     rows = re.search(rf"^ +{name}: (.*?)(?=^ +\w+(?:, \w+)*: |\Z)", kind.__doc__, re.MULTILINE | re.DOTALL)
     assert rows is not None, path
     return rows[1]
+
+
+def test_symbols_of_quantities_are_those_of_the_table():
+    lines = PAGE.splitlines()
+    assert all(row in lines for row in glossary_table.rows().values()), "run tests/support/glossary_table.py"
 
 
 @pytest.mark.parametrize("row", WORDS, ids=lambda row: row[0])

@@ -399,7 +399,7 @@ def test_the_ways_of_gravity_are_drawn():
     assert ax.get_lines()[1].get_ydata()[1] > 300
     with pytest.raises(ks.ArgumentError, match="no way 'atached': did you mean 'attached'"):
         ks.plot.line(ds, "gravity_way:atached:z")
-    with pytest.raises(ks.ArgumentError, match=r"does not say how gravity acts; sweep with ways=True \(--ways\)"):
+    with pytest.raises(ks.ArgumentError, match=r"has no 'gravity_way'; sweep with ways=True \(--ways\)"):
         ks.plot.line(ds.drop_dims("way"), "gravity_way:attached:z")
 
 

@@ -527,6 +527,43 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
     assert not list(tmp_path.iterdir())
 
 
+def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, monkeypatch):
+    options = {"platform": GRID, "load": LOAD, "outputs": ["twist", "beam_stress"]}
+    path = tmp_path / "few.nc"
+    with ks.sweep(robot, **options, out=path) as few:
+        always = {"status", "limit_exceeded", "basis_degenerate", "indeterminate", "mode", "platform_pose", "q"}
+        assert {*few.data_vars} == {*always, "characteristic_length", "twist", "beam_stress"}
+        assert {*few.coords} == {
+            "component",
+            "component_unit",
+            "beam",
+            *(name for name in small.coords if "coord" in name),
+            *GRID,
+        }
+        for name in [*few.data_vars, *few.coords]:
+            np.testing.assert_array_equal(few[name].values, small[name].values)
+            assert few[name].attrs.keys() == small[name].attrs.keys()
+    for name in ("stiffness", "actuator_forces", "buckles", "beams", "joint_wrenches"):
+        monkeypatch.delattr(ks.Result, name)
+    few = ks.sweep(robot, **(options | {"outputs": ["twist"]}))
+    np.testing.assert_array_equal(few["twist"].values, small["twist"].values)
+    with pytest.raises(ks.ArgumentError, match="the map has no 'stiffness'; sweep with 'stiffness' among the outputs"):
+        ks.indices.quantity(few, "stiffness:x:x")
+
+
+@pytest.mark.parametrize(
+    ("outputs", "words"),
+    [
+        (["twists"], "no output 'twists': did you mean 'twist'"),
+        (["twist", "spring_force"], "'3rps' has nothing that the output 'spring_force' could tell of"),
+        ("twist", r"outputs is 'twist'; it must be a sequence of names, such as \["),
+    ],
+)
+def test_outputs_that_there_are_not_are_told(outputs, words, robot):
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.sweep(robot, GRID, outputs=outputs)
+
+
 def test_the_size_of_a_map_is_known_before(small, robot):
     from kinetostatics.workspace.arguments import read_sweep_spec
     from kinetostatics.workspace.schema import labels_of

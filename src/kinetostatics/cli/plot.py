@@ -167,7 +167,7 @@ def checked_map(path: str) -> xr.Dataset:
         raise ArgumentError(f"{path}: reading it needs {error.name}: pip install {error.name}") from None
     except (OSError, ValueError, KeyError) as error:
         raise ArgumentError(f"{path}: not a netCDF file or zarr folder: {error}") from None
-    missing = [name for name in ("status", "twist") if name not in found]
+    missing = [name for name in ("status", "characteristic_length") if name not in found]
     if missing:
         found.close()
         raise ArgumentError(f"{path}: not a workspace map of kinetostatics sweep: it has no variable {missing[0]!r}")

@@ -42,6 +42,7 @@ examples:
   kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
   kinetostatics sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
   kinetostatics sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --compensate --out corrected.nc
+  kinetostatics sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
 """
 
 
@@ -64,6 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--compensate",
         action="store_true",
         help="add corrections of the actuators for weights and loads, and what then remains",
+    )
+    group.add_argument(
+        "--outputs", metavar="NAME", nargs="+", help="only these variables, such as twist or beam_stress, besides status and pose"
     )
     group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
     group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
@@ -109,6 +113,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         beams=args.beams,
         ways=args.ways,
         compensate=args.compensate,
+        outputs=args.outputs,
         out=args.out,
         restart=args.restart,
         workers=None if args.workers is None else arguments.whole_number_of("--workers", args.workers),

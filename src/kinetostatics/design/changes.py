@@ -21,9 +21,8 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.parameters import Parameter, parameters_of
 from kinetostatics.kinematics.unit_hints import odd_tolerance
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
-
-_COMPONENTS = {3: ("x", "y", "z"), 6: ("x", "y", "z", "rx", "ry", "rz")}
 
 
 @dataclass(frozen=True)
@@ -137,7 +136,7 @@ def numbers_of_parts(robot: Robot) -> dict[str, Parameter]:
         for k, step in enumerate(item.steps):
             if step is None:
                 continue
-            title = name if item.shape == () else f"{name}.{_COMPONENTS[item.shape[0]][k]}"
+            title = name if item.shape == () else f"{name}.{COMPONENTS[k]}"
             change = partial(_component, item, k)
             found[title] = Parameter(title, (item.units[k],), (), (step,), (item.values[k],), change, item.description)
     return found

@@ -14,17 +14,12 @@ from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import KEPT as KEPT_OF_EQUILIBRIUM
 from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.math.screws import move_twist, move_wrench
+from kinetostatics.math.screws import move
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.joint_wrenches import actuator_forces
+from kinetostatics.quantities import COMPUTED, QUANTITIES
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
-
-
-def _forces(robot: RobotStatics, solution: Solution) -> Array:
-    forces = actuator_forces(robot, solution)
-    return np.stack([forces[name] for name in robot.description.driven])
 
 
 def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
@@ -35,28 +30,12 @@ def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
     return found
 
 
-#: What may be asked for, each (…components, N).
+#: What may be recorded, each (…components, N).
 OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
-    "twist": lambda robot, solution: solution.twists.sum(axis=1),
-    "contributions": lambda robot, solution: solution.twists,
-    "stiffness": lambda robot, solution: solution.stiffness,
-    "compliance": lambda robot, solution: solution.compliance,
-    "actuator_forces": _forces,
+    **COMPUTED,
     "singular": lambda robot, solution: solution.singular,
     "usual": is_usual,
 }
-#: How those of them that are about o become those about a point that lies ``arm`` (3, N) [m] from there.
-AT_POINT: Mapping[str, Callable[[Array, Array], Array]] = {
-    "twist": move_twist,
-    "contributions": lambda twists, arm: move_twist(twists, arm[:, None]),
-    "stiffness": lambda stiffness, arm: _on_both_sides(move_wrench, stiffness, arm),
-    "compliance": lambda compliance, arm: _on_both_sides(move_twist, compliance, arm),
-}
-
-
-def _on_both_sides(move: Callable[[Array, Array], Array], matrix: Array, arm: Array) -> Array:
-    """Return a matrix (6, 6, N) whose columns and rows are moved."""
-    return np.swapaxes(move(np.swapaxes(move(matrix, arm[:, None]), 0, 1), arm[:, None]), 0, 1)
 
 
 #: What they take of a robot.
@@ -118,8 +97,10 @@ def output_record(
         if tool is not None:
             rotation, _ = copy.mechanism.platform_pose(solution.frames)
             arm = np.einsum("ijn,j->in", rotation, tool)
-            at_point = [name for name in names if name in AT_POINT and not _is_unknown(found[name])]
-            found |= {name: AT_POINT[name](found[name], arm) for name in at_point}
+            for name, kind in ((name, QUANTITIES[name].moves_as) for name in names):
+                if kind is not None and not _is_unknown(found[name]):
+                    axis = QUANTITIES[name].dims.index("component")
+                    found[name] = np.moveaxis(move(kind, np.moveaxis(found[name], axis, 0), arm), 0, axis)
         return found
 
     arrays = recorded_arrays(robot, tape, copy, example, wanted)

@@ -25,8 +25,6 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot
 
-#: What Python returns that the C code does not.
-_NOT_IN_C = ("contributions",)
 #: Outputs that are no results of the statics.
 _NOT_OF_STATICS = ("actuators", "remaining")
 
@@ -49,8 +47,8 @@ class Exported(Protocol):
 
 
 def asked_outputs(function: Exported) -> list[Quantity]:
-    """Return the outputs that were asked for."""
-    return [item for name, item in function.outputs.items() if name not in ALWAYS]
+    """Return the outputs that were asked for, but for those that have no entries."""
+    return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
 
 
 def identifier(name: str) -> str:
@@ -75,9 +73,6 @@ class Parts:
     def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
         robot = function.robot
         self.outputs = asked_outputs(function)
-        for item in self.outputs:
-            if item.name in _NOT_IN_C:
-                raise ArgumentError(f"{item.name!r} is not exported: leave it out of the outputs")
         if function.compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError(
                 "azimuth and tilt are not exported together with compensation, which goes by two turns instead: take XYZ"

@@ -60,7 +60,9 @@ def _words(item: Quantity) -> str:
     units = ", ".join(dict.fromkeys(item.units))
     parts = [item.meaning, f"in the order {', '.join(item.components)}" if item.components else ""]
     if len(item.shape) == 2:
-        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}")
+        first, last = item.axes.values()
+        rows = "" if first == last else f", rows {', '.join(first)}"
+        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}{rows}")
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 

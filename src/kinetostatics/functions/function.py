@@ -20,7 +20,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
-from kinetostatics.functions.quantities import inputs_of, outputs_of
+from kinetostatics.functions.quantities import PATHS, inputs_of, outputs_of
 from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
@@ -30,6 +30,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.printing.mappings import Named
+from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.robot import Robot
 from kinetostatics.status import WITHOUT_NUMBERS
@@ -228,17 +229,10 @@ class Function:
             corrected = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
             result = corrected.result
         arrays = {}
-        for name in self.outputs:
-            if name == "residual":
-                value: Array | Mapping[str, Array] = np.broadcast_to(result.configuration.residual, result.shape)
-            elif corrected is not None and name in ("status", "actuators", "remaining"):
-                value = getattr(corrected, name)
-            else:
-                value = getattr(result.configuration if name == "actuators" else result, name)
-            if isinstance(value, Mapping):  # by the actuators' names, or the sources'
-                rows = [np.broadcast_to(item, result.shape + item.shape[len(result.shape) :]) for item in value.values()]
-                value = np.stack(rows, axis=-1) if rows else np.empty((*result.shape, 0))
-            arrays[name] = frozen(np.array(value))
+        for name, item in self.outputs.items():
+            told = corrected is not None and name in ("status", "actuators", "remaining")
+            value = stacked(value_at(corrected, name) if told else value_at(result, PATHS[name]), [*item.axes], item.axes)
+            arrays[name] = frozen(np.array(np.broadcast_to(value, (*result.shape, *item.shape))))
         return arrays
 
 
@@ -348,8 +342,8 @@ def compile(
         actuators: names of all driven joints (forward kinematics), the default where ``platform`` is not given; those beside the
             way to the platform, as a gripper's, may be left out.
         orientation: what the angles mean, see :meth:`Robot.assemble`.
-        outputs: of "twist", "actuator_forces", "actuators", "stiffness", "compliance" and "contributions"; where the function
-            compensates, "remaining" too.
+        outputs: of "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
+            "platform_wrench" and "actuators"; where the function compensates, "remaining" too.
         engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled at the first call, where that is
             installed; see :func:`kinetostatics.analyze`.
         compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected

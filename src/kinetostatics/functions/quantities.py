@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.functions.values import ALWAYS, Quantity
+from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.screws import TWIST_UNITS
+from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
-from kinetostatics.statics.springs import sources_of
 
-_WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
-_TWIST = ("dx", "dy", "dz", "rx", "ry", "rz")
+#: Where in a result the outputs of functions are that can be asked for, by their names.
+PATHS: Mapping[str, str] = {
+    **{name: name for name in (*COMPUTED, "status") if name not in LOADS},
+    **{name: f"configuration.{name}" for name in ("actuators", "residual")},
+    "remaining": "sweep.remaining",
+}
+#: What is said besides of some of them, and of some where the function compensates.
+_MORE = {"status": "; kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"}
+_MORE_CORRECTED = {"actuators": ", corrected", "status": f"{_MORE['status']}; UNREACHABLE also where no correction was found"}
+
+
+def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
+    """Return a quantity of the table as it is of a robot."""
+    entry, name = QUANTITIES[path], path.rpartition(".")[2]
+    labels = axes_of(robot.statics)
+    axes = {dim: labels[dim] for dim in entry.dims}
+    turning = [not robot.mechanism.connections[actuator].type.is_slide for actuator in labels["actuator"]]
+    units = np.array(units_along(turning).get(entry.unit, [entry.units or "1"]))
+    told = units.tolist() if units.ndim == 1 else [", ".join(dict.fromkeys(units.ravel().tolist()))]
+    return Quantity(name, tuple(map(len, axes.values())), tuple(told), axes, entry.words + more.get(name, ""))
 
 
 def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientation: str | None) -> dict[str, Quantity]:
@@ -27,10 +46,7 @@ def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientatio
         else:
             words = f"orientation of the platform, {orientation_named(orientation).name}"
             found.append(Quantity(name, (), ("rad",), meaning=words))
-    wrench = "external force and moment on the platform about o, world axes"
-    found.append(Quantity("load", (6,), _WRENCH, ("fx", "fy", "fz", "mx", "my", "mz"), wrench))
-    found.append(Quantity("gravity", (3,), ("m/s²",) * 3, ("x", "y", "z"), "gravity, world axes"))
-    return {item.name: item for item in found}
+    return {item.name: item for item in (*found, _quantity(robot, "load", {}), _quantity(robot, "gravity", {}))}
 
 
 def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str, Quantity]:
@@ -39,47 +55,11 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
     Raises:
         ArgumentError: there is no such output.
     """
-    actuators = robot.description.driven
-    kinds = [robot.mechanism.connections[name].type for name in actuators]
-    sources = sources_of(robot.statics)
-    status = "kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"
-    if compensate:
-        status += "; UNREACHABLE also where no correction was found"
-    known = [
-        Quantity("twist", (6,), TWIST_UNITS, _TWIST, "displacement and rotation of the platform at o, world axes"),
-        Quantity(
-            "contributions",
-            (6, len(sources)),
-            TWIST_UNITS,
-            sources,
-            "what load and weights contribute to the twist, one a column",
-        ),
-        Quantity("stiffness", (6, 6), ("N/m, N, N·m",), _TWIST, "stiffness matrix at o, world axes"),
-        Quantity("compliance", (6, 6), ("m/N, 1/N, 1/(N·m)",), _TWIST, "compliance matrix at o, world axes"),
-        Quantity(
-            "actuator_forces",
-            (len(actuators),),
-            tuple(kind.force_unit for kind in kinds),
-            actuators,
-            "force or torque of each actuator, positive along its coordinate",
-        ),
-        Quantity(
-            "actuators",
-            (len(actuators),),
-            tuple(kind.unit for kind in kinds),
-            actuators,
-            "corrected coordinates of the actuators" if compensate else "actuators' coordinates",
-        ),
-        Quantity("status", (), ("1",), meaning=status),
-        Quantity("residual", (), ("m or rad",), meaning="how far the worst loop is open"),
-    ]
-    if compensate:
-        words = "by how much the loaded platform misses the pose that was asked for, at o, world axes"
-        known.append(Quantity("remaining", (6,), TWIST_UNITS, _TWIST, words))
-    by_name = {item.name: item for item in known}
+    known = {name: path for name, path in PATHS.items() if compensate or name != "remaining"}
     for name in asked:
         if name == "remaining" and not compensate:
             raise ArgumentError("the output 'remaining' is of functions that compensate: compile(…, compensate=True)")
-        if name not in by_name:
-            raise ArgumentError(f"no output {name!r}: {near_names(name, by_name)}")
-    return {name: by_name[name] for name in dict.fromkeys((*asked, *ALWAYS))}
+        if name not in known:
+            raise ArgumentError(f"no output {name!r}: {near_names(name, known)}")
+    more = _MORE_CORRECTED if compensate else _MORE
+    return {name: _quantity(robot, known[name], more) for name in dict.fromkeys((*asked, *ALWAYS))}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -30,15 +30,20 @@ class Quantity:
         name: its name.
         shape: without batch axes.
         units: one for all components, or one for each along the last axis.
-        components: what each component along the last axis is, if they have names.
+        axes: labels along its axes, by their names, if they have any.
         meaning: in words: frame and reference point.
     """
 
     name: str
     shape: tuple[int, ...]
     units: tuple[str, ...]
-    components: tuple[str, ...] = ()
+    axes: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     meaning: str = ""
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """What each component along the last axis is, if they have names."""
+        return list(self.axes.values())[-1] if self.axes else ()
 
     def __str__(self) -> str:
         units = ", ".join(dict.fromkeys(self.units))

@@ -14,9 +14,10 @@ from kinetostatics.description.units import find_unit, sized_example, sized_name
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
-from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
+from kinetostatics.indices.poses import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.printing.html import html_table
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
 
 
@@ -176,12 +177,8 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     name = sized_name(what)[0]
     if name in ANY_DIRECTION:
         return f": write it with its size, {_example(name)}"
-    if name.startswith("beam_"):
-        return ": the map has no numbers of beams; sweep with beams=True (--beams)"
-    if name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
-        return ": the map does not say how gravity acts; sweep with ways=True (--ways)"
-    if name in ("actuator_correction", "remaining"):
-        return ": the map has no corrections; sweep with compensate=True (--compensate)"
+    if name in VARIABLES and name not in ds:
+        return f": {absent(name)}"
     known = names(ds)
     within = [item for item in known if what.lower() in item.lower()][:3]
     if within:
@@ -201,12 +198,13 @@ _SAID = {"platform_weight": "platform weight", "attached": "attached wrenches"}
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     """Return what a number is, in few words."""
     last = labels[-1] if labels else ""
-    if name in ("twist", "contribution", "gravity_way", "remaining"):
+    entry = VARIABLES.get(name)
+    if entry is not None and entry.moves_as == "twist":
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
         if name == "remaining":
             return f"{motion} that remains"
         return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
-    if name in ("actuator_force", "actuator_contribution", "actuator_gravity_way"):
+    if entry is not None and entry.unit == "actuator_force_unit":
         by = "" if len(labels) == 1 else f" by {_SAID.get(last, last)}"
         return f"{'force' if units == 'N' else 'torque'} of {labels[0]}{by}"
     if name == "actuator_correction":

@@ -6,6 +6,7 @@ import xarray as xr
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.status import WITHOUT_NUMBERS, in_map
 
 #: Components of twists.
@@ -38,11 +39,20 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
     """Return a variable.
 
     Raises:
-        ArgumentError: there is none, so that this is no map.
+        ArgumentError: there is none, so that this is no map, or it was not among the outputs.
     """
-    if not isinstance(ds, xr.Dataset) or name not in ds:
-        raise ArgumentError(f"this is not a Dataset of ks.sweep: it has no variable {name!r}")
-    return ds[name]
+    if isinstance(ds, xr.Dataset) and name in ds:
+        return ds[name]
+    if isinstance(ds, xr.Dataset) and "characteristic_length" in ds and name in VARIABLES:
+        raise ArgumentError(absent(name))
+    raise ArgumentError(f"this is not a Dataset of ks.sweep: it has no variable {name!r}")
+
+
+def absent(name: str) -> str:
+    """Return what is said of a variable that a map was made without."""
+    extra = VARIABLES[name].extra
+    how = f"{extra}=True (--{extra})" if extra not in ("", "always") else f"{name!r} among the outputs"
+    return f"the map has no {name!r}; sweep with {how}"
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:

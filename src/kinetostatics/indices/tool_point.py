@@ -16,14 +16,8 @@ from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import Kind, move
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.tool_point import point_of_platform
-
-#: Variables of the map that are about a point, and as what they move.
-_KINDS: dict[str, Kind] = {
-    "stiffness": "stiffness",
-    "compliance": "compliance",
-    **dict.fromkeys(("twist", "contribution", "gravity_way", "remaining"), "twist"),
-}
 
 
 @told_keywords
@@ -60,14 +54,14 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
         return move(kind, np.asarray(array), arms(coordinates), components_last=True)
 
     found = {}
-    for name, kind in ((name, kind) for name, kind in _KINDS.items() if name in ds):
-        dims = ["component"] if kind == "twist" else ["component", "component_2"]
+    for name, item in ((name, item) for name, item in VARIABLES.items() if item.moves_as and name in ds):
+        dims = [dim for dim in item.dims if dim.startswith("component")]
         array = ds[name].sel(dict.fromkeys(dims, order))
         new = xr.apply_ufunc(
             moved,
             array,
             pose,
-            kwargs={"kind": kind},
+            kwargs={"kind": item.moves_as},
             input_core_dims=[dims, ["platform_coordinate"]],
             output_core_dims=[dims],
             dask="parallelized",

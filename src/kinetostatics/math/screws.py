@@ -29,10 +29,11 @@ from kinetostatics.math.arrays import Array, Mask, empty_for
 from kinetostatics.math.linalg import apply, cross, transpose
 from kinetostatics.math.ordering import first_largest
 
-#: Names of the components of twists and wrenches at o, and units of a twist's.
+#: Names and units of the components of twists and wrenches at o.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+WRENCH_UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
 #: What moves with the reference point.
 Kind: TypeAlias = Literal["twist", "wrench", "stiffness", "compliance"]
 

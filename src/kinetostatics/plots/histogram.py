@@ -8,9 +8,10 @@ from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
-from kinetostatics.results.spread import COMPONENTS, LENGTHS, Spread
+from kinetostatics.results.spread import LENGTHS, Spread
 from kinetostatics.results.tool_point import named_point
 
 #: Bars of a histogram.

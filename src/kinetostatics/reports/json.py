@@ -6,7 +6,7 @@ Everything is in SI units; what is not a number, infinite or not determined is N
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +17,7 @@ from kinetostatics.checks.facts import RobotFacts
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.printing.dispatch import dict_of
+from kinetostatics.quantities import QUANTITIES, told_of
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
@@ -27,36 +28,20 @@ from kinetostatics.status import Status
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+#: What a result tells of its beams: not again what the file says.
+BEAM_NAMES = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 #: What the numbers of a result mean; batch axes come first.
 RESULT_UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
-    "gravity": "m/s²",
-    "spring_forces": "N, tension of each spring at the pose, before the robot deforms",
-    "link_loads": "[force N; moment N·m] about o, of each load on a link and of the payload's weight",
     "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: what it does per kg and per kg·m of its "
     "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",
-    "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
-    "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
-    "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
-    "source_contributions": "the same twist by what deforms: beams, elastic joints, actuators (drives), misfits; they sum to it",
-    "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
-    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, actuators locked",
-    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, actuators locked",
-    "platform_wrench": "[force N; moment N·m] load and weight of the platform, about o",
-    "base_wrench": "[force N; moment N·m] base reaction: the ground's wrench acting on the robot, about the base link's origin",
-    "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
-    "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
-    "actuator_contributions": "the same forces by contribution; actuator_mechanism_contributions: the limbs' weights in two ways",
-    "paper_forces": "f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end (tension positive) [N or N·m]",
     "limbs": "wrenches acting on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
-    "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: of the outer part, acting on the inner one",
-    "euler_ratio": "forces over those at which the beam's `member` buckles, by itself or with others",
     "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
-    "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
-    "strain_energy": "J",
+    **{name: QUANTITIES[name].said for name in told_of("")},
+    **{name: QUANTITIES[f"beams.{name}"].said for name in told_of("beams") if name in BEAM_NAMES},
 }
 
 ROBOT_UNITS = {
@@ -73,20 +58,8 @@ ROBOT_UNITS = {
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
 
-#: Attributes of a result and of its limbs that are arrays, or mappings of them.
-RESULT_NAMES = """
-    twist stiffness compliance platform_wrench base_wrench strain_energy
-    contributions mechanism_contributions source_contributions part_contributions joint_wrenches
-    spring_forces actuator_forces actuator_contributions actuator_mechanism_contributions paper_forces
-    beam_contributions link_contributions
-""".split()
-LIMB_NAMES = """
-    constraint_wrenches intensities attached_wrenches attached_intensities compliance stiffness sag wrench
-""".split()
 #: What is told of springs between links: not where their ends are.
 SPRING_NAMES = ("name", "predecessor", "successor", "stiffness", "free_length", "preload")
-#: What a result tells of its beams: not again what the file says.
-BEAM_NAMES = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
 
 def plain(value: object) -> object:
@@ -156,10 +129,9 @@ def result_to_dict(result: Result) -> dict[str, object]:
         **{name: plain(where) for name, where in result.facts.items()},
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
-        **named(result, ("gravity", "load", "platform_weight", "link_loads")),
         "payload": _payload(result),
     }
-    found |= named(result, RESULT_NAMES)
+    found |= named(result, told_of(""))
     found["actuator_units"] = {name: actuator_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
     found["beams"] = {name: named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
@@ -211,7 +183,7 @@ def _limb(limb: LimbResult) -> dict[str, object]:
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
         "attached_labels": list(limb.attached_labels),
         "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
-        **named(limb, LIMB_NAMES),
+        **named(limb, told_of("limbs")),
     }
 
 
@@ -221,7 +193,7 @@ def status_names(status: Values) -> object:
     return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name
 
 
-def wrench_units(labels: tuple[str, ...], wrenches: Array) -> list[str]:
+def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
     """Return the unit of each intensity: N·m of a couple, by its label or without a force part, else N."""
     units = []
     for k, label in enumerate(labels):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
@@ -27,7 +28,7 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import named, plain
 from kinetostatics.reports.tool_point import said_of
-from kinetostatics.results.spread import COMPONENTS, Spread
+from kinetostatics.results.spread import Spread
 from kinetostatics.results.tool_point import named_point
 
 #: What the numbers of a spread mean.

@@ -62,6 +62,11 @@ class BeamResult(Shown):
     strain_energy: Array
     member: tuple[str, ...]
 
+    @property
+    def deflection(self) -> Array:
+        """(…) largest displacement of the centre line [m]."""
+        return np.asarray(np.sqrt((self.deflections**2).sum(axis=-1)).max(axis=-1))
+
 
 def beam_results(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]

@@ -109,7 +109,7 @@ class LimbResult(Shown):
 
     @cached_property
     def wrench(self) -> Array:
-        """(…, 6) total wrench J_ic W_ic + J_ig W_ig."""
+        """(…, 6) total wrench J_ic W_ic + J_ig W_ig [N, N·m]."""
         return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._solutions])
 
 

@@ -5,7 +5,7 @@ Numbers that need more work than the twist itself (joint wrenches, beams, motion
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
+from kinetostatics.quantities import COMPUTED
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
@@ -28,8 +29,7 @@ from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
-from kinetostatics.statics.springs import placed_springs
-from kinetostatics.status import FACTS, Status, status_of
+from kinetostatics.status import FACTS, TOLD, Status, status_of
 
 
 class Result(Told):
@@ -94,9 +94,14 @@ class Result(Told):
         found.setflags(write=False)
         return found
 
-    def _gather(self, pick: Callable[[Solution], Array]) -> Array:
-        """Return what is picked of every chunk (…, N), batch first."""
-        return self._batch.public([pick(s) for s in self.solutions])
+    def _of(self, name: str) -> Array:
+        """Return a quantity (…, *dims) that is a function of the equilibrium."""
+        return self._batch.public([COMPUTED[name](self.robot.statics, solution) for solution in self.solutions])
+
+    def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
+        """Return such a quantity by the labels of its first axis."""
+        rows = np.moveaxis(self._of(name), len(self.shape), 0)
+        return Named({label: rows[k, ...] for k, label in enumerate(labels)})
 
     # ---- the platform -----------------------------------------------------------------------------------------------
 
@@ -105,7 +110,7 @@ class Result(Told):
         """:class:`Status` of every pose (…), the worst of what is true of it: see :attr:`facts`."""
         numbers = np.where(self._valid, Status.OK, Status.SINGULAR)
         base = np.where(self._reached, numbers, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
-        status = status_of(base, self.facts)
+        status = status_of(base, {name: getattr(self, name) for name in TOLD})
         status.setflags(write=False)
         return status
 
@@ -139,12 +144,12 @@ class Result(Told):
     @cached_property
     def twist(self) -> Array:
         """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
-        return self._gather(lambda s: s.twists.sum(axis=1))
+        return self._of("twist")
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """Parts of the twist (…, 6): load, platform weight, each limb's own, loads on links, payload, assembly errors."""
-        return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
+        """Parts of the twist (…, 6) [m, rad]: load, platform weight, each limb's, loads on links, payload, assembly errors."""
+        return self._by("contributions", self.solutions[0].sources)
 
     @told_keywords
     def at_point(self, point: ArrayLike) -> PointResult:
@@ -167,7 +172,7 @@ class Result(Told):
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """How each limb's own weight moves the platform (…, 6): ``{"limb_1": {"attached": …, "deformation": …}, …}``.
+        """How each limb's weight moves the platform (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
         ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
         constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
@@ -190,33 +195,32 @@ class Result(Told):
     @cached_property
     def stiffness(self) -> Array:
         """(…, 6, 6) tangent stiffness K at o, actuators locked, Eq. (12) [N/m, N·m/rad]; NaN where limbs are rigid."""
-        return self._gather(lambda s: s.stiffness)
+        return self._of("stiffness")
 
     @cached_property
     def compliance(self) -> Array:
         """(…, 6, 6) compliance C at o, actuators locked [m/N, rad/(N·m)]."""
-        return self._gather(lambda s: s.compliance)
+        return self._of("compliance")
 
     @cached_property
     def load(self) -> Array:
         """(…, 6) external load about o, world axes [N, N·m]."""
-        return self._gather(lambda s: s.load)
+        return self._of("load")
 
     @cached_property
     def platform_weight(self) -> Array:
         """(…, 6) weight of the platform and of what hangs on it, about o, world axes [N, N·m]."""
-        return self._gather(lambda s: s.platform_weight)
+        return self._of("platform_weight")
 
     @cached_property
     def gravity(self) -> Array:
         """(…, 3) gravity, world axes [m/s²]."""
-        return self._gather(lambda s: s.gravity)
+        return self._of("gravity")
 
     @cached_property
     def platform_wrench(self) -> Array:
         """(…, 6) what the world puts on the platform, about o: load, platform weight, loads on its links [N, N·m], Eq. (5)."""
-        places = self.robot.topology.platform.places
-        return self._gather(lambda s: s.load + s.platform_weight + sum_of(s.applied, places))
+        return self._of("platform_wrench")
 
     @cached_property
     def link_loads(self) -> Mapping[str, Array]:
@@ -227,8 +231,7 @@ class Result(Told):
     @cached_property
     def spring_forces(self) -> Mapping[str, Array]:
         """(…) tension of each spring at the pose, before the robot deforms, negative where it pushes [N]."""
-        chunks = [placed_springs(self.robot.statics, solution.frames) for solution in self.solutions]
-        return Named({item.name: self._batch.public([c[k].tension for c in chunks]) for k, item in enumerate(chunks[0])})
+        return self._by("spring_forces", [*self.robot.description.springs])
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
@@ -300,8 +303,7 @@ class Result(Told):
 
         An actuator that other joints mimic moves them too: their forces count with their multipliers.
         """
-        chunks = [joints.actuator_forces(self.robot.statics, solution) for solution in self.solutions]
-        return Named({name: self._batch.public([chunk[name] for chunk in chunks]) for name in chunks[0]})
+        return self._by("actuator_forces", self.robot.description.driven)
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -349,7 +351,7 @@ class Result(Told):
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes.
+        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
 
         They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
         """
@@ -362,12 +364,12 @@ class Result(Told):
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution does to each rigid link: (…, 6) twist of the link about its own origin, world axes."""
+        """What each contribution does to each rigid link: (…, 6) twist of the link at its own origin, world axes [m, rad]."""
         return contributions.link_contributions(*self._motions)
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Displacements by part: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
+        """Displacements by part: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o [m, rad].
 
         Each is the part of the twist that the deformation of one beam, joint or actuator ("drives"), or its assembly error,
         makes, P_sᵀ c_s w_s with P_s its wrenches under unit loads of the platform; together they are the twist (the method page,
@@ -377,7 +379,7 @@ class Result(Told):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """Elastic displacements in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
+        """Elastic displacements in the parts of each limb split by pieces through which everything passes (…, 6) [m, rad]."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property

@@ -10,13 +10,13 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import seen
 
 #: Components of a twist, by which one may ask for them.
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 #: Parts of a twist of which a distance is told, and where they are in it.
 LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
 

@@ -13,17 +13,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, check_mapping, positive
+from kinetostatics.argument_checks import check_choice, check_mapping, names_in, positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.choice import check_engine
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.parameter_units import check_parameter_units
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
@@ -66,6 +67,7 @@ def read_sweep_spec(
     compensate: bool = False,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
+    outputs: Sequence[str] | None = None,
 ) -> tuple[SweepSpec, Robot]:
     """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -79,6 +81,14 @@ def read_sweep_spec(
         raise ArgumentError("give either platform= or actuators=, not both")
     check_choice("frame", frame, ("world", "platform"))
     engine = check_engine(engine)
+    extras = {name for name, wanted in (("beams", beams), ("ways", ways), ("compensate", compensate)) if wanted}
+    if outputs is not None:
+        chosen = names_in("outputs", outputs, '["twist", "stiffness"]')
+        for name in chosen:
+            if name not in VARIABLES:
+                raise ArgumentError(f"no output {name!r}: {near_names(name, VARIABLES)}")
+        outputs = tuple(name for name, item in VARIABLES.items() if name in chosen or item.extra in extras)
+        extras = {VARIABLES[name].extra for name in outputs}
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
@@ -116,14 +126,15 @@ def read_sweep_spec(
         frame,
         misfits,
         positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True),
-        bool(beams),
-        bool(ways),
+        "beams" in extras,
+        "ways" in extras,
         provenance.versions(),
         engine,
         loads=loads,
         payload=payload,
+        outputs=outputs,
     )
-    if compensate:
+    if "compensate" in extras:
         spec = replace(spec, compensated=_compensated(first, kind, list(given), orientation))
     spec.keep((0,) * len(varying), first)
     return spec, first

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,10 +15,11 @@ from kinetostatics.argument_checks import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Index, Values
+from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
-from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
+from kinetostatics.status import TOLD, WITHOUT_NUMBERS, Status, status_of
 from kinetostatics.workspace.grid import Block, sizes_of
-from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
+from kinetostatics.workspace.schema import NO_MODE, ZERO_MODE, Labels, numbered, variables
 from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 if TYPE_CHECKING:
@@ -44,10 +45,9 @@ def compute_block(spec: SweepSpec, labels: Labels, block: Block) -> dict[str, Va
         parts.append(pose_numbers(spec, labels, combination, configuration, cases, coordinates))
     found = {}
     for name, item in variables(labels).items():
-        lengths = [b.stop - b.start for b, axis in zip(block, spec.axes, strict=True) if axis.kind in item.kinds]
-        stacked = parts[0][name] if len(parts) == 1 else np.stack([part[name] for part in parts])
-        tail = stacked.shape[stacked.ndim - len(item.labels) :]
-        found[name] = stacked.reshape((*lengths, *tail))
+        lengths = [b.stop - b.start for b, axis in zip(block, spec.axes, strict=True) if axis.kind in item.varies]
+        values = parts[0][name] if len(parts) == 1 else np.stack([part[name] for part in parts])
+        found[name] = values.reshape((*lengths, *values.shape[values.ndim - len(item.dims) :]))
     return found
 
 
@@ -102,79 +102,61 @@ def pose_numbers(
         corrected = compensate(configuration, **given, **wanted)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "remaining": corrected.remaining}
-        found |= {name: np.broadcast_to(value, (*counts, *value.shape[-2:])) for name, value in more.items()}
+        found |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in more if name in labels.outputs}
     return found
 
 
 def _extract(
     spec: SweepSpec, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]
 ) -> dict[str, Values]:
+    """Return the variables (cases…, N, …) that an analysis has; what no variable tells is not computed."""
     configuration, robot = result.configuration, result.robot
-    if tuple(result.contributions) != labels.sources or robot.description.driven != labels.actuators:
+    if result.solutions[0].sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
         raise ArgumentError(
             f"with {_say(spec.parameters(combination))} the robot has other limbs or actuators than with the first values of the "
             "parameters; sweep such robots one by one"
         )
-    first = (0,) * (len(shape) - 1)
-    pose = configuration.platform_coordinates(spec.orientation)
     reached = configuration.status != Status.UNREACHABLE
-    facts = dict(result.facts)
-    found: dict[str, Values] = {
-        "status": result.status,
-        "mode": np.where(reached, ZERO_MODE, NO_MODE).astype(np.int8),
-        "twist": result.twist,
-        "contribution": np.stack([result.contributions[name] for name in labels.sources], axis=-2),
-        "stiffness": result.stiffness[first],
-        "compliance": result.compliance[first],
-        "platform_pose": np.stack([pose[name] for name in labels.pose], axis=-1),
-        "q": configuration.q,
-        "characteristic_length": np.array(robot.length),
+    own: dict[str, Callable[[], object]] = {
+        "mode": lambda: np.where(reached, ZERO_MODE, NO_MODE).astype(np.int8),
+        "platform_pose": lambda: configuration.platform_coordinates(spec.orientation),
+        "actuator_position": lambda: {name: np.where(reached, x, np.nan) for name, x in configuration.actuators.items()},
+        "gravity_way": lambda: twist_ways(result),
+        "actuator_gravity_way": lambda: force_ways(result),
+        "intensity": lambda: _intensities(result, labels, "", shape),
+        "attached_intensity": lambda: _intensities(result, labels, "attached_", shape),
     }
-    if labels.actuators:
-        found["actuator_force"] = np.stack([result.actuator_forces[name] for name in labels.actuators], axis=-1)
-        position = np.stack([configuration.actuators[name] for name in labels.actuators], axis=-1)
-        found["actuator_position"] = np.where(reached[:, None], position, np.nan)
-    if labels.springs:
-        found["spring_force"] = np.stack([result.spring_forces[name][first] for name in labels.springs], axis=-1)
-    if labels.ways:
-        found["gravity_way"] = np.stack([twist_ways(result)[way] for way in labels.ways], axis=-2)
-    if labels.ways and labels.actuators:
-        forces, parts = force_ways(result), result.actuator_contributions
-        ways = [np.stack([forces[name][way] for way in labels.ways], axis=-1) for name in labels.actuators]
-        found["actuator_gravity_way"] = np.stack(ways, axis=-2)
-        split = [np.stack([parts[name][source] for source in labels.sources], axis=-1) for name in labels.actuators]
-        found["actuator_contribution"] = np.stack(split, axis=-2)
-    matches = True
-    for name, wanted, attribute in (
-        ("intensity", labels.wrenches, ("labels", "intensities")),
-        ("attached_intensity", labels.attached, ("attached_labels", "attached_intensities")),
-    ):
-        columns = {
-            (limb.name, label): getattr(limb, attribute[1])[..., k]
-            for limb in result.limbs.values()
-            for k, label in enumerate(numbered(getattr(limb, attribute[0])))
-        }
-        matches &= set(columns) == {(limb, label) for limb, label, _ in wanted}
-        if wanted:
-            nothing = np.full(shape, np.nan)
-            found[name] = np.stack([columns.get((limb, label), nothing) for limb, label, _ in wanted], axis=-1)
-    if not matches:  # the canonical wrenches are others than those of the first robot
-        facts["basis_degenerate"] = ~np.isin(result.status, WITHOUT_NUMBERS)
-        found["status"] = status_of(result.status, facts)
-    if labels.beams:
-        beams = [result.beams[name] for name in labels.beams]
-        found["beam_stress"] = np.stack([beam.stress for beam in beams], axis=-1)
-        found["beam_euler_ratio"] = np.stack([beam.euler_ratio for beam in beams], axis=-1)
-        lengths = [np.sqrt((beam.deflections**2).sum(axis=-1)).max(axis=-1) for beam in beams]
-        found["beam_deflection"] = np.stack(lengths, axis=-1)
-    found |= facts
-    known = {name: item for name, item in variables(labels).items() if name in found}
-    return {name: _full(found[name], item.kinds, shape) for name, item in known.items()}
+    if any({*_wrenches(result, kind)} != {*labels.axes[f"{kind}wrench"]} for kind in ("", "attached_")):
+        # the canonical wrenches are others than those of the first robot
+        told = {name: getattr(result, name) for name in TOLD}
+        facts = {**told, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
+        own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
+    entries = variables(labels)
+    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.extra != "compensate"}
+    found = {}
+    for name in (name for name in entries if name in paths):
+        value = own[name]() if name in own else value_at(result, paths[name])
+        found[name] = _full(stacked(value, entries[name].dims, labels.axes), entries[name], shape)
+    return found
 
 
-def _full(array: Values, kinds: Sequence[str], shape: tuple[int, ...]) -> Values:
-    """Return an array over all cases and poses that its variable varies with, where it came out the same for all."""
-    wanted = () if kinds == ROBOTS else shape[-1:] if kinds == POSES else shape
+def _wrenches(result: Result, kind: str) -> list[str]:
+    """Return limb and label of each of a robot's constraint wrenches, or of its "attached_" ones."""
+    return [f"{name}: {label}" for name, limb in result.limbs.items() for label in numbered(getattr(limb, f"{kind}labels"))]
+
+
+def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ...]) -> Array:
+    """Return intensities (…, wrenches) of the wrenches that the first robot has; NaN where this one has none such."""
+    arrays = [array for limb in result.limbs.values() for array in np.moveaxis(getattr(limb, f"{kind}intensities"), -1, 0)]
+    columns, nothing = dict(zip(_wrenches(result, kind), arrays, strict=True)), np.full(shape, np.nan)
+    return np.stack([columns.get(wrench, nothing) for wrench in labels.axes[f"{kind}wrench"]], axis=-1)
+
+
+def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
+    """Return an array over all cases and poses that its variable varies with, where it came out the same for all or for more."""
+    if entry.varies == POSES:
+        return array[(0,) * (array.ndim - 1 - len(entry.dims))]
+    wanted = () if entry.varies == ROBOTS else shape
     return array if array.shape[: len(wanted)] == wanted else np.broadcast_to(array, wanted + array.shape[len(wanted) :])
 
 

@@ -80,7 +80,7 @@ def lazy_dataset(spec: SweepSpec, labels: Labels, chunks: Mapping[str, int] | st
     data = {}
     for name, item in variables(labels).items():
         layer = f"sweep-{name}-{token}"
-        mine = [axis.kind in item.kinds for axis in spec.axes]
+        mine = [axis.kind in item.varies for axis in spec.axes]
         own = whole[name].shape[sum(mine) :]
         zeros = (0,) * len(own)
         tasks: dict[Key, object] = {}

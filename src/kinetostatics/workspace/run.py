@@ -68,6 +68,7 @@ def sweep(
     beams: bool = False,
     ways: bool = False,
     compensate: bool = False,
+    outputs: Sequence[str] | None = None,
     tolerance: float = 1e-10,
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
@@ -106,6 +107,9 @@ def sweep(
             loaded platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes
             several times as long. Of a grid of actuators those coordinates come out as wanted that tell best how the platform
             moves.
+        outputs: names of the variables that are wanted, ``["twist", "beam_stress"]``: no other is computed and stored, not even
+            ``buckles``, but for status, the facts that it tells, and the pose itself (``platform_pose``, ``q``). None: all.
+            What ``beams``, ``ways`` and ``compensate`` add is there either way if they are true.
         tolerance: how far loops may stay open [m, rad].
         engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
@@ -137,7 +141,7 @@ def sweep(
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
         links = {"platform": platform_link, "base": base_link}
-        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate, loads, payload)
+        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate, loads, payload, outputs)
         labels = labels_of(spec, first)
         try_sweep_spec(spec, first)
         check_names(spec, labels)
@@ -152,7 +156,7 @@ def sweep(
         try_robots(spec)
     if progress:
         need("tqdm")
-    most = BLOCK_OF_MORE if beams or ways or compensate else BLOCK
+    most = BLOCK_OF_MORE if spec.beams or spec.ways or spec.compensated else BLOCK
     poses = max(1, min(most, -(-spec.size // (SHARE * number if number > 1 else 1))))
     run = _Run(spec, labels, block_sizes(spec.axes, poses), number, attributes)
     if out is None:
@@ -271,6 +275,6 @@ class _Run:
         if not axes:
             return [()]
         layer = math.prod(shape[1:])
-        thick = max(2, REGION // (layer * max(1, len(self.labels.q))))
+        thick = max(2, REGION // (layer * max(1, len(self.labels.loose))))
         whole = tuple(slice(0, n) for n in shape[1:])
         return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]

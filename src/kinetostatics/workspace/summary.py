@@ -91,8 +91,10 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
     """Take note of the largest values at the poses of a part of the map that are chosen by ``where``."""
     if not where.any():
         return
-    twist = part["twist"].values
-    numbers = [("sag", "", np.linalg.norm(twist[..., :3], axis=-1)), ("turn", "", np.linalg.norm(twist[..., 3:], axis=-1))]
+    numbers = []
+    if "twist" in part:
+        parts = ("sag", part["twist"].values[..., :3]), ("turn", part["twist"].values[..., 3:])
+        numbers += [(kind, "", np.linalg.norm(values, axis=-1)) for kind, values in parts]
     if "actuator_force" in part:
         actuators = zip(part["actuator"].values, part["actuator_force_unit"].values, strict=True)
         forces = np.moveaxis(np.abs(part["actuator_force"].values), -1, 0)

@@ -94,6 +94,7 @@ class SweepSpec:
         compensated: coordinates of the platform that actuators are to be corrected for; none: no corrections are wanted.
         engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
         loads, payload: as it takes them, the same at all poses.
+        outputs: names of the variables that are wanted besides what is always there; None: all that need no further argument.
     """
 
     source: Source
@@ -115,6 +116,7 @@ class SweepSpec:
     compensated: tuple[str, ...] = ()
     loads: Mapping[str, object] | None = None
     payload: Payload | None = None
+    outputs: tuple[str, ...] | None = None
 
     @property
     def extras(self) -> dict[str, Keyword]:
@@ -207,6 +209,7 @@ class SweepSpec:
             "beams": self.beams,
             "ways": self.ways,
             **({"compensate": list(self.compensated)} if self.compensated else {}),
+            **({} if self.outputs is None else {"outputs": list(self.outputs)}),
         }
 
     @cached_property

@@ -46,7 +46,7 @@ class Target:
         return np.asarray(self.arrays[name][self._where(name, block) or ...])
 
     def _where(self, name: str, block: Block) -> Block:
-        kinds = self._items[name].kinds
+        kinds = self._items[name].varies
         pieces = zip(block, self._origin, self.spec.axes, strict=True)
         return tuple(slice(p.start - start, p.stop - start) for p, start, axis in pieces if axis.kind in kinds)
 
@@ -81,11 +81,11 @@ class Target:
             if not places.size or finished.numbers is None:
                 continue
             for name, item in self._items.items():
-                if "coordinate" not in item.kinds or name == "mode":
+                if "coordinate" not in item.varies or name == "mode":
                     continue
                 values = self.read(name, block)
-                before = sizes_of(cases) if "case" in item.kinds else ()
-                flat = values.reshape((*before, rows.size, *values.shape[values.ndim - len(item.labels) :]))
+                before = sizes_of(cases) if "case" in item.varies else ()
+                flat = values.reshape((*before, rows.size, *values.shape[values.ndim - len(item.dims) :]))
                 into: tuple[slice | Index, ...] = (*(slice(None) for _ in before), places)
                 out_of: tuple[slice | Index, ...] = (*into[:-1], rows[places])
                 flat[into] = finished.numbers[name][out_of]

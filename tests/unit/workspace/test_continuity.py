@@ -52,7 +52,7 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
         orientation="tilt_torsion",
         robot=lambda combination: machine,
     )
-    labels = SimpleNamespace(q=[("q", "rad")] * 3, loose=[False] * 3)
+    labels = SimpleNamespace(said={"joint_coordinate_unit": ((), ["rad"] * 3)}, loose=[False] * 3)
     found = _Look(spec, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool), 1.0).zero_coordinates()
     assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})
 

@@ -119,8 +119,8 @@ class _Look:
         self.q = q.reshape(size, q.shape[-1]).copy()
         self.mode = np.where(reached.ravel(), ZERO_MODE, NO_MODE).astype(np.int8)
         self.retracted = np.zeros(size, dtype=bool)
-        self.nq = len(labels.q)
-        self.units = [unit for _, unit in labels.q]
+        self.units = [str(unit) for unit in labels.said["joint_coordinate_unit"][1]]
+        self.nq = len(self.units)
         units = np.array(self.units + ["m"] * (q.shape[-1] - self.nq))
         distinctive = np.array([not loose for loose in labels.loose] + [True] * (len(units) - self.nq), dtype=bool)
         self.scale = JointScale(distinctive * np.where(units == "m", 1 / length, 1.0), (units == "rad") & distinctive)

@@ -1,0 +1,239 @@
+"""The table of quantities: all that an analysis finds, with names, symbols, units, axes and words, and what computes it.
+
+Results, JSON, Datasets, functions, compiled code, exported C and the glossary take from here what they call a quantity and what
+they say of it: a further one is an entry here, and its attribute where people ask for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_UNITS, Kind
+from kinetostatics.statics.joint_wrenches import actuator_forces
+from kinetostatics.statics.link_loads import sum_of
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import placed_springs, sources_of
+from kinetostatics.status import FACTS, TOLD
+
+#: Kinds of axes of a grid along which quantities vary: all, those that change the pose, or those that change the robot.
+EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
+#: Units that differ along an axis, by the name of the coordinate of a Dataset that tells them there.
+UNITS: Mapping[str, str] = {
+    "component_unit": "m, rad",
+    "stiffness_unit": "N/m, N·m/rad",
+    "compliance_unit": "m/N, rad/(N·m)",
+    "actuator_force_unit": "N, N·m",
+    "actuator_position_unit": "m, rad",
+    "wrench_component_unit": "N, N·m",
+    "wrench_unit": "N, N·m",
+    "attached_wrench_unit": "N, N·m",
+    "platform_coordinate_unit": "m, rad",
+    "joint_coordinate_unit": "1, m, rad",
+}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One quantity.
+
+    Attributes:
+        words: what it is, with its reference point and axes.
+        dims: its axes behind those of the batch, each with labels.
+        unit: of all its numbers, or one of :data:`UNITS`.
+        of: computes it, (*dims, N); None: the attribute of the result does.
+        moves_as: as what it comes to be about another point, if it is about o.
+        varies: kinds of axes of a grid along which it does.
+        variable: its name in a Dataset, if it has one.
+        extra: the argument of :func:`kinetostatics.sweep` without which it is left out; "always": it never is.
+        symbol, equation: of the paper, or a section of the method page.
+        dtype: of its numbers.
+    """
+
+    words: str
+    dims: tuple[str, ...] = ()
+    unit: str = ""
+    of: Callable[[RobotStatics, Solution], Array] | None = None
+    moves_as: Kind | None = None
+    varies: tuple[str, ...] = EVERYTHING
+    variable: str = ""
+    extra: str = ""
+    symbol: str = ""
+    equation: str = ""
+    dtype: type[np.generic] = np.float64
+
+    @property
+    def units(self) -> str:
+        """All its units, in words."""
+        return UNITS.get(self.unit, self.unit)
+
+    @property
+    def said(self) -> str:
+        """Words and units."""
+        return f"{self.words} [{self.units}]"
+
+
+def _platform_wrench(robot: RobotStatics, solution: Solution) -> Array:
+    own = solution.load + solution.platform_weight
+    return own + sum_of(solution.applied, robot.topology.platform.places) if solution.applied else own
+
+
+def _spring_forces(robot: RobotStatics, solution: Solution) -> Array:
+    tensions = [spring.tension for spring in placed_springs(robot, solution.frames)]
+    return np.stack(tensions) if tensions else np.empty((0, solution.o.shape[1]))
+
+
+def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
+    forces = actuator_forces(robot, solution)
+    return np.stack([forces[name] for name in robot.description.driven]) if forces else np.empty((0, solution.o.shape[1]))
+
+
+_COMPONENT, _MATRIX, _ACTUATOR = ("component",), ("component", "component_2"), ("actuator",)
+_WRENCH, _TWIST = "wrench_component_unit", "m, rad"
+
+# fmt: off
+#: All quantities, in the order of a Dataset, by their paths from a result; what begins with "sweep" is of maps alone.
+QUANTITIES: Mapping[str, Entry] = {
+    "status": Entry("what became of the pose, the worst of it", variable="status", extra="always", dtype=np.int8),
+    **{name: Entry(fact.words, variable=name, extra="always" * (name in TOLD), dtype=np.bool_) for name, fact in FACTS.items()},
+    "sweep.mode": Entry("assembly mode that reaches the pose", varies=POSES, variable="mode", extra="always", dtype=np.int8),
+    "twist": Entry("displacement of o and rotation of the platform, world axes", _COMPONENT, "component_unit",
+        lambda robot, solution: solution.twists.sum(axis=1), "twist", variable="twist", symbol="Δ", equation="(12)"),
+    "contributions": Entry("what load, platform weight and each limb's weight add to the twist", ("source", "component"),
+        "component_unit", lambda robot, solution: np.swapaxes(solution.twists, 0, 1), "twist", variable="contribution"),
+    "sweep.gravity_ways": Entry("what gravity adds to the twist in each of its ways, all limbs together", ("way", "component"),
+        "component_unit", moves_as="twist", variable="gravity_way", extra="ways"),
+    "actuator_forces": Entry("force or torque of the actuator, positive along its joint", _ACTUATOR, "actuator_force_unit",
+        _actuator_forces, variable="actuator_force", symbol="f", equation="(17)"),
+    "sweep.actuator_gravity_ways": Entry("what gravity adds to the actuator's force in each of its ways", ("actuator", "way"),
+        "actuator_force_unit", variable="actuator_gravity_way", extra="ways"),
+    "actuator_contributions": Entry("what each contribution to the twist adds to the actuator's force", ("actuator", "source"),
+        "actuator_force_unit", variable="actuator_contribution", extra="ways"),
+    "limbs.intensities": Entry("intensity of the constraint wrench", ("wrench",), "wrench_unit",
+        variable="intensity", symbol="W_ic", equation="(11)"),
+    "limbs.attached_intensities": Entry("intensity of the gravity-attached constraint wrench", ("attached_wrench",),
+        "attached_wrench_unit", variable="attached_intensity", symbol="W_ig", equation="(3)"),
+    "stiffness": Entry("tangent stiffness at o, actuators locked, world axes", _MATRIX, "stiffness_unit",
+        lambda robot, solution: solution.stiffness, "stiffness", POSES, "stiffness", symbol="K", equation="(12)"),
+    "compliance": Entry("compliance at o, actuators locked, world axes", _MATRIX, "compliance_unit",
+        lambda robot, solution: solution.compliance, "compliance", POSES, "compliance", symbol="C", equation="(12)"),
+    "configuration.actuators": Entry("coordinate of the driven joint", _ACTUATOR, "actuator_position_unit",
+        varies=POSES, variable="actuator_position"),
+    "sweep.corrections": Entry("correction of the actuator, which brings the loaded platform in place", _ACTUATOR,
+        "actuator_position_unit", variable="actuator_correction", extra="compensate"),
+    "sweep.remaining": Entry("how the loaded platform misses its place at the corrected actuators", _COMPONENT,
+        "component_unit", moves_as="twist", variable="remaining", extra="compensate"),
+    "spring_forces": Entry("tension of the spring, negative where it pushes", ("spring",), "N", _spring_forces,
+        varies=POSES, variable="spring_force"),
+    "sweep.platform_pose": Entry("coordinates of the platform before it deforms", ("platform_coordinate",),
+        "platform_coordinate_unit", varies=POSES, variable="platform_pose", extra="always"),
+    "configuration.q": Entry("coordinates of the model, as Robot.configuration takes them", ("joint_coordinate",),
+        "joint_coordinate_unit", varies=POSES, variable="q", extra="always"),
+    "robot.length": Entry("mean distance of the limbs' outer joints from o", (), "m",
+        varies=ROBOTS, variable="characteristic_length", extra="always"),
+    "beams.stress": Entry("largest von Mises stress of the beam", ("beam",), "Pa", variable="beam_stress", extra="beams"),
+    "beams.euler_ratio": Entry("forces over those at which the member buckles", ("beam",), "1",
+        variable="beam_euler_ratio", extra="beams"),
+    "beams.deflection": Entry("largest displacement of the beam's centre line", ("beam",), "m",
+        variable="beam_deflection", extra="beams"),
+    "beams.section_wrenches": Entry("N, V_y, V_z, T, M_y, M_z in beam axes: of the outer part, acting on the inner one",
+        ("beam", "station", "component"), _WRENCH),
+    "configuration.residual": Entry("how far the worst loop is open", (), _TWIST, varies=POSES),
+    "gravity": Entry("gravity, world axes", ("axis",), "m/s²", lambda robot, solution: solution.gravity),
+    "load": Entry("external force and moment on the platform about o, world axes", _COMPONENT, _WRENCH,
+        lambda robot, solution: solution.load),
+    "platform_weight": Entry("weight of the platform and of what hangs on it, about o, world axes", _COMPONENT, _WRENCH,
+        lambda robot, solution: solution.platform_weight),
+    "link_loads": Entry("load on the link, or weight of the payload, about o, world axes", ("source", "component"), _WRENCH),
+    "platform_wrench": Entry("load, weight and loads on links of the platform, about o, world axes", _COMPONENT, _WRENCH,
+        _platform_wrench, symbol="W", equation="(5)"),
+    "base_wrench": Entry("what the ground puts on the robot, about the base link's origin, world axes", _COMPONENT, _WRENCH),
+    "joint_wrenches": Entry("what the joint's base side puts on its platform side, at the joint's centre, world axes",
+        ("joint", "component"), _WRENCH),
+    "strain_energy": Entry("strain energy of all beams and elastic joints", (), "J"),
+    "mechanism_contributions": Entry("what the limb's weight adds to the twist by attached wrenches and by deformation, Eq. (12)",
+        ("limb", "way", "component"), _TWIST),
+    "source_contributions": Entry("the twist by what deforms: beams, elastic joints, actuators (drives), misfits; they sum to it",
+        ("kind", "part", "component"), _TWIST),
+    "part_contributions": Entry("the same for the parts of a limb that is split by pieces through which everything passes",
+        ("limb", "part", "component"), _TWIST),
+    "actuator_mechanism_contributions": Entry("what the limb's weight adds to the actuator's force in the two ways",
+        ("actuator", "limb", "way"), "actuator_force_unit"),
+    "paper_forces": Entry("f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end, tension positive",
+        ("limb", "force"), "wrench_unit"),
+    "beam_contributions": Entry("what each contribution does to the beam's stations: displacement and rotation, world axes",
+        ("beam", "source", "station", "component"), _TWIST),
+    "link_contributions": Entry("what each contribution does to the rigid link, at its own origin, world axes",
+        ("link", "source", "component"), _TWIST),
+    "limbs.constraint_wrenches": Entry("unit constraint wrenches acting on the limb, about o, world axes",
+        ("component", "wrench"), "1, m", symbol="J_ic", equation="(2)"),
+    "limbs.attached_wrenches": Entry("unit attached wrenches acting on the limb, about o, world axes",
+        ("component", "attached_wrench"), "1, m", symbol="J_ig", equation="(4)"),
+    "limbs.compliance": Entry("compliance of the limb along its constraint wrenches", ("wrench", "wrench_2"),
+        "m/N, rad/(N·m)", symbol="C_ic", equation="(1), (13)"),
+    "limbs.stiffness": Entry("stiffness of the limb along its constraint wrenches, the inverse", ("wrench", "wrench_2"),
+        "N/m, N·m/rad", symbol="K_ic", equation="(1)"),
+    "limbs.sag": Entry("gravity displacement of the limb along its constraint wrenches", ("wrench",), _TWIST,
+        symbol="Δ_igc", equation="(16), (19), (21)"),
+    "limbs.wrench": Entry("what the platform puts on the limb in all, about o, world axes", _COMPONENT, _WRENCH),
+}
+# fmt: on
+#: What computes those of them that are functions of the equilibrium, by name.
+COMPUTED: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
+    name: entry.of for name, entry in QUANTITIES.items() if entry.of is not None
+}
+#: Those of a Dataset, by their names there, in its order.
+VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.values() if entry.variable}
+
+
+def told_of(owner: str) -> list[str]:
+    """Return names of quantities of a result (""), or of its "limbs" or "beams", by which it tells them."""
+    paths = (path.rpartition(".") for path in QUANTITIES if path not in ("status", *FACTS))
+    return [name for mine, _, name in paths if mine == owner]
+
+
+def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
+    """Return the labels of axes that all results of a robot have."""
+    components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
+    robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
+    return {**components, "source": sources_of(robot), **robots}
+
+
+def units_along(turning: Sequence[bool]) -> dict[str, list[str] | list[list[str]]]:
+    """Return those of :data:`UNITS` that are the same for all robots with these actuators, along their axes.
+
+    Args:
+        turning: which of the actuators turn.
+    """
+    return {
+        "component_unit": list(TWIST_UNITS),
+        "wrench_component_unit": list(WRENCH_UNITS),
+        "stiffness_unit": [[f"{force}/{move}" for move in TWIST_UNITS] for force in WRENCH_UNITS],
+        "compliance_unit": [
+            [f"{move}/({force})" if "·" in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in TWIST_UNITS
+        ],
+        "actuator_force_unit": ["N·m" if turns else "N" for turns in turning],
+        "actuator_position_unit": ["rad" if turns else "m" for turns in turning],
+    }
+
+
+def value_at(result: object, path: str) -> object:
+    """Return the attribute of a result at a path; of a mapping on the way, by its keys, that of each item."""
+    for name in path.split("."):
+        if isinstance(result, Mapping):
+            result = {key: getattr(item, name) for key, item in result.items()}
+        else:
+            result = getattr(result, name)
+    return result
+
+
+def stacked(value: object, dims: Sequence[str], labels: Mapping[str, Sequence[str]]) -> Array:
+    """Return as one array (…, *dims) what a result has by label, as nested mappings of arrays."""
+    if not isinstance(value, Mapping):
+        return np.asarray(value)
+    rows = [stacked(value[label], dims[1:], labels) for label in labels[dims[0]]]
+    return np.stack(rows, axis=-len(dims)) if rows else np.empty((0,) * len(dims))
