@@ -203,12 +203,9 @@ def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
     return {**components, "source": sources_of(robot), **robots}
 
 
-def units_along(turning: Sequence[bool]) -> dict[str, list[str] | list[list[str]]]:
-    """Return those of :data:`UNITS` that are the same for all robots with these actuators, along their axes.
-
-    Args:
-        turning: which of the actuators turn.
-    """
+def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
+    """Return those of :data:`UNITS` that all results of a robot have, along their axes."""
+    actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),
         "wrench_component_unit": list(WRENCH_UNITS),
@@ -216,8 +213,8 @@ def units_along(turning: Sequence[bool]) -> dict[str, list[str] | list[list[str]
         "compliance_unit": [
             [f"{move}/({force})" if "·" in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in TWIST_UNITS
         ],
-        "actuator_force_unit": ["N·m" if turns else "N" for turns in turning],
-        "actuator_position_unit": ["rad" if turns else "m" for turns in turning],
+        "actuator_force_unit": [kind.force_unit for kind in actuators],
+        "actuator_position_unit": [kind.unit for kind in actuators],
     }
 
 

@@ -52,7 +52,7 @@ def _about(facts: Facts) -> str:
 
 
 def _size(shape: Sequence[int]) -> str:
-    return f"[{int(np.prod(shape))}]" if shape else ""
+    return f"[{int(np.prod(shape))}]"
 
 
 def _words(item: Quantity) -> str:

@@ -28,8 +28,7 @@ def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
     entry, name = QUANTITIES[path], path.rpartition(".")[2]
     labels = axes_of(robot.statics)
     axes = {dim: labels[dim] for dim in entry.dims}
-    turning = [not robot.mechanism.connections[actuator].type.is_slide for actuator in labels["actuator"]]
-    units = np.array(units_along(turning).get(entry.unit, [entry.units or "1"]))
+    units = np.array(units_along(robot.statics).get(entry.unit, [entry.units or "1"]))
     told = units.tolist() if units.ndim == 1 else [", ".join(dict.fromkeys(units.ravel().tolist()))]
     return Quantity(name, tuple(map(len, axes.values())), tuple(told), axes, entry.words + more.get(name, ""))
 

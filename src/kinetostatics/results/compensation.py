@@ -23,6 +23,7 @@ from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import Named
+from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
 from kinetostatics.results.uncorrectable import uncorrectable_directions
 from kinetostatics.status import WITHOUT_NUMBERS, Status
@@ -85,9 +86,7 @@ class Compensation(Told):
             "wanted": stacked(self.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
             "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the actuator"),
             "actuator_correction": stacked(self.corrections, "actuator", "correction of the actuator"),
-            "actuator_force": stacked(
-                self.actuator_forces, "actuator", "force or torque of the actuator, positive along its joint"
-            ),
+            "actuator_force": stacked(self.actuator_forces, "actuator", VARIABLES["actuator_force"].words),
             "deviation": ((*grid, "component"), self.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
             "remaining": ((*grid, "component"), self.remaining, {"long_name": "how the loaded platform misses, corrected"}),
         }
@@ -297,7 +296,7 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
 def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
     """Return the units of position and force of every actuator."""
     connections = found.wanted.robot.mechanism.connections
-    return {name: ("m", "N") if connections[name].type.is_slide else ("rad", "N·m") for name in found.actuators}
+    return {name: (connections[name].type.unit, connections[name].type.force_unit) for name in found.actuators}
 
 
 def _unit_of(coordinate: str) -> str:

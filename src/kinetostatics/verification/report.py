@@ -19,6 +19,7 @@ from kinetostatics.printing.text import (
     table,
     wrapped,
 )
+from kinetostatics.quantities import QUANTITIES
 from kinetostatics.reports.forces import sizes
 from kinetostatics.reports.json import named
 from kinetostatics.reports.pose import pose_lines
@@ -26,12 +27,8 @@ from kinetostatics.verification.compare import Verification
 
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
-    "twist": "[displacement m; rotation rad] of the platform at o",
-    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, actuators locked",
-    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, actuators locked",
-    "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
+    **{name: QUANTITIES[name].said for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
     "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its base and its platform end",
-    "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
     "forces relative to the largest joint wrench",
     "scatter": "how far the finite elements' own numbers are sure, as `differences`",

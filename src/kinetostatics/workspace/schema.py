@@ -13,7 +13,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_along
-from kinetostatics.reports.json import actuator_unit, wrench_units
+from kinetostatics.reports.json import wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
@@ -111,7 +111,7 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         "platform_coordinate": pose,
         "joint_coordinate": tuple(name for name, _ in q),
     }
-    units = units_along([actuator_unit(robot, name) != "N" for name in robot.description.driven])
+    units = units_along(robot.statics)
     said: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {
         VARIABLES[name].unit: (VARIABLES[name].dims, units[VARIABLES[name].unit]) for name in _UNITS_OF
     }
