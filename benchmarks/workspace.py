@@ -30,6 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     args = parser.parse_args(arguments)
     effort = TINY if args.tiny else QUICK if args.quick else FULL
     page, started = Page(), time.time()
+    os.environ["KINETOSTATICS_ENGINE"] = "numpy"  # what the page is about; benchmarks/engines.py has compiled code
     for topic in args.only:
         TOPICS[topic](page, effort)
         report(f"{topic}: done after {time.time() - started:.0f} s")

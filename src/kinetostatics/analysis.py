@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import check_choice, finite_numbers, told_keywords
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
-from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
+from kinetostatics.engine.programs import StaticsSolver, check_engine, compiled_solver, engine_for
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, chunks
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
+from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
@@ -68,8 +69,8 @@ def analyze(
             elastic link it must be the end of a beam. Each is the contribution "load on LINK".
         payload: what the robot carries, a :class:`Payload` on the platform or on a link; the contribution "payload".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled where that is installed and so many
-            poses of the robot are analysed that compiling pays. Numbers differ by rounding only.
+        engine: "numpy", "compiled", or "auto": compiled where the code is in memory, from 1,000 poses on where it is on disk,
+            from 10,000 on in any case. Numbers differ by rounding only, statuses not at all.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.
@@ -136,18 +137,17 @@ def analyze(
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
     engine = "numpy" if misfits is not None else engine
-    solver = compiled_solver(robot.statics, engine, N) if on_links is None else None
-    solutions: list[Solution] = []
-    for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
-        mine = part if isinstance(which, slice) else which[part]
-        chunk = frames.take(mine)
+
+    def solved(part: slice) -> list[Solution]:
+        chunk = frames.take(part if isinstance(which, slice) else which[part])
         at_o = load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
-        off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
-        applied: tuple[AppliedLoad, ...] = ()
-        if acting is not None:
-            applied = acting.map(lambda array: array[:, part]).at(chunk, fields[:, part])  # noqa: B023
-            solver = compiled_solver(robot.statics, engine, at_o.shape[1], applied)
-        solutions += _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
+        off = None if spread is None else spread.map(lambda array: array[:, part])
+        applied = () if acting is None else acting.map(lambda array: array[:, part]).at(chunk, fields[:, part])
+        solver = compiled_solver(robot.statics, engine, N, applied)
+        return _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
+
+    parts = chunks(N) or [slice(0, 0)]  # one chunk even of an empty batch
+    solutions = list(itertools.chain.from_iterable(in_threads(solved, parts, engine_for(engine, N) == "compiled")))
     result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which], payload)
     if on_failure == "raise" or (on_failure is None and shape == ()):
         for solution in solutions:

@@ -14,7 +14,7 @@ from kinetostatics.argument_checks import told_keywords
 from kinetostatics.buckling.members import Members
 from kinetostatics.buckling.structure import Structure
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.engine.choice import check_engine, compiled_loops
+from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
@@ -167,8 +167,7 @@ class Robot(Shown, RobotKinematics):
         """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
 
         The assembly mode is the one that is reached by following a straight line in the given coordinates from the closed
-        zero pose, or from ``near``. Of large batches, NumPy lets few poses follow their lines and predict the others, but only
-        where some more lines show that the predictions end in the same mode; compiled code follows all lines.
+        zero pose, or from ``near``; each pose of a batch follows its own line.
 
         Args:
             actuators: coordinates of all driven joints by name [m, rad] (forward kinematics), those in no limb, as a gripper's,
@@ -183,8 +182,7 @@ class Robot(Shown, RobotKinematics):
                 and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover
                 that gap too, and counts up to 1e-3 of the size (1e-3 rad).
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-            engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled where that is installed and so
-                many poses of the robot are assembled that compiling pays. Poses differ by rounding only.
+            engine: "numpy", "compiled", or "auto": as :func:`kinetostatics.analyze` takes it.
 
         Raises:
             CoordinatesError: unknown, missing or too many coordinates, or ones that do not determine the pose.

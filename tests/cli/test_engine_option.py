@@ -7,8 +7,6 @@ from small_robots import cantilever, write
 
 from kinetostatics.cli.main import main
 
-pytest.importorskip("llvmlite")
-
 
 @pytest.fixture
 def arm(tmp_path, monkeypatch):
@@ -36,9 +34,3 @@ def test_check_says_what_is_compiled(arm, capsys):
     assert found["is_compiled"] and f"{found['operations']:,} operations a pose" in text
     assert main(["check", arm, "--json"]) == 0
     assert "engine" not in json.loads(capsys.readouterr().out)
-
-
-def test_without_llvmlite_one_line_says_what_to_install(arm, capsys, monkeypatch):
-    monkeypatch.setattr("kinetostatics.engine.choice.is_installed", lambda: False)
-    assert main(["analyze", arm, "--engine", "compiled"]) == 2
-    assert "pip install 'kinetostatics[fast]'" in capsys.readouterr().err

@@ -112,7 +112,6 @@ def test_tables_say_which_command_has_made_them_from_which_source_and_when(scrip
 @pytest.mark.slow
 @pytest.mark.parametrize(("script", "place", "topic"), SCRIPTS)
 def test_tables_of_single_robots_are_written_into_their_pages(script, place, topic, tmp_path):
-    pytest.importorskip("llvmlite")
     whole, copy = ROOT / "docs" / "how_to" / f"{place}.md", tmp_path / "page.md"
     copy.write_text(whole.read_text(encoding="utf-8"), encoding="utf-8")
     command = [sys.executable, f"benchmarks/{script}.py", "five_bar", "--write", str(copy)]

@@ -8,7 +8,6 @@ from page_code import DOCS, blocks, commands, in_a_copy, run_commands, run_pytho
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 pytest.importorskip("scipy")
-pytest.importorskip("llvmlite")
 
 #: Files that a reader has and we do not.
 OWN = ("poses.csv", "path.csv")

@@ -27,8 +27,6 @@ from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.springs import solve_with_springs
 
-pytest.importorskip("llvmlite")
-
 COUNT, FIRST = 300, int(os.environ.get("KINETOSTATICS_FIRST_ROBOT", "0"))
 #: Of what kind a random robot is, by the last digit of its number: three serial limbs, springs, loads on links and a payload,
 #: a rigid limb with a spring, limbs elastic in their actuators alone, elastic joints, axes along x, y and z with all joints on a

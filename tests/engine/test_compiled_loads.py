@@ -9,14 +9,11 @@ import tapes
 from tapes import differences
 
 import kinetostatics as ks
-from kinetostatics.engine import choice
+from kinetostatics.engine import programs
 from kinetostatics.engine.record import example_of, structure_of
 from kinetostatics.engine.statics import CompiledStatics
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.springs import solve_with_springs
-
-pytest.importorskip("llvmlite")
-
 
 close = partial(tapes.close, tolerance=1e-10)
 
@@ -48,7 +45,7 @@ def test_both_engines_say_the_same_of_loads_and_payload(robot, poses):
         close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]))
     close(found.base_wrench, wanted.base_wrench)
     close(found.payload_coefficients.twist, wanted.payload_coefficients.twist)
-    places = [key for key, item in choice._CHOICES[robot.statics].items() if item.compiled is not None and key is not None]
+    places = [key for key, item in programs._STATICS[robot.statics].items() if item.made is not None and key is not None]
     assert len(places) == 1 and [name for name, _ in places[0].loads] == ["load on carriage_1", "load on platform", "payload"]
 
 

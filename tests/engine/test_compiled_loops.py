@@ -7,11 +7,9 @@ import pytest
 from package_robots import robot as robot_named
 
 from kinetostatics import analyze
-from kinetostatics.engine import choice, loops
+from kinetostatics.engine import loops, programs
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.engine.loops import CompiledSolver
-
-pytest.importorskip("llvmlite")
 
 #: Coordinates from within to far beyond reach and limits, and what is given.
 CASES = [
@@ -47,11 +45,6 @@ def test_both_engines_reach_the_same_poses(name, kind, orientation, box, monkeyp
     found, wanted = both(robot, **{kind: given}, orientation=orientation)
     assert len(set(wanted.status.tolist())) > 1 and np.sum(wanted.reached) > 3
     assert_same(found, wanted)
-    if name == "planar_3rrr":  # code made in a hurry, and better
-        (made,) = (item.compiled for (_, _), item in choice._LOOPS[robot].items() if item.compiled is not None)
-        for code in (made._newton, made._place, made._side):
-            code.optimize()
-        assert_same(*both(robot, **{kind: given}, orientation=orientation))
     inside = np.flatnonzero(wanted.reached)
     near = robot.assemble(**{kind: {key: value[inside[0]] for key, value in given.items()}}, orientation=orientation)
     aim = {key: value[inside[1:4]] for key, value in given.items()}
@@ -78,7 +71,7 @@ def test_where_the_record_does_not_hold_numpy_corrects():
     """Beside half a turn the logarithm of a rotation takes another way, which a guard tells."""
     robot = robot_named("planar_3rrr")
     solver = robot.assemble(platform={"x": 0.0, "y": 0.0, "rz": 0.1}, engine="compiled") and next(
-        item.compiled for (given, _), item in choice._LOOPS[robot].items() if given.angles
+        item.made for (given, _), item in programs._LOOPS[robot].items() if given.angles
     )
     prescribed = solver._own
     start = robot.zero_poses.take(np.zeros(3, dtype=np.intp))
@@ -170,16 +163,17 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
     assert CompiledSolver.kept(other.solver, given, 0, other.generic_poses.take(np.array([0]))) is None
 
 
-def test_auto_takes_compiled_loops_when_they_have_paid(monkeypatch):
+def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
     robot = robot_named("five_bar")
     made = []
-    monkeypatch.setattr(choice, "_LOOPS", type(choice._LOOPS)())
-    monkeypatch.setattr(choice, "_WORK", {})
+    monkeypatch.setattr(programs, "_LOOPS", type(programs._LOOPS)())
     monkeypatch.setattr(loops.CompiledSolver, "__init__", lambda self, solver, *_: made.append(vars(self).update(vars(solver))))
     monkeypatch.setattr(loops.CompiledSolver, "kept", classmethod(lambda *_: made.append("looked")))
-    chosen = choice.compiled_loops("auto")
+    chosen = programs.compiled_loops("auto")
     given = robot.actuator_coordinates, 0
-    assert chosen(robot, *given, 1) is robot.solver and made == []
-    assert chosen(robot, *given, 2000) is robot.solver and made == ["looked"]
-    assert chosen(robot, *given, 100_000) is not robot.solver and made == ["looked", None]
-    assert choice.compiled_loops("numpy")(robot, *given, 10**9) is robot.solver
+    for _ in range(20):
+        assert chosen(robot, *given, 999) is robot.solver and made == []
+    assert chosen(robot, *given, 9_999) is robot.solver and made == ["looked"]
+    assert chosen(robot, *given, 10_000) is not robot.solver and made == ["looked", None]
+    assert chosen(robot, *given, 1) is not robot.solver and made == ["looked", None]  # it is in memory
+    assert programs.compiled_loops("numpy")(robot, *given, 10**9) is robot.solver

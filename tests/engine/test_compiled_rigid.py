@@ -132,7 +132,6 @@ def test_what_gives_way_is_split_from_what_does_not():
 
 def test_both_engines_say_the_same_of_elastic_drives():
     """In reach and out of it; the stiffness is NaN, as the limbs are rigid across their actuators."""
-    pytest.importorskip("llvmlite")
     robot = stiffened("3rps")
     ry = np.linspace(-1.5, 1.5, 15)
     poses = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": ry}, on_failure="nan")
@@ -149,7 +148,6 @@ def test_both_engines_say_the_same_of_elastic_drives():
 
 def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
     """An arm of rigid links on elastic actuators, stretched and beside that: it is rigid in one direction more."""
-    pytest.importorskip("llvmlite")
     robot = stiffened("ur10")
     drives = robot.description.driven
     q = np.repeat([[0.2], [-0.8], [0.9], [0.3], [0.5], [0.1]], 4, axis=1)
@@ -182,7 +180,6 @@ def test_functions_and_derivatives_of_rigid_limbs_on_elastic_drives():
 
 
 def test_limbs_that_overconstrain_one_another_are_left_to_numpy():
-    pytest.importorskip("llvmlite")
     robot = ks.load_robot(CASES / "two_rigid.urdf")
     report = ks.engine_report(robot)
     assert not report.is_compiled and report.reason.startswith("rigid limbs or rings overconstrain one another")

@@ -66,7 +66,6 @@ def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
 
 def test_both_engines_say_the_same_of_springs():
     """Twist, stiffness, forces of actuators, joints and springs, at poses in reach and out of it."""
-    pytest.importorskip("llvmlite")
     robot = sprung("linear_delta")
     x = np.append([-0.6, -0.5, -0.4], np.linspace(-0.02, 0.1, 21))
     poses = robot.assemble(platform={"x": x, "y": 0.1, "z": float(robot.assemble().platform["z"])}, on_failure="nan")
@@ -92,7 +91,6 @@ def test_both_engines_say_the_same_of_springs():
 
 def test_where_a_limb_of_a_sprung_robot_is_special_numpy_computes():
     """A limb whose canonical wrenches degenerate, and one whose passive joints become dependent."""
-    pytest.importorskip("llvmlite")
     robot = sprung("linear_delta")
     q = np.repeat(robot.assemble().model_q, 3, axis=1)
     q[1, 1] += np.pi / 2
@@ -134,7 +132,6 @@ def test_functions_and_derivatives_of_sprung_robots():
 
 def test_a_spring_without_length_is_told_by_both_engines():
     """At the zero pose its ends fall together; beside it they do not."""
-    pytest.importorskip("llvmlite")
     bare = package_robots.robot("five_bar")
     place = bare.assemble().frame("tool")[:3, 3]
     robot = ks.Robot(bare.description.with_spring(Spring("short", 100.0, "base", "tool", tuple(place), preload=5.0)))

@@ -12,8 +12,6 @@ from tapes import prescribed_of
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.scalars import Tape
 
-pytest.importorskip("llvmlite")
-
 
 @pytest.fixture(autouse=True)
 def own_folder(monkeypatch, tmp_path):

@@ -7,8 +7,6 @@ import sys
 import pytest
 from places import ROOT
 
-pytest.importorskip("llvmlite")
-
 FILES = ["properties/test_continuation.py", "maps/test_sweep_modes.py", "unit/statics/test_degenerate_poses.py"]
 
 

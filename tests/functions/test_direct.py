@@ -14,8 +14,6 @@ from kinetostatics.engine.loop_record import Program
 from kinetostatics.functions.direct import Direct
 from kinetostatics.math.orientation import Orientation
 
-pytest.importorskip("llvmlite")
-
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
 #: Coordinates of the platform, None: the actuators; orientation, and how far poses are away from the zero pose [m, rad].
 KINDS = {

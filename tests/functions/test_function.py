@@ -236,7 +236,6 @@ def test_loops_may_stay_open_by_a_little(off, status):
 
 
 def test_compiled_code_gives_the_same(monkeypatch, tmp_path):
-    pytest.importorskip("llvmlite")
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path))
     f, at = function_of("five_bar")
     g = ks.compile(f.robot, outputs=OUTPUTS, engine="compiled")

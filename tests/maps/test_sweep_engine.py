@@ -6,7 +6,6 @@ from small_robots import four_bar, robot_of
 
 import kinetostatics as ks
 
-pytest.importorskip("llvmlite")
 pytest.importorskip("xarray")
 
 

@@ -155,7 +155,7 @@ STATICS = (
     code('ks.analyze(robot.assemble(actuators={"a": [0, 0.1]}), load=np.zeros((3, 6)))', "One load, or as many as poses."),
     code('ks.analyze(pose, frame="tool")', "One of the two."),
     code('ks.analyze(pose, on_failure="skip")', "One of the two."),
-    code('ks.analyze(pose, engine="fast")', "One of the three; `fast` is the extra that `compiled` needs."),
+    code('ks.analyze(pose, engine="fast")', "One of the three; the default needs no thought."),
     code('ks.analyze(pose).report(hinge_axes={"limb_9": "x"})', "A limb's name."),
     code('ks.analyze(pose).report(hinge_axes={"limb_1": "z"})', "One of the two."),
     code("ks.analyze(pose, misfits=0.1)", 'Such as `{"left": {"length": 1e-4}}`.'),

@@ -26,7 +26,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics import verification
 from kinetostatics.cli import main as cli
-from kinetostatics.engine.choice import compiled_solver
+from kinetostatics.engine.programs import compiled_solver
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam as beams
 from kinetostatics.mechanism.weights import Weights
@@ -103,7 +103,6 @@ def test_every_robot(name):
 
 def test_compiled_code_agrees_with_finite_elements(tmp_path_factory, monkeypatch):
     """The overconstrained 2PRU-UPR, its loops closed and its statics solved by compiled code, as the report says."""
-    pytest.importorskip("llvmlite")
     monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path_factory.getbasetemp() / "code"))
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "compiled")
     one = ks.load_robot(ROOT / "robots" / "2pru_upr.urdf.xacro")

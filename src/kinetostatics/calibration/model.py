@@ -21,7 +21,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.sensitivities import STEP
-from kinetostatics.engine.choice import loops_for
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.kinematics.assembly import assemble

@@ -351,8 +351,7 @@ def add_engine_argument(parser: argparse.ArgumentParser) -> None:
         "--engine",
         choices=("auto", "numpy", "compiled"),
         default="auto",
-        help="what computes: NumPy, or compiled code, which needs the extra kinetostatics[fast] (default: %(default)s, compiled "
-        "where it is installed and pays)",
+        help="what computes: NumPy or compiled code (default: %(default)s, compiled where the poses are many)",
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
-from kinetostatics.engine.choice import loops_for
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread

@@ -12,7 +12,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.design.requirements import MEASURES, Requirement
 from kinetostatics.design.sizes import Sizes
-from kinetostatics.engine.choice import loops_for
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration

@@ -21,7 +21,7 @@ from kinetostatics.design.changes import Change, change_of_argument, change_of_p
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
 from kinetostatics.design.variants import same_pose, variants_of
-from kinetostatics.engine.choice import loops_for
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.configuration import Configuration

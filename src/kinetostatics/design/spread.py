@@ -24,7 +24,7 @@ from kinetostatics.design.changes import Change, changed_description, opens_loop
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
 from kinetostatics.design.variants import same_pose
-from kinetostatics.engine.choice import loops_for
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives

@@ -5,31 +5,22 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import json
-import sys
 import threading
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.arrays import Array, Mask, chunks
+from kinetostatics.math.threads import in_threads
 from kinetostatics.printing.dispatch import Json
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
 BLOCK = 256
-#: How many poses in batches code made in a hurry computes before it is optimized: then what that takes is no matter any more.
-MANY = 10_000
-#: Whether code is made in a hurry at first: it takes up to a megabyte of the stack, which not all systems have.
-HURRIES = sys.platform == "linux"
-#: One of :func:`packed` and :func:`packed_for_one`.
-Packing: TypeAlias = Callable[[Mapping[str, Json], Callable[[int], str]], bytes]
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
 
@@ -39,35 +30,16 @@ class Code:
     Attributes:
         table: what was packed with it.
         lanes: how many poses at least are computed at a time.
-        is_optimized: whether the code takes as little time as it can.
     """
 
-    def __init__(self, kept: bytes, key: str) -> None:
-        """Make what :func:`packed` returned callable; ``key`` is the name under which it is kept."""
-        self.table, self._key, self._poses = table_of(kept), key, 0
+    def __init__(self, kept: bytes) -> None:
+        """Make what :func:`packed` returned callable."""
+        self.table = table_of(kept)
         self.lanes = int(self.table["lanes"])
-        start = 8 + int.from_bytes(kept[:8], "little")
-        end = start + int(self.table["object"])
-        self._text, self._lock = kept[end:], threading.Lock()
-        self.is_optimized = not self._text
-        self._machines: list[llvm.MachineCode] = []  # an earlier one may still be running
+        self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
+        self.function = _KIND(self._machine.address)
         self._calling = threading.Lock()  # calls for one pose share their arrays
         self._bound: tuple[list[Array], Bound, Array, Mask] | None = None
-        self._take(kept[start:end])
-
-    def _take(self, content: bytes) -> None:
-        self._machines.append(llvm.MachineCode(content))
-        self.function = _KIND(self._machines[-1].address)
-
-    def optimize(self) -> None:
-        """Make the code anew, and better, if it was made in a hurry."""
-        with self._lock:
-            if self.is_optimized:
-                return
-            content = llvm.compiled(zlib.decompress(self._text).decode())
-            self._take(content)
-            self.is_optimized = True
-            disk.write(self._key, _joined(self.table, content))
 
     def __call__(
         self,
@@ -87,10 +59,6 @@ class Code:
             before: writes inputs of a block before it is computed, if there are more than ``2 * BLOCK`` poses.
         """
         n = numbers.shape[1]
-        if n > llvm.LANES and not self.is_optimized:
-            self._poses += n
-            if self._poses > MANY:
-                self.optimize()
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
             Bound(self, inputs, parameters, numbers, truths, whole)()
             return
@@ -121,7 +89,13 @@ class Code:
             return self._alone(inputs, parameters, numbers, truths)
         n = max(N, llvm.LANES)
         found, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
-        self([side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs], parameters, found, flags, whole, before)
+        taken = [side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs]
+
+        def compute(part: slice) -> None:
+            mine = [array[:, part] if array.shape[1] == n else array for array in taken]
+            self(mine, parameters, found[:, part], flags[:, part], whole, before)
+
+        in_threads(compute, chunks(n))
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int) -> tuple[Array, Mask]:
@@ -172,28 +146,16 @@ class Bound:
         self._code.function(*self._arguments)
 
 
-def packed(table: Mapping[str, Json], text_of: Callable[[int], str]) -> bytes:
-    """Return what is kept on disk of code for many poses: a table as JSON, its size before it, and behind it the object code.
-
-    The code is made in a hurry, and behind it stands the text from which :meth:`Code.optimize` makes it anew.
+def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES) -> bytes:
+    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code.
 
     Args:
         table: what goes into the table.
-        text_of: returns the text of a module, of so many poses in an instruction.
+        text: of a module, see :func:`kinetostatics.engine.llvm.module_of`.
+        lanes: poses in its instructions.
     """
-    text = text_of(llvm.LANES)
-    content = llvm.compiled(text, optimized=not HURRIES)
-    return _joined({"lanes": llvm.LANES, **table}, content, zlib.compress(text.encode(), 1) if HURRIES else b"")
-
-
-def packed_for_one(table: Mapping[str, Json], text_of: Callable[[int], str]) -> bytes:
-    """Return the same of code for single poses, which is optimized at once."""
-    return _joined({"lanes": 1, **table}, llvm.compiled(text_of(1)))
-
-
-def _joined(table: Mapping[str, Json], content: bytes, text: bytes = b"") -> bytes:
-    head = json.dumps({**table, "object": len(content)}).encode()
-    return len(head).to_bytes(8, "little") + head + content + text
+    head = json.dumps({"lanes": lanes, **table}).encode()
+    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
 
 
 def table_of(kept: bytes) -> dict[str, Json]:

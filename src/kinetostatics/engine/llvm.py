@@ -241,19 +241,16 @@ class MachineCode:
 
     def __init__(self, code: bytes) -> None:
         binding = _binding()
-        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine(1))
+        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine())
         self._engine.add_object_file(binding.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
         self.address = int(self._engine.get_function_address(NAME))
 
 
-def compiled(text: str, optimized: bool = True) -> bytes:
-    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find.
-
-    Optimizing is choosing instructions and registers well: it takes four to five times as long, and the code then half as long.
-    """
-    module, machine = _binding().parse_assembly(text), _machine(1 if optimized else 0)
-    return bytes(machine.emit_object(module))
+def compiled(text: str) -> bytes:
+    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find."""
+    module = _binding().parse_assembly(text)  # which must live as long as code is made of it
+    return bytes(_machine().emit_object(module))
 
 
 def processor() -> str:
@@ -266,11 +263,11 @@ def processor() -> str:
     return f"{llvmlite.__version__} {binding.llvm_version_info} {host}"
 
 
-def _machine(level: int) -> TargetMachine:
+def _machine() -> TargetMachine:
     binding = _binding()
     target = binding.Target.from_triple(binding.get_process_triple())
     return target.create_target_machine(
-        cpu=binding.get_host_cpu_name(), features=binding.get_host_cpu_features().flatten(), opt=level, jit=True
+        cpu=binding.get_host_cpu_name(), features=binding.get_host_cpu_features().flatten(), opt=1, jit=True
     )
 
 

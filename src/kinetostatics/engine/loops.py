@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import BLOCK, Bound, Code, Packing, code_key, packed, packed_for_one, side_by_side
+from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
 from kinetostatics.engine.later import LaterFrames
 from kinetostatics.engine.loop_record import (
     GOOD,
@@ -69,11 +69,10 @@ class CompiledSolver(Solver):
     """A solver whose corrections of poses with some prescribed coordinates are compiled.
 
     Attributes:
-        is_quick: corrections cost less than predictions.
         operations: how many operations a correction takes.
     """
 
-    is_quick = True
+    is_compiled = True
 
     def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
         """Find or make the code.
@@ -88,7 +87,7 @@ class CompiledSolver(Solver):
             NotRecordedError: the equations do something that cannot be recorded.
         """
         self._begin(solver, prescribed, local, example)
-        if not (self._codes(self._functions, self._is_right) or self._codes(self._functions, self._is_right, anew=packed)):
+        if not (self._codes(self._functions, self._is_right) or self._codes(self._functions, self._is_right, llvm.LANES)):
             raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
 
     @classmethod
@@ -108,24 +107,22 @@ class CompiledSolver(Solver):
         # where freedoms are local, nobody asks on which side of a singular pose one is
         self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
 
-    def _codes(
-        self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], anew: Packing | None = None
-    ) -> list[Code]:
-        """Return code of functions if it is right, from the disk or made ``anew``; else nothing.
+    def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int = 0) -> list[Code]:
+        """Return code of functions if it is right, from the disk, or made now of so many ``lanes``; else nothing.
 
         Raises:
             NotRecordedError: it is to be made, and the equations do something that cannot be recorded.
         """
         keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
-        if anew is None:
+        if not lanes:
             found = [disk.read(key) for key in keys]
         else:
             given = self._solver, self._own, self._example, self._local
-            found = [_compiled(record(*given), self._sizes, inputs, repeats, anew) for _, record, inputs, repeats in functions]
-        codes = [Code(kept, key) for kept, key in zip(found, keys, strict=True) if kept is not None]
+            found = [_compiled(record(*given), self._sizes, inputs, repeats, lanes) for _, record, inputs, repeats in functions]
+        codes = [Code(kept) for kept in found if kept is not None]
         if len(codes) < len(keys) or any(code.table["sizes"] != self._sizes for code in codes) or not is_right(codes):
             return []
-        if anew is not None:
+        if lanes:
             for key, kept in zip(keys, found, strict=True):
                 disk.write(key, kept or b"")
         return codes
@@ -163,7 +160,7 @@ class CompiledSolver(Solver):
             )
 
         with contextlib.suppress(NotRecordedError):
-            codes = self._codes([_START], is_right) or self._codes([_START], is_right, anew=packed)
+            codes = self._codes([_START], is_right) or self._codes([_START], is_right, llvm.LANES)
             return codes[0] if codes else None
         return None
 
@@ -259,7 +256,7 @@ class CompiledSolver(Solver):
                 return False
             return wanted is None or np.max(np.abs(moved - np.concatenate([wanted.x, wanted.c]))) <= _ALIKE
 
-        codes = self._codes(functions, is_right) or self._codes(functions, is_right, anew=packed_for_one)
+        codes = self._codes(functions, is_right) or self._codes(functions, is_right, 1)
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
@@ -357,8 +354,8 @@ class CompiledSolver(Solver):
         return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]
 
 
-def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int, pack: Packing) -> bytes:
+def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int, lanes: int) -> bytes:
     """Return what is kept on disk."""
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
-    wanted = program.numbers, program.truths, inputs, repeats, program.soon
-    return pack({"sizes": sizes, "operations": operations}, lambda lanes: llvm.module_of(program.tape, *wanted, lanes=lanes))
+    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.soon, lanes)
+    return packed({"sizes": sizes, "operations": operations}, text, lanes)

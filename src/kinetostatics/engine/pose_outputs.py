@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Bound, Code, Packing, code_key, packed, packed_for_one
+from kinetostatics.engine.code import Bound, Code, code_key, packed
 from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
@@ -74,22 +74,22 @@ class CompiledOutputs:
         self._size = ends[-1]
         structure = Structure(self._own, None, _KEPT)
         self._parameters, self._structure, self._right = structure.values, structure.key, (wanted, truths)
-        self._alone = self._made("outputs_of_one", packed_for_one)
+        self._alone = self._made("outputs_of_one", 1)
         self.operations = int(self._alone.table["operations"])
 
     @cached_property
     def _together(self) -> Code:
         """Code for many poses, made when many are asked for."""
-        return self._made("outputs", packed)
+        return self._made("outputs", llvm.LANES)
 
-    def _made(self, what: str, pack: Packing) -> Code:
+    def _made(self, what: str, lanes: int) -> Code:
         """Return code from the disk, if it is there and right, or made now."""
         key = code_key(f"{what} {self._structure}")
         kept = disk.read(key)
-        if kept is not None and self._is_right(code := Code(kept, key)):
+        if kept is not None and self._is_right(code := Code(kept)):
             return code
-        kept = self._compiled(pack)
-        if not self._is_right(code := Code(kept, key)):
+        kept = self._compiled(lanes)
+        if not self._is_right(code := Code(kept)):
             raise NotRecordedError("compiled code gives other outputs than NumPy")
         disk.write(key, kept)
         return code
@@ -98,7 +98,7 @@ class CompiledOutputs:
     def _sizes(self) -> list[int]:
         return [len(self._parameters), self._size, self._example[0].shape[0]]
 
-    def _compiled(self, pack: Packing) -> bytes:
+    def _compiled(self, lanes: int) -> bytes:
         tape = Tape()
         copy = Structure(self._own, tape, _KEPT).copy
         copy[0].solver.forget()
@@ -111,7 +111,7 @@ class CompiledOutputs:
         *numbers, fine, within = recorded_rows(tape, computed)
         operations = sum(llvm.needed_by(tape, (*numbers, fine, within)))
         table = {"sizes": self._sizes, "operations": operations}
-        return pack(table, lambda lanes: llvm.module_of(tape, numbers, (fine, within), 3, lanes=lanes))
+        return packed(table, llvm.module_of(tape, numbers, (fine, within), 3, lanes=lanes), lanes)
 
     def _is_right(self, code: Code) -> bool:
         """Whether code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""

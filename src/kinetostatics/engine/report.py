@@ -8,7 +8,7 @@ from typing import Protocol
 
 from kinetostatics.argument_checks import told_keywords
 from kinetostatics.engine.cache import cache_folder
-from kinetostatics.engine.choice import compiled_statics, loops_of
+from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.printing.dispatch import Json

@@ -28,7 +28,6 @@ from kinetostatics.engine.record import (
     wrenches_of,
 )
 from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
@@ -54,26 +53,25 @@ class CompiledStatics:
         Raises:
             NotRecordedError: the robot's statics do something that cannot be recorded.
         """
-        if not self._found(robot, structure_of(robot, places), places):
+        if not self._found(robot, places):
             kept = _compiled(record_of(robot, places), len(self._parameters), robot.example.position.shape[1])
             if not (self._load(kept) and self._is_right()):
                 raise NotRecordedError("compiled code gives other numbers than NumPy")
             disk.write(self._key, kept)
 
     @classmethod
-    def kept(
-        cls, robot: RobotStatics, structure: Structure | None = None, places: LoadedPlaces | None = None
-    ) -> CompiledStatics | None:
-        """Return the code for a robot if it is on disk; ``structure`` is that of robot and loaded places, if it is known."""
+    def kept(cls, robot: RobotStatics, places: LoadedPlaces | None = None) -> CompiledStatics | None:
+        """Return the code for a robot if it is on disk."""
         item = cls.__new__(cls)
-        return item if item._found(robot, structure or structure_of(robot, places), places) else None
+        return item if item._found(robot, places) else None
 
-    def _found(self, robot: RobotStatics, structure: Structure, places: LoadedPlaces | None) -> bool:
+    def _found(self, robot: RobotStatics, places: LoadedPlaces | None) -> bool:
         """Take the code from the disk, if it is there and right."""
+        structure = structure_of(robot, places)
         self._loaded = places
         self._robot = weakref.ref(robot)  # by which the code is found: it must not keep the robot alive
         self._parameters = structure.values
-        self._key = key_of(structure)
+        self._key = code_key(structure.key)
         kept = disk.read(self._key)
         if kept is None:
             return False
@@ -91,7 +89,7 @@ class CompiledStatics:
         table = table_of(kept)
         if table["parameters"] != len(self._parameters) or table["bodies"] != self.robot.example.position.shape[1]:
             return False
-        self._code = Code(kept, self._key)
+        self._code = Code(kept)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
         self._soon, self._at_once = int(table["soon"]), {path: place for path, place in self._places if is_at_once(path)}
@@ -186,7 +184,7 @@ def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
         "bodies": bodies,
         "operations": sum(llvm.needed_by(record.tape, (*record.numbers, *record.truths))),
     }
-    return packed(table, lambda lanes: llvm.module_of(*wanted, soon=record.soon, lanes=lanes))
+    return packed(table, llvm.module_of(*wanted, soon=record.soon))
 
 
 def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, applied: tuple[AppliedLoad, ...]) -> Solution:
@@ -197,8 +195,3 @@ def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, 
         arrays[path] = np.array(array)
         arrays[path][..., which] = careful[path]
     return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays, applied)
-
-
-def key_of(structure: Structure) -> str:
-    """Return the name under which code is kept."""
-    return code_key(structure.key)

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import finite_numbers
-from kinetostatics.engine.choice import compiled_loops
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.pose_outputs import CompiledOutputs
+from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.functions.values import Values
 from kinetostatics.kinematics import assembly

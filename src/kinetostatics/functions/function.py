@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword, finite_numbers, names_in, told_keywords
 from kinetostatics.compensation.compensate import compensate as compensated
-from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
+from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
@@ -344,8 +344,7 @@ def compile(
         orientation: what the angles mean, see :meth:`Robot.assemble`.
         outputs: of "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
             "platform_wrench" and "actuators"; where the function compensates, "remaining" too.
-        engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled at the first call, where that is
-            installed; see :func:`kinetostatics.analyze`.
+        engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
         compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected
             pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the actuators, "actuator_forces" what to
             feed forward; "remaining" is one more output, what no actuator can correct.
@@ -386,6 +385,6 @@ def compile(
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
     engine = check_engine(engine)
     if engine == "auto":
-        engine = "compiled" if is_installed() else "numpy"
+        engine = "compiled"
     asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
     return Function(robot, names, platform is None, orientation, asked, engine, compensate)

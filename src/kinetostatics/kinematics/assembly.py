@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
@@ -83,17 +82,10 @@ def assemble(
     origin = robot.zero_origin(prescribed) if near is None else None
     local = robot.mobility_analysis.local_dofs(prescribed)
     solver = chosen(robot, prescribed, local, target.shape[1])
-    poses, arrived = reach(solver, prescribed, start, target, local, origin)
-    if raising and not arrived.all():  # nothing is complained of that is reached alone
-        left = np.flatnonzero(~arrived)
-        begin = start if start.x.shape[1] == 1 else start.take(left)
-        found, arrived[left], gone = follow(solver, prescribed, begin, target[:, left], local, origin)
-        poses.x[:, left], poses.c[:, left] = found.x, found.c
-        if not np.all(arrived):
-            worst = int(np.argmin(arrived[left]))
-            _say_unreachable(
-                robot, prescribed, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst])
-            )
+    poses, arrived, gone = follow(solver, prescribed, start, target, local, origin)
+    if raising and not arrived.all():
+        worst = np.array([np.argmin(arrived)])
+        _say_unreachable(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
     given_names = () if platform is None else tuple(names)
     return closed_pose(
         robot, solver, prescribed, local, poses, target, shape, arrived, convention, tolerance, raising, given_names

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.threads import in_threads
 
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
@@ -48,13 +49,16 @@ def follow(
         return _follow_chunk(solver, prescribed, start, target, local, origin)
     poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
-    for part in chunks(N):
+
+    def follow_chunk(part: slice) -> None:
         mine = start if start.x.shape[1] == 1 else SolverState(start.x[:, part], start.c[:, part])
         known = origin
         if origin is not None and origin[0].shape[1] > 1:
             known = origin[0][:, part], origin[1][:, part]
         found, arrived[part], gone[part] = _follow_chunk(solver, prescribed, mine, target[:, part], local, known)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
+
+    in_threads(follow_chunk, chunks(N), solver.is_compiled)
     return poses, arrived, gone
 
 

@@ -59,11 +59,11 @@ class Solver:
     """Newton's method for loops, joints that follow others and prescribed coordinates.
 
     ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
-    are; ``slack`` is the scaled residual that the file's own rounding may leave. Where ``is_quick``, corrections cost less than
-    predictions that spare some. ``joint_of_column`` has the tree's joints by their first freedoms.
+    are; ``slack`` is the scaled residual that the file's own rounding may leave. ``joint_of_column`` has the tree's joints by
+    their first freedoms. Where ``is_compiled``, chunks of poses are solved in threads.
     """
 
-    is_quick = False
+    is_compiled = False
 
     def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
         self.equations, self.length, self.reach, self.slack = equations, length, reach, slack

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.engine.choice import check_engine, compiled_statics, is_installed
+from kinetostatics.engine.programs import check_engine, compiled_statics
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.screws import WRENCH_COMPONENTS
@@ -107,7 +107,7 @@ class LiveRobot:
 
     def compile(self, go_on: Callable[[], bool]) -> None:
         """Have compiled code made of what answers take, as long as one may go on: until it is there NumPy answers."""
-        if check_engine("auto") == "numpy" or not is_installed():
+        if check_engine("auto") == "numpy":
             return
         asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
         if self.coordinates:

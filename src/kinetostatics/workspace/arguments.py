@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import itertools
+import math
 import os
 import warnings
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from kinetostatics.argument_checks import check_choice, check_mapping, names_in,
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
-from kinetostatics.engine.choice import check_engine
+from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.parameter_units import check_parameter_units
@@ -113,10 +114,11 @@ def read_sweep_spec(
     units = coordinate_units(first, kind, list(given))
     coordinates, held = split_values(kind, given, "coordinate", units)
     fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
+    axes = (*varying, *cases, *coordinates)
     spec = SweepSpec(
         source,
         kind,
-        (*varying, *cases, *coordinates),
+        axes,
         {name: float(value) for name, value in held.items()},
         constants if parameters else {},
         orientation,
@@ -129,7 +131,7 @@ def read_sweep_spec(
         "beams" in extras,
         "ways" in extras,
         provenance.versions(),
-        engine,
+        engine_for(engine, math.prod(axis.size for axis in axes)),
         loads=loads,
         payload=payload,
         outputs=outputs,

@@ -90,8 +90,6 @@ def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
 
 @pytest.mark.parametrize("engine", ["numpy", "compiled"])
 def test_joint_coordinates_that_are_no_numbers_give_none_whichever_limb_they_are_of(engine):
-    if engine == "compiled":
-        pytest.importorskip("llvmlite")
     robot = package_robots.robot("five_bar")
     here = robot.assemble().q
     for k in range(here.size):

@@ -1,4 +1,4 @@
-"""Which engine is taken: what is asked for, what is installed, and whether it pays."""
+"""Which engine answers: that depends on the call alone."""
 
 import gc
 import weakref
@@ -9,14 +9,13 @@ import pytest
 from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
-from kinetostatics.engine import choice
+from kinetostatics.engine import programs
 from kinetostatics.engine.statics import CompiledStatics
 
 
 @pytest.fixture
 def made(monkeypatch):
     """Robots whose code was made or found, in turn; none is ever found on disk."""
-    pytest.importorskip("llvmlite")
     found = []
 
     class Made:
@@ -26,51 +25,38 @@ def made(monkeypatch):
             found.append(robot)
             self.solve = None
 
-        kept = staticmethod(lambda robot, structure, places: found.append("looked"))
+        kept = staticmethod(lambda robot, places: found.append("looked"))
 
     monkeypatch.setattr("kinetostatics.engine.statics.CompiledStatics", Made)
-    monkeypatch.setattr(choice, "_WORK", {})
     return found
 
 
-def test_auto_looks_and_compiles_when_it_has_paid(made):
-    robot = robot_of(cantilever()).statics
-    assert choice.compiled_solver(robot, "auto", 1) is None and made == []
-    for _ in range(12):
-        choice.compiled_solver(robot, "auto", 1)
-    assert made == ["looked"]
-    choice.compiled_solver(robot, "auto", 100_000)
-    assert made == ["looked"]
-    choice.compiled_solver(robot, "auto", 200_000)
-    assert made == ["looked", robot]
-    choice.compiled_solver(robot, "auto", 200_000)
-    assert made == ["looked", robot]
-
-
-def test_nobody_waits_while_code_is_made_elsewhere(made):
-    """As behind a live page: what is to be done now is done by NumPy, unless compiled code was asked for."""
-    robot = robot_of(cantilever()).statics
-    with choice._choice_of(robot).lock:
-        assert choice.compiled_solver(robot, "auto", 10**6) is None and made == []
-    choice.compiled_solver(robot, "auto", 10**6)
-    assert made == ["looked", robot]
-
-
-def test_robots_of_one_structure_count_together(made):
-    """As those of a sweep over diameters, of which each has few poses; each looks for what the one before has left."""
+def test_auto_goes_by_the_poses_of_the_call(made):
     robots = [robot_of(cantilever(section=circle(d))).statics for d in (0.03, 0.04, 0.05)]
-    for robot in robots:
-        assert choice.compiled_solver(robot, "auto", 100_000) is None
-    assert made == ["looked"] * 3 + [robots[2]]
+    for _ in range(20):
+        assert programs.compiled_solver(robots[0], "auto", 999) is None and made == []
+    for robot in robots:  # whatever was computed of others of the same structure
+        assert programs.compiled_solver(robot, "auto", 9_999) is None
+    assert made == ["looked"] * 3
+    programs.compiled_solver(robots[0], "auto", 10_000)
+    programs.compiled_solver(robots[0], "auto", 10_000)
+    assert made == ["looked"] * 3 + [robots[0]]
+
+
+def test_single_poses_never_wait_while_code_is_made(made):
+    """As behind a live page."""
+    robot = robot_of(cantilever()).statics
+    programs.compiled_solver(robot, "numpy", 1)
+    with programs._program_of(programs._STATICS, robot, None)._lock:
+        assert programs.compiled_solver(robot, "auto", 1) is None and made == []
 
 
 @pytest.mark.slow
 def test_a_robot_is_forgotten_with_its_code():
-    pytest.importorskip("llvmlite")
     robot = robot_of(cantilever())
     ks.analyze(robot.assemble(), engine="compiled")
     there = weakref.ref(robot.statics)
-    assert robot.statics in choice._CHOICES
+    assert robot.statics in programs._STATICS
     del robot
     gc.collect()
     assert there() is None
@@ -78,37 +64,22 @@ def test_a_robot_is_forgotten_with_its_code():
 
 def test_compiled_compiles_at_once_and_numpy_never(made):
     robot = robot_of(cantilever()).statics
-    choice.compiled_solver(robot, "numpy", 10**9)
+    programs.compiled_solver(robot, "numpy", 10**9)
     assert made == []
-    choice.compiled_solver(robot, "compiled", 1)
+    programs.compiled_solver(robot, "compiled", 1)
     assert made == [robot]
 
 
 def test_the_environment_says_what_auto_means(monkeypatch):
-    assert choice.check_engine("auto") == "auto"
+    assert programs.check_engine("auto") == "auto"
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "numpy")
-    assert choice.check_engine("auto") == "numpy"
+    assert programs.check_engine("auto") == "numpy"
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "quick")
     with pytest.raises(ks.ArgumentError, match="KINETOSTATICS_ENGINE"):
-        choice.check_engine("auto")
-
-
-def test_without_llvmlite_numpy_computes(monkeypatch):
-    monkeypatch.setattr(choice, "is_installed", lambda: False)
-    robot = robot_of(cantilever())
-    pose = robot.assemble()
-    with pytest.raises(ks.ArgumentError, match=r"pip install 'kinetostatics\[fast\]'"):
-        ks.analyze(pose, engine="compiled")
-    assert choice.compiled_solver(robot.statics, "auto", 10**9) is None
-    report = ks.engine_report(robot)
-    assert not report.is_compiled and report.operations is None and "llvmlite is not installed" in str(report)
-    assert report.to_dict()["by_numpy"][:2] == ["the equilibrium of poses", "closing the loops"]
-    with pytest.raises(ks.ArgumentError, match="engine"):
-        ks.analyze(pose, engine="fast")
+        programs.check_engine("auto")
 
 
 def test_a_report_says_what_is_compiled():
-    pytest.importorskip("llvmlite")
     robot = robot_of(cantilever())
     report = ks.engine_report(robot)
     assert report.is_compiled and report.reason is None and 50 < report.operations < 5000
@@ -129,8 +100,8 @@ def test_misfits_are_left_to_numpy(made):
 def test_whatever_analyses_closes_its_loops_by_the_same_engine(monkeypatch):
     """Each closes loops anew: corrected poses, the robots of an optimization, and others of the same file."""
     asked, robot = [], package_robots.robot("3rps")
-    loops = choice.compiled_loops
-    monkeypatch.setattr(choice, "compiled_loops", lambda engine: asked.append(engine) or loops("numpy"))
+    loops = programs.compiled_loops
+    monkeypatch.setattr(programs, "compiled_loops", lambda engine: asked.append(engine) or loops("numpy"))
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.1})
     differenced = {"engine": "numpy", "point": (0, 0, 0)}
     over, read = {"z": [0.5, 0.6], "rx": [0.1, 0.1], "ry": [0.0, 0.0]}, {"Fz": [-500, -600], "dz": [-1e-6, -2e-6]}

@@ -1,0 +1,178 @@
+"""The compiled programs of robots, and when they answer: that depends on the call alone, never on what was computed before."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from kinetostatics.argument_checks import check_choice
+from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.kinematics.solver import Solver
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.waiting import waiting
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution
+
+if TYPE_CHECKING:
+    from kinetostatics.engine.loops import CompiledSolver
+    from kinetostatics.engine.statics import CompiledStatics
+
+#: What may be asked for.
+ENGINES = ("auto", "numpy", "compiled")
+#: The environment variable that says what "auto" means.
+VARIABLE = "KINETOSTATICS_ENGINE"
+#: Poses of a call from which on "auto" takes code from the disk, and from which on it compiles. Below, reading it takes longer
+#: than NumPy does, and below, compiling. Code that is in memory answers whatever the number.
+READING, COMPILING = 1_000, 10_000
+
+StaticsSolver: TypeAlias = Callable[[Frames, Array, Array, tuple[AppliedLoad, ...]], Solution]
+Made = TypeVar("Made")
+Owner = TypeVar("Owner")
+Key = TypeVar("Key")
+
+
+class _Program(Generic[Made]):
+    """One program of a robot: its code when it is in memory, or why there is none."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self.made: Made | None = None
+        self.reason: str | None = None
+
+    def answering(self, engine: str, poses: int, name: str, find: Callable[[bool], Made | None]) -> Made | None:
+        """Return the code if it is what answers a call.
+
+        Args:
+            engine: "auto" or "compiled".
+            poses: of the call.
+            name: of the robot.
+            find: returns the code if it is on disk; compiles it if not, where its argument says so.
+        """
+        from kinetostatics.engine.scalars import NotRecordedError
+
+        if self.made is None and self.reason is None and (engine == "compiled" or poses >= READING):
+            with self._lock, waiting(f"compiling what {name} needs, once on this computer"):
+                if self.made is None and self.reason is None:
+                    try:
+                        self.made = find(engine == "compiled" or poses >= COMPILING)
+                    except NotRecordedError as error:
+                        self.reason = str(error)
+        return self.made
+
+
+_STATICS: WeakKeyDictionary[RobotStatics, defaultdict[LoadedPlaces | None, _Program[CompiledStatics]]] = WeakKeyDictionary()
+_LOOPS: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[PrescribedCoordinates, int], _Program[CompiledSolver]]] = (
+    WeakKeyDictionary()
+)
+_LOCK = threading.Lock()
+
+
+def _program_of(programs: WeakKeyDictionary[Owner, defaultdict[Key, _Program[Made]]], robot: Owner, key: Key) -> _Program[Made]:
+    with _LOCK:
+        return programs.setdefault(robot, defaultdict(_Program))[key]
+
+
+def check_engine(engine: str) -> str:
+    """Return the engine that is meant.
+
+    Raises:
+        ArgumentError: there is none of that name.
+    """
+    check_choice("engine", engine, ENGINES)
+    if engine == "auto" and (meant := os.environ.get(VARIABLE)):
+        check_choice(VARIABLE, meant, ENGINES)
+        engine = meant
+    return engine
+
+
+def engine_for(engine: str, poses: int) -> str:
+    """Return the engine of calls that together are about so many poses, such as those of a map."""
+    return "compiled" if engine == "auto" and poses >= COMPILING else engine
+
+
+def compiled_solver(robot: RobotStatics, engine: str, poses: int, applied: tuple[AppliedLoad, ...] = ()) -> StaticsSolver | None:
+    """Return what solves poses by compiled code; None where NumPy does.
+
+    Args:
+        robot: the robot.
+        engine: see :func:`check_engine`.
+        poses: of the call.
+        applied: loads on links: the code is for the places at which they act.
+    """
+    if engine == "numpy" or poses == 0:
+        return None
+    found, _ = _statics_of(robot, engine, poses, LoadedPlaces.of(applied))
+    return None if found is None else found.solve
+
+
+def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
+    """Return a robot's compiled code, made now if need be; or why there is none."""
+    found, reason = _statics_of(robot, "compiled", 1, None)
+    return found or str(reason)
+
+
+def _statics_of(
+    robot: RobotStatics, engine: str, poses: int, places: LoadedPlaces | None
+) -> tuple[CompiledStatics | None, str | None]:
+    """Return the code that answers a call, and else why there never is any, if that is known."""
+    program = _program_of(_STATICS, robot, places)
+
+    def find(anew: bool) -> CompiledStatics | None:
+        from kinetostatics.engine.statics import CompiledStatics
+
+        return (CompiledStatics if anew else CompiledStatics.kept)(robot, places)
+
+    return program.answering(engine, poses, robot.description.name, find), program.reason
+
+
+def compiled_loops(engine: str) -> SolverChoice:
+    """Return what says which solver closes the loops of a call's poses: one whose corrections are compiled, or the robot's own.
+
+    Args:
+        engine: see :func:`check_engine`.
+    """
+    if engine == "numpy":
+        return by_numpy
+
+    def chosen(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
+        return _loops_of(robot, engine, prescribed, local, poses)[0] or robot.solver
+
+    return chosen
+
+
+def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
+    """Return what closes the loops of poses that are analysed with arguments of :func:`kinetostatics.analyze`."""
+    return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
+
+
+def loops_of(robot: RobotKinematics) -> CompiledSolver | str:
+    """Return what closes a robot's loops at given actuators, compiled now if need be; or why that cannot be."""
+    analysis = robot.mobility_analysis
+    prescribed = analysis.without_idle_dofs(robot.actuator_coordinates)
+    found, reason = _loops_of(robot, "compiled", prescribed, analysis.local_dofs(prescribed), 1)
+    return found or str(reason)
+
+
+def _loops_of(
+    robot: RobotKinematics, engine: str, prescribed: PrescribedCoordinates, local: int, poses: int
+) -> tuple[CompiledSolver | None, str | None]:
+    """Return the code that answers a call, and else why there never is any, if that is known."""
+    program = _program_of(_LOOPS, robot, (prescribed, local))
+
+    def find(anew: bool) -> CompiledSolver | None:
+        from kinetostatics.engine.loops import CompiledSolver
+
+        example = robot.generic_poses.take(np.zeros(1, dtype=np.intp))
+        return (CompiledSolver if anew else CompiledSolver.kept)(robot.solver, prescribed, local, example)
+
+    return program.answering(engine, poses, robot.name, find), program.reason
