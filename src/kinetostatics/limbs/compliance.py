@@ -17,7 +17,7 @@ from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import Cholesky, correlation, cross, inverse_of
 from kinetostatics.math.ordering import first_largest
-from kinetostatics.math.screws import move_wrench, rotate
+from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
 #: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
@@ -86,7 +86,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
         known = carried_wrench(group.spring_cut_signs[k], particular) + loads.spring_beyond[:, k]
         wrench = np.concatenate([carried_wrench(group.spring_cut_signs[k], columns), known[:, None]], axis=1)
         local = _to_axes(geometry.spring_axes[:, :, k], geometry.spring_arms[:, k], wrench)
-        product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(group, k, local))
+        product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(*group.spring(k), local))
         C += product[:, :n]
         sag += product[:, n]
     for k, drive in enumerate(group.drives):
@@ -106,18 +106,35 @@ def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
         moved = beam_formulas.end_displacement(group.compliances[:, b][:, None], geometry.beam_lengths[b], unit)
         total += np.einsum("ki...,ki...->...", unit, moved)
     for k in range(len(group.springs[0])):
-        total += np.einsum("ki...,ki...->...", unit, spring_twist(group, k, unit))
+        total += np.einsum("ki...,ki...->...", unit, spring_twist(*group.spring(k), unit))
     for drive in group.drives:
         sizes = np.where(group.rotates[list(drive.freedoms)], group.model.length, 1.0)[:, None, None]
         total += drive.compliance * np.sum((drive.ratios * sizes) ** 2, axis=0)
     return total
 
 
-def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
-    """Return the twists (6, …, g, N) of a spring's outboard side under wrenches, both at and in its joint's frame."""
-    linear, angular = group.spring_linear[:, :, spring], group.spring_angular[:, :, spring]
+def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
+    """Return the twists (6, …, g, N) of elastic joints' outboard sides under wrenches, both at and in the joints' frames.
+
+    Args:
+        linear, angular: (3, 3, g) compliances [m/N], [rad/(N·m)].
+        wrench: (6, …, g, N).
+    """
     parts = (linear, wrench[:3]), (angular, wrench[3:])
     return np.concatenate([np.einsum("ijg,j...gn->i...gn", *part) for part in parts])
+
+
+def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carried: Array) -> tuple[Array, Array]:
+    """Return what elastic joints add to everything outboard (6, S, g, N), about o, and their strain energies (g, N) [J].
+
+    Args:
+        linear, angular: as of :func:`spring_twist`.
+        axes, arm: (3, 3, g, N) and (3, g, N) their frames, from o.
+        carried: (6, S, g, N) wrenches about o of all contributions.
+    """
+    wrench = rotate(axes, move_wrench(carried, arm), back=True)
+    local = spring_twist(linear, angular, wrench)
+    return move_twist(rotate(axes, local), -arm), np.einsum("ign,ign->gn", wrench.sum(axis=1), local.sum(axis=1)) / 2
 
 
 def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:

@@ -183,6 +183,10 @@ class LimbGroup:
         """Whether these are closed chains that hang on base or platform alone."""
         return not np.any(self.to_platform)
 
+    def spring(self, number: int) -> tuple[Array, Array]:
+        """Return the linear and angular compliances (3, 3, g) of the limbs' springs of a number."""
+        return self.spring_linear[:, :, number], self.spring_angular[:, :, number]
+
     @property
     def only_springs(self) -> bool:
         """Whether only joints, bearings and actuators are elastic."""

@@ -14,15 +14,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.compliance import spring_twist
+from kinetostatics.limbs.compliance import spring_motion
 from kinetostatics.limbs.drives import BranchJoint, branch_joints
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.math.screws import move_twist, move_wrench, rotate, wrench_of_force
-from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of
+from kinetostatics.math.screws import rotate, wrench_of_force
+from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
@@ -108,28 +108,13 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     everyone = tuple(range(g))
     for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
-        models = tuple(row[b] for row in group.beams)
-        mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
+        models = [row[b] for row in group.beams]
         beyond = _with_loads(solution, number, share * statics.loads.beyond[:, None, b], "beyond", b)
-        total = carried_wrench(signs[k], cut_wrenches) + beyond
-        wrench = rotate(axes, move_wrench(total, end), back=True)
-        load = share * statics.loads.own[:, None, b]
+        total, load = carried_wrench(signs[k], cut_wrenches) + beyond, share * statics.loads.own[:, None, b]
         own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
         own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
-        beams = LoadedBeams(
-            models,
-            group.compliances[:, b],
-            axes,
-            length,
-            mass,
-            end,
-            wrench,
-            load,
-            inner=np.zeros((6, S, g, N)),  # not known yet
-            stretch=np.zeros((S, g, N)),
-            elsewhere=moved_share * own,
-        )
-        beam_of[k] = beams
+        beams = LoadedBeams.under(models, group.compliances[:, b], axes, length, end, total, load)
+        beam_of[k] = replace(beams, elsewhere=moved_share * own)
         gives[k] = beams.end_twist()
         names = tuple(model.name for model in models)
         out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
@@ -138,10 +123,8 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         beyond = share * statics.loads.spring_beyond[:, None, spring]
         beyond = _with_loads(solution, number, beyond, "spring_beyond", spring)
         total = carried_wrench(signs[k], cut_wrenches) + beyond
-        wrench = rotate(axes, move_wrench(total, arm), back=True)
-        local = spring_twist(group, spring, wrench)
-        out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
-        moved = move_twist(rotate(axes, local), -arm)
+        moved, energy = spring_motion(*group.spring(spring), axes, arm, total)
+        out.spring_energy[:] += energy.sum(axis=0)
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
         out.elastic.append(ElasticDeformation("joints", names, group, number, everyone, signs[k], moved.sum(axis=1)))
@@ -301,35 +284,25 @@ def _deform_branches(
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
             off[:, solution.sources.index("misfit")] = assembly_errors.of_edge(edge, frames, solution.o)
+        own = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
+        carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
         if edge.beam is not None:
             model = robot.beams[edge.beam]
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
             end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
             length = model.length(frames)[None]
-            own = robot.weights.sum(edge.outboard, solution.weights)[:, None]
-            beyond = _with_branch_loads(solution, edge, own[:, None] * share)
-            local = rotate(axes, move_wrench(beyond, end), back=True)
-            own_axial = np.einsum("ign,ign->gn", axes[:, 0], own[:3])
-            mass = model.mass_of(length)
             field = wrench_of_force(solution.gravity, model.lever(frames))[:, None]
-            load = rotate(axes, field, back=True) * model.line_density(length)
-            beams = LoadedBeams(
-                (model,),
-                model.compliances[:, None, None],
-                axes,
-                length,
-                mass,
-                end,
-                local,
-                load[:, None] * share,
-                motion[:, :, None],
-                np.einsum("ign,isn->sgn", axes[:, 0], off[:3]),
-                elsewhere * own_axial,
-            )
-            out.beams.append(beams)
+            load = (rotate(axes, field, back=True) * model.line_density(length))[:, None] * share
+            beams = LoadedBeams.under([model], model.compliances[:, None, None], axes, length, end, carried, load)
+            stretch = np.einsum("ign,isn->sgn", axes[:, 0], off[:3])
+            axial = elsewhere * np.einsum("ign,in->gn", axes[:, 0], own[:3])
+            out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, elsewhere=axial))
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
-            motion = motion + _spring_motion(robot, solution, edge, spring, share[:, 0])
+            axes = frames.orientations(np.array([spring.body]), spring.frame[:3, :3, None])
+            arm = frames.points(np.array([spring.body]), spring.frame[:3, 3:]) - solution.o[:, None]
+            moves = spring_motion(spring.linear[..., None], spring.angular[..., None], axes, arm, carried)[0]
+            motion = motion + moves[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
             motion = motion + joint.twist(frames, solution.o)[:, None] * _of_shape(out.wound_up[actuator], len(share))
@@ -372,27 +345,13 @@ def _of_shape(contributions: Array, count: int) -> Array:
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
-    """Return the weights that an edge of an open branch carries (6, S, …, N), with the loads on links that it carries."""
+    """Return the weights that an edge of an open branch carries (6, S, N), with the loads on links that it carries."""
 
     def picked(item: AppliedStatics) -> Array | None:
         found = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
-        return np.sum(found, axis=0).reshape(6, *(1,) * (weights.ndim - 3), -1) if found else None
+        return np.sum(found, axis=0) if found else None
 
     return of_contributions(solution.applied, picked, weights)
-
-
-def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: ElasticJoint, share: Array) -> Array:
-    """Return the motions (6, S, N), about o, of what a spring of an open branch carries, whose weight has a ``share`` (S, 1)."""
-    frames, body = solution.frames, np.array([spring.body])
-    axes = frames.orientations(body, spring.frame[:3, :3, None])
-    arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
-    carried = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
-    total = _with_branch_loads(solution, edge, carried[:, None] * share)[:, :, None]
-    local = rotate(axes, move_wrench(total, arm), back=True)
-    yielded = np.concatenate(
-        [np.einsum("ij,jskn->iskn", spring.linear, local[:3]), np.einsum("ij,jskn->iskn", spring.angular, local[3:])]
-    )
-    return move_twist(rotate(axes, yielded), -arm)[:, :, 0]
 
 
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import move_twist, rotate
+from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_model import BeamModel
 
 
@@ -42,6 +43,16 @@ class LoadedBeams:
     inner: Array
     stretch: Array
     elsewhere: Array
+
+    @classmethod
+    def under(
+        cls, models: Sequence[BeamModel], compliances: Array, axes: Array, length: Array, end: Array, carried: Array, load: Array
+    ) -> LoadedBeams:
+        """Return beams under ``carried`` (6, S, g, N), about o in world axes, and ``load``, whose base ends do not move."""
+        mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
+        wrench = rotate(axes, move_wrench(carried, end), back=True)
+        none = np.zeros(wrench.shape)
+        return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) at the platform end by the contributions that forces belong to, tension positive."""
