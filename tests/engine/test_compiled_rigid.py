@@ -19,8 +19,8 @@ from kinetostatics.limbs import compliance
 from kinetostatics.limbs import statics as limb_statics
 from kinetostatics.limbs.compliance import soft_wrenches, split_by_eigenvectors, split_rigid
 from kinetostatics.statics import platform_equilibrium
-from kinetostatics.statics.solution import solve
 from kinetostatics.statics.springs import solve_with_springs
+from kinetostatics.statics.springs import solve_with_springs as solve
 
 
 @cache

@@ -16,7 +16,7 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import record, statics
 from kinetostatics.engine.record import arrays_of, record_of
 from kinetostatics.engine.statics import CompiledStatics
-from kinetostatics.statics.solution import solve
+from kinetostatics.statics.springs import solve_with_springs as solve
 
 NAME = "linear_delta"
 

@@ -9,7 +9,7 @@ from tapes import RANDOM, differences, evaluated, some_poses
 from kinetostatics.engine.record import Place, record_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
-from kinetostatics.statics.solution import solve
+from kinetostatics.statics.springs import solve_with_springs as solve
 
 
 @pytest.mark.few(3)

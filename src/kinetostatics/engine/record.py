@@ -1,4 +1,4 @@
-"""The record of a robot's equilibrium: what :func:`kinetostatics.statics.solution.solve` does at one example pose."""
+"""The record of a robot's equilibrium: what :func:`kinetostatics.statics.springs.solve_with_springs` does at one example pose."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
-from kinetostatics.statics.solution import solve
+from kinetostatics.statics.solution import balanced
 
 #: Hold below which a pose is nearly singular; so is one where a network's gain is above 1/HOLD.
 HOLD = 0.02
@@ -139,7 +139,7 @@ def _generic_forces(robot: Robot) -> list[Array]:
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
-    solution = solve(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N)))
+    solution = balanced(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N))).solution
     for number, statics in enumerate(solution.statics):
         if _is_network(statics):
             sizes = _joint_forces(statics, robot.length)[0]

@@ -146,23 +146,6 @@ class Solution(ShortRepr):
         return total
 
 
-def solve(
-    robot: RobotStatics,
-    frames: Frames,
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None = None,
-    groups: tuple[LimbGroup, ...] | None = None,
-    applied: tuple[AppliedLoad, ...] = (),
-    weights: Array | None = None,
-) -> Solution:
-    """Solve Eq. (12) for N poses.
-
-    See :func:`balanced` for the arguments.
-    """
-    return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
-
-
 @dataclass(frozen=True)
 class Balanced:
     """An equilibrium, and what it has been found from.

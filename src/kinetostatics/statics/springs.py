@@ -26,7 +26,7 @@ from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring, coordinates_of
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Changes, Solution, balanced, solve, with_more
+from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
 from kinetostatics.statics.turning_parts import turning_parts
 
 #: Part of the robot's size below which a spring has no length and its force no direction.
@@ -90,9 +90,9 @@ def solve_with_springs(
     applied: tuple[AppliedLoad, ...] = (),
     weights: Array | None = None,
 ) -> Solution:
-    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.solve`, with the robot's springs."""
+    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced`, with the robot's springs."""
     if robot.parts is None:
-        return solve(robot, frames, load, gravity, assembly_errors, groups, applied, weights)
+        return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
     springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
     geometric = GeometricStiffness(robot, robot.parts, frames, springs)
     pulls = tuple(AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs)
