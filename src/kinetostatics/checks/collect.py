@@ -13,7 +13,7 @@ from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of,
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics, warnings_of_zero
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
-from kinetostatics.limbs.group import Basis
+from kinetostatics.limbs.basis import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.robot import Robot

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis import Basis, Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import Basis, Candidate, LimbGroup
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrench_candidates import (
     PARALLEL,
     CandidateWrenches,

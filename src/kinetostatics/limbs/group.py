@@ -9,11 +9,11 @@ from __future__ import annotations
 import copy
 import functools
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.drives import BranchJoint, limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
@@ -23,43 +23,6 @@ from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
-
-    Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose platform end a
-            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
-            ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th joint; ``("meets", f, h)``: so that the axes
-            of two freedoms are met; ``("complement", s)``: no direction but the s-th seed, see ``Basis``.
-        centre: the joint whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
-            couple.
-        label: for people.
-    """
-
-    direction: tuple[str | int, ...]
-    centre: int | tuple[int, int] | None
-    label: str
-
-
-@dataclass(frozen=True)
-class Basis:
-    """The candidates of one limb, fixed once.
-
-    Attributes:
-        constraint, attached: candidates of J_ic and of J_ig.
-        independent: which of the twists that the limb allows are independent at generic poses, for the completion of J_ic.
-        carried: the same among the platform joint's freedoms, for the completion of J_ig.
-        gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
-    """
-
-    constraint: tuple[Candidate, ...]
-    attached: tuple[Candidate, ...]
-    independent: tuple[int, ...]
-    carried: tuple[int, ...]
-    gap: float
 
 
 class LimbGroup:

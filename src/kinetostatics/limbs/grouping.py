@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.basis_choice import choose_basis
 from kinetostatics.limbs.compliance import count_rigid, soft_wrenches
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import Basis, LimbGroup
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.limbs.statics import limb_statics
 from kinetostatics.math.arrays import Array

@@ -12,8 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.description.joint_types import Axes
+from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import Candidate, LimbGroup
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
