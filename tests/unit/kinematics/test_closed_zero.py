@@ -161,3 +161,13 @@ def test_poses_closed_together_end_where_each_ends_alone():
         alone, residual = close(solver, poses.take(np.array([k])), *nothing)
         np.testing.assert_allclose(together.x[:, k], alone.x[:, 0], rtol=0, atol=1e-9)
         assert residual[0] == pytest.approx(left[k], abs=1e-12)
+
+
+@pytest.mark.parametrize(("tilt", "mobility"), [(0.0, 1), (3.7e-6, 1), (3e-3, 0)])
+def test_axes_that_are_parallel_up_to_rounding_let_a_loop_move(tilt, mobility):
+    """A parallelogram that is closed at zero whatever the axis of one hinge: 1.5708 is 3.7e-6 beside π/2, and 3e-3 is meant."""
+    parts = [link("base"), link("crank"), link("platform", 1.0), link("rocker"), joint("a", "continuous", "base", "crank")]
+    parts += [joint("b", "continuous", "crank", "platform", "0 0 1", f"{tilt!r} 1 0")]
+    parts += [joint("d", "continuous", "base", "rocker", "0.7 0 0")]
+    parts += [loop("c", "revolute", "rocker", "platform", "0 0 1", "0.7 0 0", "0 1 0")]
+    assert robot(*parts).mobility.platform == mobility

@@ -77,3 +77,21 @@ def test_nothing_goes_wrong_on_a_line_without_unknowns(corrected):
 def test_loops_that_rounding_leaves_open_are_named():
     with pytest.raises(ks.AssemblyError, match=r"do not close: loop '.*' stays \S+e-10 m open.*, more than the tolerance 1e-10"):
         robot("3rps").assemble(platform={"z": 1e6, "rx": 0.0, "ry": 0.0}, engine="numpy")
+
+
+@pytest.mark.parametrize("turn", [0.69, 0.72, 1.2, 1.5])
+def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
+    """However well Newton's method converges: single poses, and the farthest of a batch, go 0.7 rad in one step at most."""
+    goals, newton = [], lines.Solver.newton
+
+    def watched(self, prescribed, poses, target, *rest):
+        goals.append(target[-2])
+        return newton(self, prescribed, poses, target, *rest)
+
+    tripod = robot("3rps")
+    start = tripod.assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0}, engine="numpy")
+    monkeypatch.setattr(lines.Solver, "newton", watched)
+    for rx in (turn, [-turn, 0.1, turn]):
+        goals.clear()
+        tripod.assemble(platform={"z": 0.5, "rx": rx, "ry": 0.0}, near=start, on_failure="nan", engine="numpy")
+        assert np.max(np.abs(goals[0])) == pytest.approx(min(turn, 0.7), rel=1e-12)
