@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import check_choice, finite_numbers, told_keywords
+from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.programs import StaticsSolver, check_engine, compiled_solver, engine_for
@@ -36,7 +36,6 @@ from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, solve_with_springs
 
 
-@told_keywords
 def analyze(
     configuration: Configuration,
     load: ArrayLike = (0, 0, 0, 0, 0, 0),

@@ -3,77 +3,31 @@
 from __future__ import annotations
 
 import contextlib
-import difflib
-import functools
-import inspect
 import operator
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, ParamSpec, SupportsFloat, SupportsIndex, TypeAlias, TypeVar
+import sys
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, SupportsFloat, SupportsIndex, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
-P = ParamSpec("P")
-R = TypeVar("R")
-C = TypeVar("C")
 #: What ``float`` takes.
 FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
 Keyword: TypeAlias = Any  # the value of a keyword that is handed on to the function that looks at it
 
-#: Keywords that other functions have, and what does the same where they are missing.
-_INSTEAD = {
-    "analyze": {"tool": "result.at_point(tool) tells what a tool's tip does"},
-    "sweep": {"tool": "indices.at_point(map, tool) is the map as a tool's tip sees it"},
-    "verify": {"tool": "it compares all of the robot; analyze(…).at_point(tool) tells what a tool's tip does"},
-    "compile": {"tool": "ask for twist, stiffness and platform_frame, which tell what any point of the platform does"},
-}
+_HOME = os.path.dirname(__file__) + os.sep
 
 
-def told_keywords(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a public function so that keywords it does not have, and arguments that it misses, are told in words.
-
-    Other keywords of a function that hands them on are left to it. The function's warnings have one frame more to its caller.
-    """
-    own = inspect.signature(function).parameters.values()
-    known = [item.name for item in own if item.kind in (item.POSITIONAL_OR_KEYWORD, item.KEYWORD_ONLY)]
-    placed = [item.name for item in own if item.kind is item.POSITIONAL_OR_KEYWORD]
-    required = [item.name for item in own if item.default is item.empty and item.name in placed]
-    hands_on = any(item.kind is item.VAR_KEYWORD for item in own)
-    name_of, shown = function.__name__, [name for name in placed if name != "self"]
-    if name_of.startswith("__"):  # of a class
-        name_of = function.__qualname__.split(".")[0]
-
-    @functools.wraps(function)
-    def called(*args: P.args, **kwargs: P.kwargs) -> R:
-        missing = [name for name in required[len(args) :] if name not in kwargs]
-        if missing or not hands_on:
-            for name in kwargs:
-                if name in known or (hands_on and not difflib.get_close_matches(name, missing)):
-                    continue
-                instead = _INSTEAD.get(name_of, {}).get(name)
-                raise ArgumentError(f"{name_of} takes no {name!r}: {instead or near_names(name, {*known} - {'self'})}")
-        if missing:
-            call = ", ".join([*shown, *["…"] * (hands_on or len(known) > len(placed))])
-            raise ArgumentError(f"{name_of} lacks {' and '.join(map(repr, missing))}: {name_of}({call})")
-        if len(args) > len(placed):
-            names = [*(name for name in known if name not in placed), *["NAME"] * hands_on]
-            without, wanted = f" besides {', '.join(shown)}" if shown else "", ", ".join(f"{name}=…" for name in names)
-            if not names:
-                only = f"nothing but {', '.join(shown)}" if shown else "no arguments"
-                raise ArgumentError(f"{name_of} takes {only}")
-            raise ArgumentError(f"{name_of} wants the names of its arguments{without}: {wanted}")
-        return function(*args, **kwargs)
-
-    return called
-
-
-def told_fields(cls: type[C]) -> type[C]:
-    """Decorate a public dataclass so that fields that it does not have are told in words, as :func:`told_keywords` does."""
-    cls.__init__ = told_keywords(cls.__init__)  # type: ignore[method-assign]
-    return cls
+def warn(words: str) -> None:
+    """Warn at the line that called the package, however deep in it this is called."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(words, stacklevel=level)
 
 
 def need_scipy(what: str) -> None:

@@ -6,13 +6,11 @@ errors add up.
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, positive, told_keywords
+from kinetostatics.argument_checks import check_choice, positive, warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_angle, odd_tolerance
@@ -29,7 +27,6 @@ RANKINGS = ("force", "displacement", "rotation")
 _NO_EFFECT = 1e-9
 
 
-@told_keywords
 def tolerances(
     configuration: Configuration,
     length: float = 1e-4,
@@ -76,8 +73,8 @@ def tolerances(
     length, angle, temperature = positive("length", length), positive("angle", angle), positive("temperature", temperature)
     robot = configuration.robot
     for hint in (*odd_tolerance("length", length, 0.0, robot.zero_size), *odd_angle("angle", angle)):
-        warnings.warn(hint, stacklevel=3)
-    place = tool_on_robot(tool, robot_of(configuration), 4)
+        warn(hint)
+    place = tool_on_robot(tool, robot_of(configuration))
     errors = _errors(configuration, length, angle, temperature)
     if not errors:
         return Tolerances(configuration, (), by or "displacement", place)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import told_keywords
+from kinetostatics.argument_checks import warn
 from kinetostatics.buckling.members import Members
 from kinetostatics.buckling.structure import Structure
 from kinetostatics.description.robot import RobotDescription
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     import pinocchio as pin
 
 
-@told_keywords
 def load_robot(
     path: str | os.PathLike[str],
     parameters: Mapping[str, object] | None = None,
@@ -68,7 +66,7 @@ def load_robot(
     """
     robot = Robot(read_robot_file(path, parameters, platform=platform, base=base))
     for hint in odd_parameters(robot.description.path, parameters or {}, {"platform": platform, "base": base}):
-        warnings.warn(hint, stacklevel=3)
+        warn(hint)
     return robot
 
 
@@ -152,7 +150,6 @@ class Robot(Shown, RobotKinematics):
         """Beams in one line, which buckle as one, and what they are part of."""
         return Members(Structure(self.statics))
 
-    @told_keywords
     def assemble(
         self,
         *,
@@ -191,10 +188,9 @@ class Robot(Shown, RobotKinematics):
         chosen = compiled_loops(check_engine(engine))
         found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure, chosen)
         for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
-            warnings.warn(hint, stacklevel=3)
+            warn(hint)
         return found
 
-    @told_keywords
     def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.
 

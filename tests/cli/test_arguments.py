@@ -120,7 +120,6 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
         (lambda robot: ks.engine_report("3rps"), "engine_report wants a robot, not '3rps'"),
         (lambda robot: ks.indices.at_point(3, (0, 0, 0)), "this is not a Dataset of ks.sweep"),
         (lambda robot: ks.plot.save(3, "x.svg"), "3 is no figure: functions of ks.plot return the axes of one"),
-        (lambda robot: ks.robots("delta"), "^robots takes no arguments$"),
         (
             lambda robot: ks.pareto("3rps", {"rod_diameter": "4cm:12cm"}, ("mass", " mass")),
             "a front has two different quantities",

@@ -7,7 +7,6 @@ DESIGN = (
     code('ks.pareto(file, {"rod": "1mm:2mm"}, "mass")', 'Such as `("mass", "sag")`.'),
     code('ks.pareto(file, {"rod": "1mm:2mm"}, points=1)', "As it says."),
     code('ks.pareto("3rps", {"rod_diameter": "4cm:12cm"}, ("mass", "mass"))', "One of them another one."),
-    code('ks.spread(pose, tolerence={"left.density": "1%"})', "So it is with all functions, also where one argument is missing."),
     code("ks.sensitivities(robot)", "Assemble it first."),
     code(
         "ks.sensitivities(pose, laod=[0, 0, -500, 0, 0, 0])", "So it is with all functions that hand arguments on to `analyze`."

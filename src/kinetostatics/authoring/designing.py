@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.argument_checks import check_choice, warn
 from kinetostatics.authoring.arguments_of_file import FileArguments, odd_lengths, rounded
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.materials import SHAPES, SectionText
@@ -76,7 +75,7 @@ def design_robot(
     given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
     for words in odd_lengths(given):
-        warnings.warn(words, stacklevel=4)
+        warn(words)
     planar, spherical = arrangement == PLANAR, arrangement == SPHERICAL and placements is None
     if spherical:
         check_spherical(parsed, skeletons)

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
-from kinetostatics.argument_checks import check_mapping, path_name, told_keywords
+from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.authoring.materials import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.robot_by_name import write_new
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
@@ -28,7 +28,6 @@ TURN, SLIDE = 5e-3, 5e-4
 SUGGESTED = "suggested"
 
 
-@told_keywords
 def extend_robot(
     source: str | os.PathLike[str],
     path: str | os.PathLike[str] | None = None,
@@ -77,7 +76,6 @@ def extend_robot(
     return robot
 
 
-@told_keywords
 def extension_text(
     source: str | os.PathLike[str],
     *,

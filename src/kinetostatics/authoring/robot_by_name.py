@@ -6,7 +6,7 @@ import inspect
 import os
 from collections.abc import Mapping, Sequence
 
-from kinetostatics.argument_checks import Keyword, path_name, told_keywords
+from kinetostatics.argument_checks import Keyword, path_name
 from kinetostatics.authoring.designing import design_robot
 from kinetostatics.authoring.file_text import file_text
 from kinetostatics.exceptions import ArgumentError
@@ -14,7 +14,6 @@ from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.robot import Robot
 
 
-@told_keywords
 def new_robot(
     architecture: str,
     path: str | os.PathLike[str] | None = None,
@@ -85,7 +84,6 @@ def new_robot(
     return robot
 
 
-@told_keywords
 def robot_text(architecture: str, **options: Keyword) -> str:
     """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
     known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}

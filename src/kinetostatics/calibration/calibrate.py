@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers, need_scipy, told_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers, need_scipy, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
@@ -31,7 +30,6 @@ from kinetostatics.robot import Robot
 LOOK_AT = "look at the signs of readings, loads and gravity, at reference=, and for unknowns that are missing"
 
 
-@told_keywords
 def calibrate(
     robot: Robot,
     measurements: object,
@@ -103,7 +101,7 @@ def calibrate(
     table = read_measurements(robot, measurements, known)
     readings, measured = _readings(table, known)
     for hint in (*odd_coordinates(robot, table.coordinates), *table.repeated):
-        warnings.warn(hint, stacklevel=3)
+        warn(hint)
     used_gauges = list(readings.gauges.values())
     sigmas = [gauge.sigma for gauge in used_gauges]
     if None in sigmas and (len(set(sigmas)) > 1 or len({gauge.kind for gauge in used_gauges}) > 1):
@@ -161,7 +159,7 @@ def calibrate(
     estimates = _estimates(looked_for, found, values, covariance, level)
     for one in estimates:
         if one.impossible:
-            warnings.warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {LOOK_AT}", stacklevel=3)
+            warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {LOOK_AT}")
     mass, moment, _ = looked_for.payload_of(values)
     scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
     return Calibration(

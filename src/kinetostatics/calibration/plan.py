@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, told_keywords, whole_number
+from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, whole_number
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
@@ -39,7 +39,6 @@ ROUNDING = 1e-12
 GAIN = 1e-9
 
 
-@told_keywords
 def plan_measurements(
     robot: Robot,
     unknowns: Sequence[str],

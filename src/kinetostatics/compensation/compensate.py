@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, names_in
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
@@ -31,7 +31,6 @@ STEP, SINGULAR = 1e-5, 1e-6
 UPRIGHT = 0.1
 
 
-@told_keywords
 def compensate(
     configuration: Configuration,
     load: ArrayLike = (0, 0, 0, 0, 0, 0),

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kinetostatics.argument_checks import told_fields
 from kinetostatics.description.elements import Vector
 
 
-@told_fields
 @dataclass(frozen=True)
 class Gauge:
     """What a dial gauge, a displacement sensor or an inclinometer reads of the platform.

@@ -6,12 +6,10 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import told_fields
 from kinetostatics.description.elements import Inertia
 from kinetostatics.printing.mappings import ShortRepr
 
 
-@told_fields
 @dataclass(frozen=True, eq=False, repr=False)
 class LinkLoad(ShortRepr):
     """A force and a moment on a link.
@@ -27,7 +25,6 @@ class LinkLoad(ShortRepr):
     frame: str = "world"
 
 
-@told_fields
 @dataclass(frozen=True, eq=False, repr=False)
 class Payload(ShortRepr):
     """What a robot carries: it weighs on the platform, or on another link.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import fnmatch
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_mapping
+from kinetostatics.argument_checks import check_mapping, warn
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import unit
 from kinetostatics.design.exact import argument
@@ -89,7 +88,7 @@ def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[C
         found[change.name] = change, (amount := _amount(change.name, given, change))
         if change.unit == "m" and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
             for hint in odd_tolerance(change.name, amount, change.value, robot.zero_size):
-                warnings.warn(hint, stacklevel=4)
+                warn(hint)
     every = sorted(found.values(), key=lambda item: item[0].variants is None)
     return [item[0] for item in every], np.array([item[1] for item in every])
 

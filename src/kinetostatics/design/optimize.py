@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_mapping, need_scipy, told_keywords, whole_number
+from kinetostatics.argument_checks import Keyword, check_mapping, need_scipy, warn, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, assembled, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
@@ -39,7 +38,6 @@ SAME = 1e-9
 ALIKE = 1e-6
 
 
-@told_keywords
 def optimize(
     robot: str | os.PathLike[str],
     vary: Vary,
@@ -171,8 +169,8 @@ def prepare(
     limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
     hints = [hint for text, limit in limits for hint in odd_allowance(text, limit, first.zero_size)]
     for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
-        warnings.warn(hint, stacklevel=4)
-    place = tool_on_robot(tool, first, 5)
+        warn(hint)
+    place = tool_on_robot(tool, first)
     # complaints about coordinates and arguments come before the search
     poses = assembled(first, grid, is_platform, orientation, tolerance, analysis)
     one = first.configuration(poses.q if poses.shape == () else poses.q[0], tolerance=math.inf, on_failure="nan")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import told_keywords, whole_number
+from kinetostatics.argument_checks import whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import Problem
@@ -31,7 +31,6 @@ SAME = 1e-7
 MOST = 200
 
 
-@told_keywords
 def pareto(
     robot: str | os.PathLike[str],
     vary: Vary,

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in, told_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, names_in
 from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
@@ -44,7 +44,6 @@ OF_POSES = {"mass", "actuators"}
 Key = tuple[str, str]
 
 
-@told_keywords
 def sensitivities(
     configuration: Configuration,
     by: Sequence[str] | None = None,

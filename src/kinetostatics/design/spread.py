@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, told_keywords, whole_number
+from kinetostatics.argument_checks import Keyword, check_choice, whole_number
 from kinetostatics.design.changes import Change, changed_description, opens_loops, read_changes
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
@@ -46,7 +46,6 @@ ONE_BY_ONE, CHECKED = 300, 3
 _STEP = 0.1
 
 
-@told_keywords
 def spread(
     configuration: Configuration,
     tolerances: Mapping[str, object],

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.engine.cache import cache_folder
 from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
@@ -76,7 +75,6 @@ class EngineReport(ShortRepr):
         return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}
 
 
-@told_keywords
 def engine_report(robot: _HasStatics) -> EngineReport:
     """Say what of a robot runs as compiled code (``engine="compiled"``), and what does not and why.
 

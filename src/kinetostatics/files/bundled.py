@@ -15,7 +15,6 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import read_file
 
@@ -49,7 +48,6 @@ class Robots(dict[str, str]):
         return html_table("", ("name", "robot"), self.items(), "ll")
 
 
-@told_keywords
 def robots() -> Robots:
     """Return the robots that come with the package: a mapping from names to one sentence each.
 

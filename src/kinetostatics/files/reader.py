@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-from kinetostatics.argument_checks import check_mapping, told_keywords
+from kinetostatics.argument_checks import check_mapping
 from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot import Items, RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -25,7 +25,6 @@ from kinetostatics.files.xml import Element, parse, shortened, to_elements
 from kinetostatics.files.xml_values import allow, new_name, origin, reference
 
 
-@told_keywords
 def read_robot_file(
     path: str | os.PathLike[str],
     parameters: Mapping[str, object] | None = None,
@@ -130,7 +129,6 @@ def _is_finite(value: object) -> bool:
         return False
 
 
-@told_keywords
 def validate(description: RobotDescription) -> RobotDescription:
     """Check a description that was made or changed in Python, by all rules that robot files are held to.
 

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import Protocol
 
-from kinetostatics.argument_checks import path_name, told_keywords
+from kinetostatics.argument_checks import path_name
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.element_writer import robot_text
@@ -26,7 +26,6 @@ class Described(Protocol):
         """What its file says."""
 
 
-@told_keywords
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
     """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword, finite_numbers, names_in, told_keywords
+from kinetostatics.argument_checks import Keyword, finite_numbers, names_in
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -95,7 +95,6 @@ class Function:
         lines = [f"Function of {self.robot.name}", "  inputs", *(f"    {item}" for item in self.inputs.values())]
         return "\n".join([*lines, "  outputs", *(f"    {item}" for item in self.outputs.values())])
 
-    @told_keywords
     def __call__(
         self,
         *,
@@ -254,7 +253,6 @@ class Jacobian:
     def __repr__(self) -> str:
         return f"<Jacobian of {', '.join(self.of)} by {', '.join(self.by)}>"
 
-    @told_keywords
     def __call__(
         self,
         *,
@@ -323,7 +321,6 @@ def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, .
     return (names,) if isinstance(names, str) else names_in(what, names, example)
 
 
-@told_keywords
 def compile(
     robot: Robot,
     platform: Sequence[str] | None = None,

@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.description.units import find_unit, sized_example, sized_name, typed_number
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -91,7 +90,6 @@ ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
 }
 
 
-@told_keywords
 def names(ds: xr.Dataset) -> list[str]:
     """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance.
 
@@ -118,7 +116,6 @@ def _applies(ds: xr.Dataset, index: str) -> bool:
     return "actuator_force" in ds and len(set(units_of(ds, "actuator_force").values.ravel())) == 1
 
 
-@told_keywords
 def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataArray:
     """Return an index, or one number of each pose, by its name.
 
@@ -257,7 +254,6 @@ def _written(value: object, units: str) -> str:
     return f"{number} {units}".rstrip()
 
 
-@told_keywords
 def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
     """Return the best pose: smallest sag or force, by magnitude, greatest stiffness or conditioning.
 
@@ -272,7 +268,6 @@ def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
     return _extreme(ds, what, beyond_limits, best=True)
 
 
-@told_keywords
 def worst(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
     """Return the worst pose: largest sag or force, by magnitude, least stiffness or conditioning; as :func:`best`."""
     return _extreme(ds, what, beyond_limits, best=False)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import xarray as xr
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.status import WITHOUT_NUMBERS, in_map
@@ -13,7 +12,6 @@ from kinetostatics.status import WITHOUT_NUMBERS, in_map
 LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
-@told_keywords
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return which poses count, bool over the swept dimensions.
 
@@ -29,7 +27,6 @@ def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     return numbers if beyond_limits else numbers & ~in_map(ds, "limit_exceeded")
 
 
-@told_keywords
 def swept(ds: xr.Dataset) -> tuple[str, ...]:
     """Return the names of the swept dimensions."""
     return tuple(str(name) for name in variable(ds, "status").dims)

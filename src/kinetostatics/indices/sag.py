@@ -6,12 +6,10 @@ from collections.abc import Sequence
 
 import xarray as xr
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, labelled, swept, units_of, valid, variable
 
 
-@told_keywords
 def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
     """Return how far o moves, the length |d| of the displacement [m].
 
@@ -23,13 +21,11 @@ def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = 
     return _sag(ds, LINEAR, source, beyond_limits, "m", "linear sag")
 
 
-@told_keywords
 def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
     """Return by how much the platform turns, the length |r| of the rotation [rad]; arguments of :func:`linear_sag`."""
     return _sag(ds, ANGULAR, source, beyond_limits, "rad", "angular sag")
 
 
-@told_keywords
 def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return how far o misses its place at the corrected actuators [m], in maps swept with ``compensate=True``.
 
@@ -43,7 +39,6 @@ def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
     return _length(ds, _remaining(ds), LINEAR, beyond_limits, "m", "remaining linear sag")
 
 
-@told_keywords
 def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return by how much the platform is turned at the corrected actuators [rad]; as :func:`remaining_linear_sag`."""
     return _length(ds, _remaining(ds), ANGULAR, beyond_limits, "rad", "remaining angular sag")
@@ -73,7 +68,6 @@ def _length(
     return finished(ds, (part**2).sum("component", skipna=False) ** 0.5, beyond_limits, units, name)
 
 
-@told_keywords
 def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the largest magnitude of the actuators' forces at each pose [N, or N·m if all actuators turn].
 
@@ -89,7 +83,6 @@ def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Da
     return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, unit, f"largest actuator {kind}")
 
 
-@told_keywords
 def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the largest magnitude of each actuator's force over all poses (actuator,) [N or N·m: ``actuator_force_unit``]."""
     force = variable(ds, "actuator_force")

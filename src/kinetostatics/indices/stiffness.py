@@ -7,14 +7,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import xarray as xr
 
-from kinetostatics.argument_checks import positive, told_keywords
+from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, variable
 from kinetostatics.indices.tool_point import at_point
 from kinetostatics.math.arrays import Array
 
 
-@told_keywords
 def translational_stiffness(
     ds: xr.Dataset, extreme: str = "least", held: bool = False, beyond_limits: bool = False
 ) -> xr.DataArray:
@@ -30,7 +29,6 @@ def translational_stiffness(
     return _extreme_stiffness(ds, LINEAR, extreme, held, beyond_limits, "N/m", "translational")
 
 
-@told_keywords
 def rotational_stiffness(ds: xr.Dataset, extreme: str = "least", held: bool = False, beyond_limits: bool = False) -> xr.DataArray:
     """Return the least or greatest stiffness against moments over all directions [N·m/rad].
 
@@ -58,7 +56,6 @@ def _extreme_stiffness(
     return finished(ds, found if held else _inverse(found), beyond_limits, units, name)
 
 
-@told_keywords
 def stiffness_along(
     ds: xr.Dataset, direction: str | Sequence[float] | xr.DataArray, rotation: bool = False, beyond_limits: bool = False
 ) -> xr.DataArray:
@@ -85,7 +82,6 @@ def stiffness_along(
     return finished(ds, _inverse(along), beyond_limits, "N m/rad" if rotation else "N/m", kind)
 
 
-@told_keywords
 def deflection_any_direction(
     ds: xr.Dataset, force: float = 1.0, point: Sequence[float] | None = None, beyond_limits: bool = False
 ) -> xr.DataArray:
@@ -111,7 +107,6 @@ def deflection_any_direction(
     return finished(ds, found, beyond_limits, "m", f"largest displacement of {where} under {size:g} N from any direction")
 
 
-@told_keywords
 def rotation_any_direction(ds: xr.Dataset, moment: float = 1.0, beyond_limits: bool = False) -> xr.DataArray:
     """Return the largest rotation of the platform under a moment of given size about any axis, o free to move [rad].
 
@@ -163,7 +158,6 @@ def _inverse(values: xr.DataArray) -> xr.DataArray:
 # ---- conditioning ----------------------------------------------------------------------------------------------------
 
 
-@told_keywords
 def conditioning(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return how close the stiffness is to singular, from 0 (singular) to 1 (the same in all directions).
 
@@ -176,7 +170,6 @@ def conditioning(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     return finished(ds, low / high, beyond_limits, "1", "conditioning")
 
 
-@told_keywords
 def singularity_distance(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the distance of the homogeneous stiffness, as in :func:`conditioning`, to the nearest singular matrix [N/m].
 
@@ -187,13 +180,11 @@ def singularity_distance(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
     return finished(ds, found, beyond_limits, "N/m", "distance to singularity")
 
 
-@told_keywords
 def translational_conditioning(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return least over greatest translational stiffness, rotations free: 1 if the same in all directions, 0 if singular."""
     return _block_conditioning(ds, LINEAR, beyond_limits, "translational conditioning")
 
 
-@told_keywords
 def rotational_conditioning(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return least over greatest rotational stiffness, translations free."""
     return _block_conditioning(ds, ANGULAR, beyond_limits, "rotational conditioning")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import json
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
-from kinetostatics.argument_checks import told_keywords
+from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
 from kinetostatics.kinematics.unit_hints import odd_point
@@ -20,7 +19,6 @@ from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.tool_point import point_of_platform
 
 
-@told_keywords
 def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     """Return a map whose twists, stiffness and compliance are those at a point of the platform, such as a tool's tip, not at o.
 
@@ -38,7 +36,7 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
     for hint in odd_point("point", place, size):
-        warnings.warn(hint, stacklevel=3)
+        warn(hint)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]
     known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.joint_coordinates import widened
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -142,7 +141,6 @@ class Configuration(Shown):
             worst = np.maximum(worst, np.maximum(metres, radians))
         return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
 
-    @told_keywords
     def frame(self, link: str) -> Array:
         """Return the frame of a link as (…, 4, 4) homogeneous matrices in world axes.
 

@@ -18,7 +18,6 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import typeset
 from kinetostatics.plots.selection import Axis
@@ -74,16 +73,12 @@ _FORMATS: dict[str, dict[str, None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function in which Matplotlib draws in :data:`STYLE`, and whose keywords are told.
-
-    The function's warnings have two frames more to its caller.
-    """
-    told = told_keywords(draw)
+    """Decorate a function in which Matplotlib draws in :data:`STYLE`."""
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
         with mpl.rc_context(mpl.RcParams(STYLE)):
-            return told(*args, **kwargs)
+            return draw(*args, **kwargs)
 
     return drawn
 

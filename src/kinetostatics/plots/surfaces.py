@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
@@ -15,6 +14,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import label, typeset, wrapped
@@ -91,7 +91,7 @@ def surface(
     left_out = ""
     if third is not None and not isinstance(over, Mapping) and len(parts) < ds.sizes[third]:
         left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
-        warnings.warn(f"the figure shows surfaces of {left_out}", stacklevel=4)
+        warn(f"the figure shows surfaces of {left_out}")
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across, up = first.axes

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, told_keywords
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.html import html_path, html_report
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-@told_keywords
 def save_report(
     configuration: Configuration,
     path: str | os.PathLike[str],
@@ -92,7 +91,7 @@ def report_html(
     result = analyze(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
-    place = tool_on_robot(tool, result.robot, 5)
+    place = tool_on_robot(tool, result.robot)
     tip = None if place is None else seen_at(result, place)
     if workspace is not None:
         workspace = checked_map(workspace, configuration, place)

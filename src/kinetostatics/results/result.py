@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, frozen
@@ -151,7 +150,6 @@ class Result(Told):
         """Parts of the twist (…, 6) [m, rad]: load, platform weight, each limb's, loads on links, payload, assembly errors."""
         return self._by("contributions", self.solutions[0].sources)
 
-    @told_keywords
     def at_point(self, point: ArrayLike) -> PointResult:
         """Return twist, contributions, stiffness and compliance as a point of the platform sees them, such as a tool's tip.
 
@@ -168,7 +166,7 @@ class Result(Told):
             >>> [round(1e6 * float(d), 2) for d in tip.twist[:3]]  # [µm]
             [2.44, 0.17, -0.01]
         """
-        return seen_at(self, point_on_robot("point", point, self.robot, 4))
+        return seen_at(self, point_on_robot("point", point, self.robot))
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:

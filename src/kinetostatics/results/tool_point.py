@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
@@ -10,7 +9,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.argument_checks import finite_numbers, warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_point
@@ -83,24 +82,23 @@ def point_of_platform(what: str, point: ArrayLike) -> Array:
     return array
 
 
-def point_on_robot(what: str, point: ArrayLike, robot: Robot, stacklevel: int = 3) -> Array:
+def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
     """Return a point as :func:`point_of_platform`; one that looks as if it were in mm gets a warning.
 
     Args:
         what: its name in messages.
         point: (3,) from o in the platform's axes [m].
         robot: which it belongs to.
-        stacklevel: of the warning, as in :func:`warnings.warn`.
     """
     place = point_of_platform(what, point)
     for hint in odd_point(what, place, robot.zero_size):
-        warnings.warn(hint, stacklevel=stacklevel)
+        warn(hint)
     return place
 
 
-def tool_on_robot(tool: ArrayLike | None, robot: Robot, stacklevel: int = 4) -> Array | None:
+def tool_on_robot(tool: ArrayLike | None, robot: Robot) -> Array | None:
     """Return the point that a function is given as ``tool``, as :func:`point_on_robot` does; None where there is none."""
-    return None if tool is None else point_on_robot("tool", tool, robot, stacklevel + 1)
+    return None if tool is None else point_on_robot("tool", tool, robot)
 
 
 def seen(result: R, tool: Array | None) -> R | PointResult:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import positive, told_keywords
+from kinetostatics.argument_checks import positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
@@ -87,7 +87,6 @@ class Verification(ShortRepr, Told):
         return f"NOT verified: {what}"
 
 
-@told_keywords
 def verify(
     configuration: Configuration,
     load: ArrayLike = (0, 0, 0, 0, 0, 0),

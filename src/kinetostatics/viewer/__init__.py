@@ -14,7 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
-from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.html import html_path
 from kinetostatics.printing.waiting import in_notebook, pausing, waiting
@@ -69,7 +68,6 @@ def show(
 ) -> meshcat.Visualizer: ...
 
 
-@told_keywords
 def show(
     result: Result,
     *,
@@ -126,7 +124,6 @@ def show(
     return View(html, file)
 
 
-@told_keywords
 def save_html(
     result: Result,
     path: str | os.PathLike[str],
@@ -160,7 +157,6 @@ def save_html(
         raise KinetostaticsError(f"{file}: cannot write the page: {error.strerror or error}") from None
 
 
-@told_keywords
 def save_image(
     result: Result,
     path: str | os.PathLike[str],

@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import re
-import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -13,6 +12,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
+from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.packing import Packing, zipped
@@ -48,7 +48,7 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
         page = page_html(shown.plain(packing=Packing(bits)))
         if len(page) < MOST or one_pose:
             if losses:
-                warnings.warn(note, stacklevel=4 + every.bit_length())
+                warn(note)
             return page
     return fitting_page(describe, 2 * every)
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move
@@ -41,10 +41,7 @@ class ShownPoses:
         if not np.any(good):
             raise ArgumentError(_nothing_to_show(result, order))
         if not np.all(good):
-            warnings.warn(
-                f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture",
-                stacklevel=5,
-            )
+            warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture")
         self.indices = order[good]
         self._one = result.shape == ()
         self._frames: dict[str, Array] = {}

@@ -6,7 +6,6 @@ import contextlib
 import io
 import logging
 import os
-import warnings
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import warn
 from kinetostatics.files.bundled import PackageNotFound, package_folder
 from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.shapes import Surface, joined
@@ -72,7 +72,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
         logger.setLevel(level)
     if missing:
         more = f" (and {len(missing) - 1} more meshes)" if len(missing) > 1 else ""
-        warnings.warn(f"{missing[0]}{more}", stacklevel=2)
+        warn(f"{missing[0]}{more}")
     share = min(1.0, MOST_FACES / max(1, sum(len(mesh.faces) for _, mesh, _ in raw)))
     result = {}
     for name in dict.fromkeys(name for name, _, _ in raw):

@@ -6,7 +6,6 @@ import importlib.util
 import itertools
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, check_mapping, names_in, positive
+from kinetostatics.argument_checks import check_choice, check_mapping, names_in, positive, warn
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
@@ -215,7 +214,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         ArgumentError: another argument makes no sense.
     """
     for hint in odd_coordinates(first, {**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
-        warnings.warn(hint, stacklevel=4)
+        warn(hint)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)
     analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")

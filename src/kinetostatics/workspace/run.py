@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from functools import cached_property, partial
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import path_name, told_keywords, whole_number
+from kinetostatics.argument_checks import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -47,7 +46,6 @@ REGION = 2**24
 COMPUTING, COMPARING = "computing", "comparing neighbours"
 
 
-@told_keywords
 def sweep(
     robot: Robot | RobotDescription | str | os.PathLike[str],
     platform: Mapping[str, ArrayLike] | None = None,
@@ -266,7 +264,7 @@ class _Run:
         self.attributes.update(found)
         if jumps := found["mode_jumps"]:
             pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
-            warnings.warn(f"{pairs} in different assembly modes; a finer grid tells them apart", UserWarning, stacklevel=6)
+            warn(f"{pairs} in different assembly modes; a finer grid tells them apart")
 
     def _regions(self) -> list[Block]:
         """Return regions of the coordinate axes; each begins with the last layer of the one before."""

@@ -6,7 +6,7 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from kinetostatics.argument_checks import path_name, told_keywords
+from kinetostatics.argument_checks import path_name
 from kinetostatics.description.elements import Loop, Origin, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.robot import RobotDescription
@@ -40,7 +40,6 @@ class Conversion:
     path: str
 
 
-@told_keywords
 def import_robot(
     path: str | os.PathLike[str],
     yaml: str | os.PathLike[str] | None = None,
