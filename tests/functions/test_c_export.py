@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+from types import SimpleNamespace
 
 import c_programs
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from c_programs import SANITIZED, around, compiled, rows, run
 
 import kinetostatics as ks
+from kinetostatics.functions.c_export import _references
+from kinetostatics.functions.c_parts import c_name, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES
 
@@ -86,6 +89,8 @@ def test_a_state_may_start_at_another_pose_where_the_zero_pose_is_singular(tmp_p
         f.export_c(tmp_path, near=robot.assemble(actuators={name: [0.1, 0.2] for name in robot.description.driven}))
     with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
         f.export_c(tmp_path, near={"x": 0.5})
+    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+        f.export_c(tmp_path, near=package_robots.robot("five_bar").assemble())
 
 
 def test_azimuth_and_tilt_also_upright(tmp_path):
@@ -158,21 +163,6 @@ def test_the_readme_of_the_code_shows_what_works(exported):
     assert subprocess.run([compiled(exported.folder, "example.c", "five_bar.c")]).returncode == 0
 
 
-@pytest.mark.slow
-def test_the_test_program_sees_other_numbers_also_of_floats(tmp_path):
-    """Its references are Python's: the program fails where the code computes anything else."""
-    robot = package_robots.robot("five_bar")
-    ks.compile(robot, outputs="actuator_forces").export_c(tmp_path, "float", name="5 bars")
-    header = (tmp_path / "robot_5_bars.h").read_text()
-    assert "    float actuator_forces[2];" in header and "    float load[6];" in header
-    program = compiled(tmp_path, "robot_5_bars_test.c", "robot_5_bars.c")
-    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
-    text = (tmp_path / "robot_5_bars.c").read_text()
-    (tmp_path / "wrong.c").write_text(text.replace("load[k] = (double)", "load[k] = 1.001 * (double)"))
-    wrong = subprocess.run([compiled(tmp_path, "robot_5_bars_test.c", "wrong.c")], capture_output=True, text=True)
-    assert wrong.returncode == 1 and "actuator_forces differs by" in wrong.stdout
-
-
 @pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
 def test_the_wrapper_is_cpp(exported):
     subprocess.run(["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", "five_bar.hpp"],
@@ -196,3 +186,50 @@ def test_what_cannot_be_exported_is_told(options, words, tmp_path):
     (tmp_path / "taken").write_text("", encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match="taken is a file"):
         ks.compile(package_robots.robot("3rps")).export_c(tmp_path / "taken")
+
+
+@pytest.mark.parametrize(
+    ("name", "alone", "member"),
+    [("5 bars", "robot_5_bars", "robot_5_bars"), ("2", "robot_2", "robot_2"), ("a1-b", "a1_b", "a1_b"), ("a b", "a_b", "a_b")],
+)
+def test_names_in_c(name, alone, member):
+    assert identifier(name) == alone and c_name(name) == member
+    assert identifier("") == "robot_"
+
+
+@pytest.mark.parametrize(("reach", "part"), [(0.15, 0.15), (0.05, 0.05), (0.0, 0.015)])
+@pytest.mark.parametrize("scalar", [np.float64, np.float32])
+def test_reference_poses_are_around_the_start_until_many_are_in_reach(reach, part, scalar):
+    """A third up to six times as far as the others, in numbers that the type has, with loads and gravity that differ."""
+
+    class OfReach(SimpleNamespace):
+        def __call__(self, *, x, rz, load, gravity, near):
+            out = np.abs(x - 0.7) > 2 * reach  # the robot is 2 m large
+            return {"status": np.where(out, ks.Status.UNREACHABLE, ks.Status.LIMIT_EXCEEDED), "twist": load[:, :2] * x[:, None]}
+
+    inputs = {name: SimpleNamespace(name=name, units=(unit,)) for name, unit in (("x", "m"), ("rz", "rad"), ("load", "N"))}
+    solver = SimpleNamespace(values=lambda prescribed, pose: pose)
+    robot = SimpleNamespace(solver=solver, zero_poses=np.array([[0.7], [-0.2]]), length=2.0)
+    outputs = {"twist": SimpleNamespace(name="twist"), "status": None}
+    of = OfReach(robot=robot, names=["x", "rz"], prescribed=None, inputs=inputs, outputs=outputs, compensates=False)
+    found = _references(of, None, None, 40, scalar)
+    x, rz = (np.array([at[name] for at, *_ in found]) for name in ("x", "rz"))
+    load, gravity, twist = (
+        np.array(column) for column in ([row[1] for row in found], [row[2] for row in found], [row[3]["twist"] for row in found])
+    )
+    far = np.arange(40) % 3 == 2
+    for off in ((x - 0.7) / 2, rz + 0.2):
+        for which, times in ((far, 6), (~far, 1)):
+            size = np.abs(off[which]).max()
+            assert 0.8 * times * part < size <= times * part and off[which].min() < 0 < off[which].max()
+    assert all(np.array_equal(array, array.astype(scalar)) for array in (x, rz, load, gravity))
+    assert load.shape == (40, 6) and 90 < -load.min() <= 100 and 90 < load.max() <= 100
+    assert np.abs(gravity - [0, 0, -9.81]).max() <= 1 and np.all(np.ptp(gravity, axis=0) > 1.8)
+    np.testing.assert_array_equal(twist, load[:, :2] * x[:, None])
+    assert [row[4] for row in found] == [2 if abs(value - 0.7) > 2 * reach else 0 for value in x]
+    of.compensates = True
+    assert {row[4] for row in _references(of, None, None, 40, scalar)} <= {1, 2}
+    near = SimpleNamespace(poses=np.array([[0.75], [-0.2]]))
+    moved = _references(of, None, near, 40, scalar)
+    if part == 0.15:
+        assert np.mean([at["x"] for at, *_ in moved]) - x.mean() == pytest.approx(0.05, abs=1e-7)

@@ -87,8 +87,8 @@ class Search:
     def begun(cls, u: Array, inverse: Array, error: Array) -> Search:
         """Return the first step from the wanted pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
         size = _size(error)
-        nothing = zeros_for(u.shape, u), zeros_for(size.shape, size)
-        return cls(u, nothing[0], inverse, error, size, nothing[1], np.isfinite(size) & (size > EXACT)).moved()
+        still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
+        return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
 
     def moved(self) -> Search:
         """Return the search after the next step; what has arrived stays."""
@@ -109,7 +109,7 @@ def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
     """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes that came of them."""
     moved = apply(inverse, change)
     along = dot(step, moved)
-    usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step)) & (dot(step, step) > 0)
+    usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step))
     direction = np.einsum("in,ijn->jn", step, inverse) / np.where(usable, along, 1.0)
     update = np.einsum("in,jn->ijn", step - moved, direction)
     found: Array = inverse + np.where(usable, update, 0.0)

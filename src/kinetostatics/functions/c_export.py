@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.
-SCALARS = ("double", "float")
+SCALARS: Mapping[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
 #: Reference poses that the test program has.
 REFERENCES = 40
 
@@ -89,7 +88,7 @@ def export_c(
             the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
         OSError: a file cannot be written.
     """
-    check_choice("scalar", scalar, SCALARS)
+    check_choice("scalar", scalar, tuple(SCALARS))
     where = Path(path_name("folder", folder))
     if where.exists() and not where.is_dir():
         raise ArgumentError(f"{where} is a file: the C code takes a folder")
@@ -103,7 +102,8 @@ def export_c(
         parts = Parts(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
-    texts = c_texts.files(own, scalar, _facts(function, parts, begin), _references(function, jacobian, start, REFERENCES))
+    references = _references(function, jacobian, start, REFERENCES, SCALARS[scalar])
+    texts = c_texts.files(own, scalar, _facts(function, parts, begin), references)
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
@@ -114,21 +114,17 @@ def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
     """Return what the texts are made of."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
-    ranges = {}
-    for item in coordinates:
-        joint = connections.get(item.name) if function.by_actuators else None
-        ranges[item.name] = None if joint is None or not math.isfinite(joint.lower + joint.upper) else (joint.lower, joint.upper)
     limits = {name: (connections[name].lower, connections[name].upper) for name in function.robot.description.driven}
+    limits = {name: both for name, both in limits.items() if np.all(np.isfinite(both))}
     return {
         "robot": function.robot.name,
         "parts": parts,
         "coordinates": coordinates,
         "names": [parts.c_names[item.name] for item in coordinates],
         "order": [[item.name for item in coordinates].index(name) for name in function.names],
-        "ranges": ranges,
-        "start": {name: round(value, 9) + 0.0 for name, value in _coordinates_at(function, begin).items()},
+        "start": {name: round(value, 9) or 0.0 for name, value in _coordinates_at(function, begin).items()},
         "from_zero": begin is function.robot.zero_poses,
-        "limits": limits,
+        "limits": limits,  # those that are finite
         "orientation": function.orientation or "rotation_vector",
         "by_actuators": function.by_actuators,
         "outputs": parts.outputs,
@@ -150,19 +146,25 @@ def _of_endless_actuators(parts: Parts) -> str:
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 
-def _references(function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int) -> list[Reference]:
-    """Return poses around the one where a state starts, with loads, and what Python says: a third lie far away."""
+def _references(
+    function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
+) -> list[Reference]:
+    """Return poses around the one where a state starts, with loads, and what Python says: a third lie far away.
+
+    All are numbers that ``scalar`` has, so that what is computed is of the same poses.
+    """
     rng = np.random.default_rng(0)
     robot = function.robot
     coordinates = _coordinates(function)
     start = _coordinates_at(function, robot.zero_poses if near is None else near.poses)
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
-    load = rng.uniform(-100, 100, (poses, 6))
-    gravity = np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))
+    load = rng.uniform(-100, 100, (poses, 6)).astype(scalar).astype(float)
+    gravity = (np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))).astype(scalar).astype(float)
     for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: until many of them are in reach
         spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
         at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
+        at = {name: value.astype(scalar).astype(float) for name, value in at.items()}
         values = function(**at, load=load, gravity=gravity, near=near)
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break

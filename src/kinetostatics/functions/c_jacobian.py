@@ -122,7 +122,7 @@ def header(name: str, scalar: str, facts: Facts) -> str:
     """Return what the header says of derivatives."""
     fields = []
     for output, value, field in facts["parts"].jacobian.pairs:
-        shape = " x ".join(str(n) for n in (*output.shape, *value.shape)) or "1"
+        shape = " x ".join(str(n) for n in (*output.shape, *value.shape))
         fields.append(f"    {scalar} {field}[{_size(output) * _size(value)}]; /* {shape}, row by row */")
     return f"""
 /* Derivatives of outputs by inputs, with the loops kept closed. */

@@ -62,7 +62,7 @@ def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> CLi
         side = of_program(f"{prefix}side", side_record(solver, prescribed, example, local), constants, inputs)
     if prescribed.angles:
         line = line_record(prescribed, solver.values(prescribed, example), example.c)
-        start = of_program(f"{prefix}line", line, np.zeros(0), ("first", "angles", "aim", "shorter"))
+        start = of_program(f"{prefix}line", line, np.array([]), ("first", "angles", "aim", "shorter"))
     impose = tuple(_imposed(robot, prescribed))
     return CLine(prefix, prescribed, local, constants, newton, side, start, impose, longest_strides(solver, prescribed))
 

@@ -91,7 +91,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         return [before[k] + shift_of(before[k], found[k], slide) for k, slide in enumerate(slides)]
 
     first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
-    values, there = np.array([np.arange(len(actuators)) + 0.25]).T, np.array([np.arange(len(actuators)) + 0.5]).T
+    drives = np.zeros((len(actuators), 1))
     limits, numbers = limits_record(robot)
     return SearchPrograms(
         _program(
@@ -102,7 +102,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         _program("begin", {"stands": platform, "twist": twist}, begun),
         _program("learn", {"now": first, "stands": platform, "twist": twist}, learnt),
         _program("remains", {"asked": platform, "stands": platform, "twist": twist}, remains),
-        _program("correct", {"wanted": values, "found": there}, corrected),
+        _program("correct", {"wanted": drives, "found": drives}, corrected),
         c_program("limits", limits.tape, limits.truths, numbers, ("x",)),
         len(first),
         least,
@@ -123,7 +123,7 @@ def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., S
         return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), held(tape)]
 
     wanted = recorded_rows(tape, rows)
-    return c_program(name, tape, wanted, np.zeros(0), names)
+    return c_program(name, tape, wanted, np.array([]), names)
 
 
 def _frames(array: Array) -> tuple[Array, Array]:

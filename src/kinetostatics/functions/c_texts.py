@@ -70,17 +70,13 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
     parts, guard = facts["parts"], f"{name.upper()}_H"
     inputs = []
     for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
-        limits = facts["ranges"][item.name]
+        limits = facts["limits"].get(item.name) if facts["by_actuators"] else None
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
         zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
-    actuators = [
-        f" *   {actuator}: {lower:.6g} to {upper:.6g}"
-        for actuator, (lower, upper) in facts["limits"].items()
-        if np.isfinite(lower + upper)
-    ]
+    actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in facts["limits"].items()]
     checked = "which the status tells" if facts["compensates"] else "which are not checked"
     ranges = "\n".join([f" * Ranges of the actuators' coordinates [m, rad], {checked}:", *actuators]) if actuators else " *"
     return f"""/* {facts["robot"]}: {_about(facts)}.

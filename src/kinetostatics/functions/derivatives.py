@@ -211,7 +211,7 @@ class Derivatives:
 
     def by_coordinate(self, k: int) -> dict[str, Array]:
         """Return the derivatives (*output, N) by the k-th given coordinate."""
-        v = self._by_coordinates[:, k : k + 1]
+        v = self._by_coordinates[:, [k]]
         return self._collected(np.einsum("mvn,vkn->mkn", self._by_freedoms, v)[:, 0], self._of_actuators(v)[:, 0])
 
     def by_load(self) -> dict[str, Array]:
@@ -237,12 +237,12 @@ class Derivatives:
                 columns.append(self._nothing() if step is None else self._by_component(parameter, k, step))
             except ArgumentError as error:
                 errors.append(error)
-                columns.append({name: part * np.nan for name, part in self._nothing().items()})
+                columns.append({name: np.full_like(part, np.nan) for name, part in self._nothing().items()})
         if len(errors) == len(columns):
             raise errors[0]
         if parameter.shape == ():
             return columns[0]
-        return {name: np.stack([column[name] for column in columns], axis=-2) for name in columns[0]}
+        return {name: np.stack([column[name] for column in columns], axis=-2) for name in self.outputs}
 
     def _nothing(self) -> dict[str, Array]:
         return self._collected(0 * self._statics.load[:, 0], np.zeros((len(self.robot.description.driven), self.N)))
@@ -327,9 +327,9 @@ def _swept(record: OutputRecord, rows: Sequence[int], inputs: Sequence[Array], c
     needed = needed_by(record.tape, (*rows, record.holds))
     places = {}
     for number, operation in enumerate(record.tape.operations):
-        if needed[number] and operation[0] == "input":
+        if operation[0] == "input":
             places[number] = int(starts[operation[1]]) + operation[2]
-        elif needed[number] and operation[0] == "parameter":
+        elif operation[0] == "parameter":
             places[number] = int(starts[-1]) + operation[1]
     found = np.zeros((len(rows), int(starts[-1]) + constants.size, N))
     holds = np.zeros(N, dtype=bool)

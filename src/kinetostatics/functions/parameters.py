@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -90,7 +91,7 @@ def _of_link(robot: Robot, link: Link) -> Iterator[Parameter]:
 
     def with_mass(there: RobotDescription, by: float) -> RobotDescription:
         own = there.links[link.name]
-        return there.with_link(replace(own, mass=own.mass + by))
+        return there.with_link(replace(own, **_larger(own, "mass", by)))
 
     def with_centre(there: RobotDescription, k: int, by: float) -> RobotDescription:
         own = there.links[link.name]
@@ -106,11 +107,11 @@ def _of_beam(robot: Robot, beam: Beam) -> Iterator[Parameter]:
 
     def with_material(name: str, there: RobotDescription, by: float) -> RobotDescription:
         own = there.beams[beam.name]
-        return there.with_beam(replace(own, material=replace(own.material, **{name: getattr(own.material, name) + by})))
+        return there.with_beam(replace(own, material=replace(own.material, **_larger(own.material, name, by))))
 
     def with_coefficient(there: RobotDescription, by: float) -> RobotDescription:
         own = there.beams[beam.name]
-        return there.with_beam(replace(own, shear_coefficient=(own.shear_coefficient or 0.0) + by))
+        return there.with_beam(replace(own, **_larger(own, "shear_coefficient", by)))
 
     def with_section(name: str, there: RobotDescription, by: float) -> RobotDescription:
         own = there.beams[beam.name]
@@ -143,9 +144,8 @@ def _section_with(section: Section, name: str, by: float) -> Section:
     """Return a section one of whose numbers is larger."""
     made: Callable[..., Section] | None = getattr(type(section), "of", None)
     if made is None or type(section) is Section:
-        return replace(section, **{name: getattr(section, name) + by})
-    sizes = _sizes(section)
-    return made(**{**sizes, name: sizes[name] + by})
+        return replace(section, **_larger(section, name, by))
+    return made(**_sizes(section) | _larger(section, name, by))
 
 
 def _of_joint(robot: Robot, joint: Joint) -> Iterator[Parameter]:
@@ -191,19 +191,24 @@ def _of_stiffnesses(robot: Robot) -> Iterator[Parameter]:
 
             def with_actuator(there: RobotDescription, by: float, joint: str = item.joint) -> RobotDescription:
                 own = there.joint_stiffness[joint]
-                return there.with_joint_stiffness(replace(own, drive=(own.drive or 0.0) + by))
+                return there.with_joint_stiffness(replace(own, **_larger(own, "drive", by)))
 
             yield _single(robot, f"{item.joint}.drive_stiffness", unit, item.drive, with_actuator)
 
 
 def _of_spring(robot: Robot, spring: Spring) -> Iterator[Parameter]:
     def with_number(name: str, there: RobotDescription, by: float) -> RobotDescription:
-        return there.changed(spring.name, **{name: getattr(there.springs[spring.name], name) + by})
+        return there.changed(spring.name, **_larger(there.springs[spring.name], name, by))
 
     for name, unit in (("stiffness", "N/m"), ("free_length", "m"), ("preload", "N")):
         value = getattr(spring, name)
         if value:
             yield _single(robot, f"{spring.name}.{name}", unit, value, partial(with_number, name))
+
+
+def _larger(own: object, name: str, by: float) -> dict[str, Any]:
+    """Return a number of something, larger by an amount, as a keyword."""
+    return {name: getattr(own, name) + by}
 
 
 def _moved(vector: Sequence[float], k: int, by: float) -> tuple[float, float, float]:

@@ -1,16 +1,20 @@
 """Broyden's search, step by step, on numbers that are known by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import STALE, Coordinates, Search, _learnt, enough
+from kinetostatics.compensation.search import Coordinates, Search, _learnt, enough, led_there
 from kinetostatics.math.orientation import orientation_named
 
 
 def test_what_counts_as_corrected_grows_with_robots_above_a_metre():
     assert [enough(length) for length in (0.2, 1.0, 5.0)] == pytest.approx([1e-12, 1e-12, 5e-12])
+    robots = [SimpleNamespace(length=length, closing_error=error) for length, error in ((0.2, 0.0), (5.0, 0.0), (0.2, 1e-7))]
+    assert [led_there(robot) for robot in robots] == pytest.approx([1e-9, 5e-9, 1e-9 + 10 * 0.2 * 1e-7])
 
 
 @pytest.mark.parametrize(
@@ -24,15 +28,36 @@ def test_a_slope_is_learnt_unless_it_says_next_to_nothing(gives, learns):
     assert _learnt(np.ones((1, 1, 1)), step, 2 * step, np.array([False]))[0, 0, 0] == 1.0
 
 
-def test_a_search_goes_on_as_long_as_errors_are_halved():
-    """From the first error each next one is a part of the one before: 0.45 is less than half of it, 0.55 is not."""
-    for part, goes_on in ((0.45, True), (0.55, False)):
-        error = np.array([[1.0]])
-        search = Search.begun(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), error)  # which hardly moves
-        for _ in range(STALE):
-            error = part * error
-            search = search.learnt(error, 1e-12)
-        assert search.going == [goes_on] and search.size == pytest.approx(part**STALE)
+@pytest.mark.parametrize(
+    ("errors", "goes_on"),
+    [
+        ([0.45, 0.2, 0.09, 0.04, 0.018], True),  # each less than half of the one before
+        ([0.55, 0.3, 0.16, 0.09], False),
+        ([0.9, 0.8, 0.7, 0.3, 0.29, 0.28, 0.27], True),  # never four in a row
+        ([0.9, 0.8, 0.7, 0.3, 0.29, 0.28, 0.27, 0.26], False),
+        ([3e-12, 1.1e-12, 0.9e-12], False),  # small enough, and hardly smaller than before
+        ([3e-12, 1.1e-12, 0.5e-12], True),  # there is more to gain
+        ([3e-12, 1.1e-15], True),
+        ([3e-12, 0.9e-15], False),
+        ([np.nan], False),
+    ],
+)
+def test_a_search_goes_on_as_long_as_errors_are_halved(errors, goes_on):
+    """From 1 on; with 1e-12 enough, and 1e-15 as good as it gets."""
+    search = Search.begun(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), np.array([[1.0]]))  # which hardly moves
+    for number, error in enumerate(errors):
+        assert search.going, number
+        search = search.learnt(np.array([[error]]), 1e-12)
+    assert search.going == [goes_on]
+    np.testing.assert_array_equal(search.size, errors[-1:])
+
+
+def test_a_search_that_never_ends_is_given_up(monkeypatch):
+    calls = []
+    monkeypatch.setattr(Search, "learnt", lambda self, *_: calls.append(1) or self)
+    with pytest.raises(ks.StaticsError, match="the sag changes too much from pose to pose, as beside a singular pose"):
+        ks.compensate(package_robots.robot("five_bar").assemble(platform={"x": 0.03, "y": 0.3}), [0, -4, 0, 0, 0, 0])
+    assert len(calls) == 40
 
 
 def test_the_first_step_takes_the_error_away():
@@ -41,6 +66,17 @@ def test_the_first_step_takes_the_error_away():
     search = Search.begun(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
     np.testing.assert_allclose(search.u, [[0.8, 1.0], [1.1, 1.0]])
     assert search.going.tolist() == [True, False]
+    assert [bool(Search.begun(np.ones((1, 1)), inverse[:1, :1, :1], np.array([[size]])).going) for size in (9e-16, 2e-15)] == [
+        0,
+        1,
+    ]
+
+
+def test_coordinates_are_lengths():
+    """Angles times the robot's length."""
+    found = Coordinates(("x", "z", "rx"), orientation_named("XYZ"), 5.0)
+    turn = np.array([[1, 0, 0], [0, np.cos(0.3), -np.sin(0.3)], [0, np.sin(0.3), np.cos(0.3)]])[:, :, None]
+    np.testing.assert_allclose(found.of((turn, np.array([[1.0], [2.0], [3.0]]))), [[1.0], [3.0], [1.5]], rtol=1e-12)
 
 
 def test_only_coordinates_of_the_platform_are_found():

@@ -1,0 +1,247 @@
+"""Exported C of a turntable with a lift, whose statics, derivatives and corrections are known by hand; and what is told of it."""
+
+import re
+import shutil
+import subprocess
+
+import c_programs
+import numpy as np
+import pytest
+from c_programs import SANITIZED, compiled, rows, run
+from loop_robots import driven, frame, joint, robot
+from simple_machines import springs
+
+import kinetostatics as ks
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+#: How far o is from the axis, and how high at zero [m], stiffnesses of the drives [N·m/rad, N/m], mass [kg], its centre from o.
+REACH, HEIGHT, TURN, LIFT, MASS, CENTRE = 0.3, 0.5, 200.0, 500.0, 2.0, np.array([0.05, -0.02, 0.04])
+LOWER, UPPER = -0.2, 0.1
+OUTPUTS = ("twist", "actuator_forces", "actuators")
+
+
+def turntable():
+    """An endless turn about z, on it a lift with limits that carries the platform."""
+    inertia = f'<inertial><origin xyz="0.05 -0.02 0.04"/><mass value="{MASS}"/></inertial>'
+    return robot(
+        joint("turn", "continuous", "base", "table", np.eye(4), (0, 0, 1)),
+        joint(
+            "lift", "prismatic", "table", "platform", frame(p=(REACH, 0, HEIGHT)), (0, 0, 1), f'lower="{LOWER}" upper="{UPPER}"'
+        ),
+        driven("turn", "lift"),
+        springs("turn", drive=f"{TURN}"),
+        springs("lift", drive=f"{LIFT}"),
+        links={"base": "", "table": "", "platform": inertia},
+        name="turntable",
+    )
+
+
+def by_hand(turn, z, load, gravity):
+    """Return twist (6,), forces (2,) and positions (2,) of the actuators."""
+    c, s = np.cos(turn), np.sin(turn)
+    moves = np.array([[-REACH * s, REACH * c, 0, 0, 0, 1], [0, 0, 1, 0, 0, 0]])
+    along = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ CENTRE
+    wrench = load + MASS * np.concatenate([gravity, np.cross(along, gravity)])
+    work, give = moves @ wrench, np.array([1 / TURN, 1 / LIFT])
+    return moves.T @ (give * work), -work, np.array([turn, z - HEIGHT])
+
+
+def by_corrections(turn, z, load, gravity):
+    """Return positions and forces of the actuators with which the loaded platform has a turn and a height, and what remains."""
+    at = np.array([turn, z])
+    for _ in range(60):  # the sag at the pose that is commanded hardly changes with it
+        twist, forces, _ = by_hand(*at, load, gravity)
+        at = np.array([turn - twist[5], z - twist[2]])
+    place = REACH * np.array([np.cos(at[0]) - np.cos(turn), np.sin(at[0]) - np.sin(turn)])
+    return at - [0, HEIGHT], forces, np.concatenate([place + twist[:2], np.zeros(4)])
+
+
+def some(N, seed):
+    """Return coordinates, loads and gravity of N poses, that are within the limits before they are corrected."""
+    rng = np.random.default_rng(seed)
+    at = {"z": HEIGHT + rng.uniform(0.9 * LOWER, 0.9 * UPPER, N), "rz": rng.uniform(-3.1, 3.1, N)}
+    return at, rng.uniform(-30, 30, (N, 6)), rng.uniform(-10, 10, (N, 3))
+
+
+@pytest.fixture(scope="module")
+def derived(tmp_path_factory):
+    """The function by the platform, its derivatives, and what was exported."""
+    f = ks.compile(turntable(), ("z", "rz"), outputs=OUTPUTS)
+    J = f.jacobian(OUTPUTS, ("z", "rz", "load", "gravity"))
+    return f, J, J.export_c(tmp_path_factory.mktemp("turntable"), name="table")
+
+
+@pytest.fixture(scope="module")
+def corrected(tmp_path_factory):
+    """The function that compensates, and what was exported."""
+    f = ks.compile(turntable(), ("z", "rz"), outputs=("actuators", "actuator_forces", "remaining"), compensate=True)
+    return f, f.export_c(tmp_path_factory.mktemp("corrected"), name="5 tables")
+
+
+def test_results_and_derivatives_are_those_by_hand(derived):
+    f, _, exported = derived
+    at, load, gravity = some(40, 1)
+    status, found = run(c_programs.driver(exported, derivatives=True), rows(f, at, load, gravity))
+    assert not status.any() and found.shape[1] == 11 + 11 * 10
+
+    def numbers(row):
+        return np.concatenate(by_hand(row[1], row[0], row[2:8], row[8:]))
+
+    for row, inputs in zip(found, rows(f, at, load, gravity), strict=True):
+        np.testing.assert_allclose(row[:10], numbers(inputs), rtol=1e-9, atol=1e-12)
+        ends = [[numbers(inputs + k * e) for k in (1, 2, -1, -2)] for e in 1e-3 * np.eye(11)]
+        slopes = np.array([8 * (a - c) - (b - d) for a, b, c, d in ends]).T / 12e-3  # of fourth order
+        parts = [np.split(part, [1, 2, 8], axis=1) for part in np.split(slopes, [6, 8])]
+        np.testing.assert_allclose(row[11:], np.concatenate([np.ravel(a) for part in parts for a in part]), rtol=1e-8, atol=1e-9)
+
+
+def test_corrections_are_those_by_hand(corrected):
+    """Also across half a turn, and beyond limits, which the status tells; no array is too small."""
+    f, exported = corrected
+    at, load, gravity = some(200, 2)
+    status, found = run(c_programs.driver(exported, SANITIZED), rows(f, at, load, gravity))
+    wanted = [by_corrections(at["rz"][k], at["z"][k], load[k], gravity[k]) for k in range(200)]
+    drives, forces, remaining = (np.array(part) for part in zip(*wanted, strict=True))
+    np.testing.assert_allclose(found[:, :2], drives, atol=1e-11)
+    np.testing.assert_allclose(found[:, 2:4], forces, atol=1e-9)
+    np.testing.assert_allclose(found[:, 4:10], remaining, atol=1e-11)
+    beyond = (drives[:, 1] < LOWER) | (drives[:, 1] > UPPER)
+    assert np.array_equal(status, np.where(beyond, 1, 0)) and 5 < beyond.sum() < 100
+    assert np.max(np.abs(drives[:, 0])) > np.pi
+    back = f(**at, load=load, gravity=gravity)
+    assert np.array_equal(back["status"], status) and np.max(np.abs(back["actuators"] - drives)) < 1e-11
+
+
+def test_actuators_are_taken_where_followers_are_given(tmp_path):
+    """An endless turn that another one follows: o goes where both lead, and C is told of sines."""
+    table = robot(
+        joint("turn", "continuous", "base", "table", np.eye(4), (0, 0, 1)),
+        joint("lift", "prismatic", "table", "sledge", frame(p=(REACH, 0, HEIGHT)), (0, 0, 1), f'lower="{LOWER}" upper="{UPPER}"'),
+        joint("back", "continuous", "sledge", "platform", np.eye(4), (0, 0, 1)).replace(
+            "</joint>", '<mimic joint="turn" multiplier="-0.7" offset="0.2"/></joint>'
+        ),
+        driven("turn", "lift"),
+        springs("turn", drive=f"{TURN}"),
+        springs("lift", drive=f"{LIFT}"),
+        links=("base", "table", "sledge", "platform"),
+    )
+    f = ks.compile(table, outputs="twist")
+    exported = f.export_c(tmp_path, name="table")
+    rng = np.random.default_rng(3)
+    at = {"turn": rng.uniform(-3, 3, 30), "lift": rng.uniform(LOWER, UPPER, 30)}
+    load = rng.uniform(-30, 30, (30, 6))
+    status, found = run(c_programs.driver(exported), rows(f, at, load, np.zeros((30, 3))))
+    assert not status.any()
+    c, s, none = np.cos(at["turn"]), np.sin(at["turn"]), np.zeros(30)
+    moves = np.array([-REACH * s, REACH * c, none, none, none, none + 0.3])
+    sags = moves * np.sum(moves * load.T, axis=0) / TURN
+    sags[2] = load[:, 2] / LIFT
+    np.testing.assert_allclose(found[:, :6].T, sags, atol=1e-12)
+    header, readme = ((tmp_path / name).read_text() for name in ("table.h", "README.md"))
+    assert "double turn; /* turn: coordinate of the actuator [rad]; 0 at the zero pose; the status tells" in header
+    assert "double lift; /* lift: coordinate of the actuator [m]; 0 at the zero pose; valid from -0.2 to 0.1 */" in header
+    assert ", nor are 4 sines and cosines of given angles in each step of a line." in readme
+
+
+# ---- what is told, and what compares ----------------------------------------------------------------------------------------
+
+
+def answer(folder, *files, flags=()):
+    found = subprocess.run([compiled(folder, *files, flags=flags)], capture_output=True, text=True)
+    return found.returncode, found.stdout
+
+
+def test_test_programs_see_the_seventh_digit(derived, corrected):
+    """They pass with what was written, and fail where derivatives are of loads a little larger, or corrections are."""
+    larger = " load[k] = (1.0 + 1e-7) * (double)".join
+    for exported, wrong, item in (
+        (derived[2], lambda text: larger(text.rsplit(" load[k] = (double)", 1)), "twist_by_rz"),
+        (corrected[1], lambda text: text.replace("= (double)actuator[", "= 1.0000001 * actuator["), "actuators"),
+    ):
+        folder, name = exported.folder, exported.name
+        code, told = answer(folder, f"{name}_test.c", f"{name}.c")
+        assert code == 0 and told.startswith("0 of 40 poses differ\n")
+        (folder / "wrong.c").write_text(wrong((folder / f"{name}.c").read_text()))
+        code, told = answer(folder, f"{name}_test.c", "wrong.c")
+        assert code == 1 and told.startswith(f"{item} differs by")
+
+
+def test_programs_of_floats_compare_what_floats_have(derived, tmp_path):
+    derived[0].export_c(tmp_path, "float", name="small")
+    code, told = answer(tmp_path, "small_test.c", "small.c")
+    assert code == 0 and told.startswith("0 of 40 poses differ\n")
+    header, readme = ((tmp_path / name).read_text() for name in ("small.h", "README.md"))
+    assert "    float twist[6];" in header and "    float load[6];" in header and "    float z; /* z: " in header
+    assert "Arguments and results are `float`" in readme
+
+
+def test_derivatives_that_do_not_depend_on_an_input_may_be_rounding(derived):
+    """By a part in 10¹² of the largest number of the output."""
+    text = (derived[2].folder / "table_test.c").read_text()
+    references = np.array([re.findall(r"-?[\d.]+(?:e[-+]\d+)?", row) for row in re.findall(r"^    \{(\{.*\}), 0\}", text, re.M)])
+    largest = dict(
+        zip(OUTPUTS, [np.max(np.abs(part)) for part in np.split(references[:, 11:21].astype(float), [6, 8], axis=1)], strict=True)
+    )
+    told = re.findall(r'differ\("(\w+)_by_(\w+)", .*, (\d+), (.*)\);', text)
+    assert [(a, b) for a, b, _, _ in told] == [(a, b) for a in OUTPUTS for b in ("z", "rz", "load", "gravity")]
+    assert [float(size) for *_, size in told] == pytest.approx([1e-12 * largest[a] for a, *_ in told], rel=1e-6)
+
+
+def test_what_is_told_of_functions(derived, corrected):
+    """Header, readme and C: of the function with derivatives, and of the one that compensates."""
+    first, second = (
+        [(item.folder / f"{item.name}.h").read_text(), (item.folder / "README.md").read_text()]
+        for item in (derived[2], corrected[1])
+    )
+    about = "sag and forces of one pose", "where to command the actuators, and what to feed forward, so that the loaded platform"
+    for (header, readme), words in ((first, about[0]), (second, about[1])):
+        assert header.startswith(f"/* turntable: {words}") and f"\n{words[0].upper()}{words[1:]}" in readme
+        assert "orientation: rotation_vector. Nothing" in header and "nor are" not in readme
+        assert re.search(r" z; /\* z: coordinate of o, .*; 0.5 at the zero pose; the status tells", header)
+        assert re.search(r" rz; /\* rz: orientation .*; 0 at the zero pose; the status tells", header)
+    assert "which are not checked:\n *   lift: -0.2 to 0.1\n */" in first[0]
+    assert "which the status tells:\n *   lift: -0.2 to 0.1\n */" in second[0]
+    assert "\nOutputs, besides" in first[1] and "\nOutputs at the corrected pose, besides" in second[1]
+    assert "\nA call follows" in first[1] and "double twist_by_rz[6]; /* 6, row by row */" in first[0]
+    assert "at most 40 times such a line" in second[1] and "has the wanted z, rz, and" in second[0]
+    assert "ROBOT_5_TABLES_LIMIT_EXCEEDED = 1 /*" in second[0]
+
+
+def test_what_is_told_of_work(derived, corrected):
+    """Operations and numbers on the stack are those of the programs in C; how often, follows from what is called."""
+    once = {"actuators": "1", "derivatives: freedoms": "1", "derivatives: frames, actuators": "2", "derivatives: results": "11"}
+    line = {"correction of the loops": "step of the line: 1 to 12", "is there a singular pose between": "step of the line"}
+    line |= {"start of a line": "a line, if angles may be others"}
+    again, lead = (
+        "2, and each step of the search",
+        {
+            "correction of the loops, actuators given": "step of the actuators' line: 1 to 12",
+            "is there a singular pose between 2": "step of the actuators' line",
+        },
+    )
+    search = {
+        "start of the search": "1",
+        "step of the search": "1 to 41",
+        "what remains": "1",
+        "turns of the actuators": "1",
+        "limits": "1",
+    }
+    wanted = (
+        line | {"frames": "1", "statics": "1"} | once,
+        line | lead | {"frames": again, "statics": again, "actuators": "2", "where the platform stands": again} | search,
+    )
+    for item, often in zip((derived[2], corrected[1]), wanted, strict=True):
+        source, readme = ((item.folder / name).read_text() for name in (f"{item.name}.c", "README.md"))
+        rows = re.findall(r"^\| ([^|]*) \| ([^|]*) \| (.*\d) \|$", readme, re.M)
+        names = [name if name not in [row[0] for row in rows[:k]] else f"{name} 2" for k, (name, *_) in enumerate(rows)]
+        assert {name: row[1] for name, row in zip(names, rows, strict=True)} == often
+        totals = {
+            name: sum(int(cell.replace(",", "")) for cell in row[2].split(" | ")) for name, row in zip(names, rows, strict=True)
+        }
+        assert sum(totals.values()) == len(re.findall(r"^    const (?:double|int) v\d+ = ", source, re.M))
+        assert item.operations == (
+            totals["correction of the loops"],
+            sum(totals[name] for name in ("actuators", "frames", "statics")),
+        )
+        assert f"WORK = {item.work // 8}," in source and item.work % 8 == 0 and f"takes\n{item.work:,} bytes" in readme
