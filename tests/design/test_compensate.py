@@ -4,6 +4,7 @@ import csv
 import json
 
 import numpy as np
+import odd_robots
 import package_robots
 import pytest
 import small_robots as sr
@@ -281,6 +282,27 @@ def test_coordinates_are_those_of_the_pose_or_those_that_tell_most():
     assert set(other.remaining_coordinates) == {"x", "y", "z", "rx", "ry", "rz"}
 
 
+def test_coordinates_of_another_orientation_are_those_that_it_has():
+    assert ks.compensate(tripod(), orientation="tilt_torsion").coordinates == ("z", "azimuth", "tilt")
+
+
+def test_where_nothing_is_reached_nothing_is_corrected():
+    """Arms that point apart: no loop closes, and no pose tells which coordinates are best there."""
+    robot = package_robots.robot("five_bar")
+    apart = robot.assemble(actuators={"shoulder_1": [0.9, 1.0], "shoulder_2": [-0.9, -1.0]}, on_failure="nan")
+    found = ks.compensate(apart)
+    assert not apart.reached.any() and found.coordinates == ("x", "y")
+    assert np.all(found.status == ks.Status.UNREACHABLE) and np.isnan(found.remaining).all()
+
+
+def test_loops_may_stay_open_as_far_as_those_of_the_pose_or_as_it_is_said():
+    pose = odd_robots.rounded_angles().assemble(tolerance=1e-3)
+    found = ks.compensate(pose, [5, 0, -10, 0, 0, 0])
+    assert 1e-10 < found.configuration.residual < 1e-3 and found.status == ks.Status.OK
+    with pytest.raises(ks.AssemblyError, match="do not close"):
+        ks.compensate(pose, [5, 0, -10, 0, 0, 0], tolerance=1e-12)
+
+
 def test_more_arguments_of_analyze_are_passed_on():
     pose = tripod()
     at_tool = ks.compensate(pose, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
@@ -302,6 +324,8 @@ def test_mistakes(tmp_path):
         ks.compensate(pose, coordinates="z")
     with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
         ks.compensate(pose, coordinates=("z", "rx", "tilt"))
+    with pytest.raises(ks.CoordinatesError, match="x, rx, rz do not determine the pose"):
+        ks.compensate(pose, coordinates=("x", "rx", "rz"))
     with pytest.raises(ks.ArgumentError, match="has no actuators"):
         ks.compensate(two_columns().assemble())
     with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):

@@ -15,8 +15,7 @@ import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.functions import function
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.parameters import _section_with, parameter_named, parameters_of
-from kinetostatics.sections.kinds import Section
+from kinetostatics.functions.parameters import parameter_named, parameters_of
 
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
 GRAVITY = np.array([0.5, -1.0, -9.7])
@@ -73,12 +72,6 @@ def test_without_load_and_gravity_it_is_the_analysis_without_arguments():
     jacobian = f.jacobian("twist", "z")
     slope = jacobian(**at, load=np.zeros(6), gravity=(0, 0, -9.81))["twist"]["z"]
     np.testing.assert_array_equal(jacobian(**at)["twist"]["z"], slope)
-
-
-@pytest.mark.parametrize("name", ["area", "I_y", "I_z", "J"])
-def test_numbers_of_a_section_are_made_larger(name):
-    section = Section(1e-4, 2e-9, 3e-9, 4e-9)
-    assert getattr(_section_with(section, name, 1e-10), name) == getattr(section, name) + 1e-10
 
 
 def test_angles_are_those_of_the_orientation():
@@ -185,6 +178,60 @@ def test_motions_that_hardly_close_loops_are_free(size, gain):
     np.testing.assert_allclose(found._closing[1][0], np.diag([1.0, gain]), rtol=1e-12)
 
 
+@pytest.mark.parametrize("compensate", [False, True])
+def test_quantities_have_the_shapes_units_and_components_of_numbers(compensate):
+    outputs = ("twist", "contributions", "stiffness", "compliance", "actuator_forces", "actuators")
+    f = ks.compile(
+        package_robots.robot("five_bar"), ("x", "y"), outputs=(*outputs, *["remaining"] * compensate), compensate=compensate
+    )
+    values = f(x=[0.0, 0.01, 0.02], y=0.3, load=[3.0, -4.0, 0, 0, 0, 0], gravity=(0, 0, -9.81))
+    for item in (*f.outputs.values(), *f.inputs.values()):
+        last = item.shape[-1:]
+        assert len(item.units) in (1, *item.shape) and len(item.components) in (0, *last)
+        if item.name in values:
+            assert values[item.name].shape == (3, *item.shape)
+    assert ("UNREACHABLE also where no correction was found" in str(f)) is compensate
+    assert "gravity (3,) [m/s²]: gravity, world axes" in str(f) and "x [m]: coordinate of o, world axes" in str(f)
+
+
+def test_derivatives_of_batches_of_loads_and_gravity_are_those_of_each():
+    """Poses, loads and gravity along axes of their own; of so many poses that they are not differentiated all at once."""
+    f = ks.compile(package_robots.robot("five_bar"), outputs=(*OUTPUTS, "compliance"))
+    J = f.jacobian((*OUTPUTS, "compliance"), ("shoulder_1", "load", "gravity"))
+    turn = np.linspace(-0.1, 0.1, 17)
+    loads, fields = np.array([LOAD, 2 * LOAD, -LOAD])[:, None, None], np.array([GRAVITY, -GRAVITY, 0 * GRAVITY])[:, None]
+    found = J(shoulder_1=turn, shoulder_2=0.2, load=loads, gravity=fields)
+    for a, b, c in ((0, 0, 0), (1, 2, 7), (2, 1, 16)):
+        one = J(shoulder_1=turn[c], shoulder_2=0.2, load=loads[a, 0, 0], gravity=fields[b, 0])
+        for output, parts in found.items():
+            for name, array in parts.items():
+                assert array.shape[:3] == (3, 3, 17)
+                size = np.max(np.abs(one[output][name]))
+                np.testing.assert_allclose(array[a, b, c], one[output][name], rtol=1e-9, atol=1e-9 * size)
+
+
+def test_where_no_pose_is_reached_there_are_no_derivatives():
+    f, at = function_of("delta")
+    parameters = ("platform.mass", next(name for name in f.parameters if name.endswith("diameter")))
+    found = f.jacobian(OUTPUTS, ("z", "load", *parameters))(**{**at, "z": [-9.0, -10.0]}, load=LOAD)
+    for output, parts in found.items():
+        for name, array in parts.items():
+            shape = (f.inputs[name] if name in f.inputs else f.parameters[name]).shape
+            assert array.shape == (2, *f.outputs[output].shape, *shape) and np.isnan(array).all()
+
+
+def test_numbers_that_cannot_be_changed_change_nothing():
+    """A joint that is rigid across its axis: its stiffness there is infinite."""
+    stiff = JointStiffness("prismatic_1", linear=(1e8, np.inf, 1e9))
+    f = ks.compile(
+        ks.Robot(package_robots.robot("3rps").description.with_joint_stiffness(stiff)), ("z", "rx", "ry"), outputs=OUTPUTS
+    )
+    found = f.jacobian(OUTPUTS, "prismatic_1.linear_stiffness")(z=0.52, rx=0.1, ry=-0.15, load=LOAD)
+    for output, parts in found.items():
+        array = parts["prismatic_1.linear_stiffness"]
+        assert np.all(array[..., 1] == 0) and (np.any(array[..., ::2] != 0) or output == "actuators")
+
+
 def test_a_batch_is_what_its_poses_are():
     f, at = function_of("delta")
     J = f.jacobian("twist", ("z", "load"))
@@ -283,7 +330,8 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
     [
         (lambda f, at: f(**{**at, "y": 0.1}), "this function has no input 'y'"),
         (lambda f, at: f(z=0.5), "the coordinates rx, ry are missing"),
-        (lambda f, at: f.jacobian("status", "z"), "no output 'status' with derivatives"),
+        (lambda f, at: f.jacobian("status", "z"), r"no output 'status' with derivatives: (?!.*outputs=)"),
+        (lambda f, at: f.jacobian("twist", "z")(**at, near=f.robot.assemble(platform={**at, "z": [0.5, 0.6]})), "a single pose"),
         (lambda f, at: f.jacobian("compliance", "z"), r"'compliance' with derivatives: .*named in outputs= \(--outputs\), too"),
         (lambda f, at: f.jacobian("twist", "rod_1.outer_diametre"), "has no parameter 'rod_1.outer_diametre'"),
         (lambda f, at: f.jacobian("twist", "z")(**{**at, "z": [0.5, 0.6]}, load=np.zeros((3, 6))), "do not fit together"),

@@ -29,7 +29,7 @@ class Quantity:
     Attributes:
         name: its name.
         shape: without batch axes.
-        units: one for all components, or one for each along the last axis.
+        units: one for all components, or one for each along the last axis, of contributions along the first.
         axes: labels along its axes, by their names, if they have any.
         meaning: in words: frame and reference point.
     """

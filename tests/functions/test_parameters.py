@@ -1,0 +1,104 @@
+"""The numbers of a description: which there are, by how much they are changed where they are differenced, and what changes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simple_machines import joint, link, robot, springs
+
+import kinetostatics as ks
+from kinetostatics.functions.parameters import parameter_named, parameters_of
+
+METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
+
+
+def machine(*more):
+    """An arm of a hinge and a slide that has everything that can be changed."""
+    return robot(
+        *(link("base"), link("upper", 2.0, "0.2 0 0"), link("fore"), link("platform", 0.5, "0 0.01 0")),
+        joint("hinge", "revolute", "base", "upper"),
+        joint("slide", "prismatic", "upper", "fore", "0.4 0 0", "1 0 0"),
+        joint("wrist", "fixed", "fore", "platform", "0.3 0 0"),
+        f'<beam link="upper" from="hinge" to="slide" {METAL} poisson_ratio="0.3" shear_coefficient="0.9">'
+        '<rectangle height="0.04" width="0.02"/></beam>',
+        f'<beam link="fore" from="slide" to="wrist" {METAL} shear_modulus="8e10">'
+        '<section area="1e-3" I_y="2e-8" I_z="3e-8" J="4e-8" shear_area_y="5e-4" shear_area_z="6e-4"/></beam>',
+        springs("hinge", linear="1e7 inf 2e7", drive="1e3"),
+        springs("slide", drive="2e5"),
+        springs("wrist", angular="0.5 inf 1e4"),
+        '<spring name="rope" stiffness="300" free_length="0.1" preload="5"><predecessor link="base"><origin xyz="0 0 0.4"/>'
+        '</predecessor><successor link="upper"/></spring>',
+        *(f'<transmission name="t_{name}"><joint name="{name}"/></transmission>' for name in ("hinge", "slide")),
+        *more,
+    )
+
+
+#: Of each parameter: its unit, and the number in a description.
+SINGLE = {
+    "upper.mass": ("kg", lambda d: d.links["upper"].mass),
+    "platform.mass": ("kg", lambda d: d.links["platform"].mass),
+    "upper.youngs_modulus": ("Pa", lambda d: d.beams["upper"].material.youngs_modulus),
+    "upper.poisson_ratio": ("1", lambda d: d.beams["upper"].material.poisson_ratio),
+    "upper.density": ("kg/m³", lambda d: d.beams["upper"].material.density),
+    "upper.shear_coefficient": ("1", lambda d: d.beams["upper"].shear_coefficient),
+    "upper.width": ("m", lambda d: d.beams["upper"].section.width),
+    "upper.height": ("m", lambda d: d.beams["upper"].section.height),
+    "fore.youngs_modulus": ("Pa", lambda d: d.beams["fore"].material.youngs_modulus),
+    "fore.shear_modulus": ("Pa", lambda d: d.beams["fore"].material.shear_modulus),
+    "fore.density": ("kg/m³", lambda d: d.beams["fore"].material.density),
+    "fore.area": ("m²", lambda d: d.beams["fore"].section.area),
+    "fore.I_y": ("m⁴", lambda d: d.beams["fore"].section.I_y),
+    "fore.I_z": ("m⁴", lambda d: d.beams["fore"].section.I_z),
+    "fore.J": ("m⁴", lambda d: d.beams["fore"].section.J),
+    "fore.shear_area_y": ("m²", lambda d: d.beams["fore"].section.shear_area_y),
+    "fore.shear_area_z": ("m²", lambda d: d.beams["fore"].section.shear_area_z),
+    "hinge.drive_stiffness": ("N·m/rad", lambda d: d.joint_stiffness["hinge"].drive),
+    "slide.drive_stiffness": ("N/m", lambda d: d.joint_stiffness["slide"].drive),
+    "rope.stiffness": ("N/m", lambda d: d.springs["rope"].stiffness),
+    "rope.free_length": ("m", lambda d: d.springs["rope"].free_length),
+    "rope.preload": ("N", lambda d: d.springs["rope"].preload),
+}
+#: Of those with three components also by how much they are changed.
+LENGTH = 0.175  # of the machine [m]
+TRIPLE = {
+    "upper.center_of_mass": ("m", lambda d: d.links["upper"].center_of_mass, [1e-3 * LENGTH] * 3),
+    "platform.center_of_mass": ("m", lambda d: d.links["platform"].center_of_mass, [1e-3 * LENGTH] * 3),
+    "hinge.linear_stiffness": ("N/m", lambda d: d.joint_stiffness["hinge"].linear, [1e4, None, 2e4]),
+    "wrist.angular_stiffness": ("N·m/rad", lambda d: d.joint_stiffness["wrist"].angular, [0.5e-3, None, 10.0]),
+}
+
+
+def test_every_number_can_be_made_larger_by_itself():
+    known = parameters_of(machine())
+    assert set(known) == {*SINGLE, *TRIPLE, *(f"{name}.placement" for name in ("hinge", "slide", "wrist"))}
+    for name, (unit, number) in SINGLE.items():
+        item = known[name]
+        value = number(item.description)
+        assert (item.units, item.shape, item.values) == ((unit,), (), (value,)) and item.steps == pytest.approx((1e-3 * value,))
+        assert number(item.changed(0, 0.01 * value)) == pytest.approx(1.01 * value, rel=1e-14)
+    for name, (unit, numbers, steps) in TRIPLE.items():
+        item = known[name]
+        values = numbers(item.description)
+        assert (item.units, item.shape, item.values) == ((unit,) * 3, (3,), tuple(values))
+        assert item.steps == tuple(step if step is None else pytest.approx(step) for step in steps)
+        for k in range(3):
+            np.testing.assert_allclose(numbers(item.changed(k, 0.01)), np.add(values, 0.01 * np.eye(3)[k]), rtol=1e-14)
+    for name in ("hinge", "slide", "wrist"):
+        item = known[f"{name}.placement"]
+        assert (item.units, item.shape, item.values) == (("m",) * 3 + ("rad",) * 3, (6,), (0.0,) * 6)
+        assert item.steps == pytest.approx((1e-3 * LENGTH,) * 3 + (1e-3,) * 3)
+    assert machine().length == pytest.approx(LENGTH)
+
+
+def test_what_is_nothing_or_infinite_is_no_parameter():
+    """Changed are numbers that are there: no shear coefficient that is infinite, no density of 0, no slack of a spring."""
+    description = machine().description
+    upper, rope = description.beams["upper"], description.springs["rope"]
+    rigid = replace(upper, shear_coefficient=np.inf, material=replace(upper.material, density=0.0))
+    other = description.with_beam(rigid).changed("rope", free_length=0.0)
+    gone = set(parameters_of(ks.Robot(description))) - set(parameters_of(ks.Robot(other)))
+    assert gone == {"upper.shear_coefficient", "upper.density", "rope.free_length"} and rope.free_length == 0.1
+    light = description.with_link(replace(description.links["upper"], mass=1e-3))
+    assert parameters_of(ks.Robot(light))["upper.mass"].steps == pytest.approx((1e-6,))
+    with pytest.raises(ks.ArgumentError, match=r"has no parameter 'rope.stifness': did you mean 'rope.stiffness'"):
+        parameter_named(machine(), "rope.stifness")
