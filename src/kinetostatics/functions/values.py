@@ -75,6 +75,9 @@ class Values(Mapping[str, Array]):
             raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
         return self._arrays[name]
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._arrays
+
     def __iter__(self) -> Iterator[str]:
         return iter(self._arrays)
 
