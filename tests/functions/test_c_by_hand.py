@@ -7,7 +7,7 @@ import subprocess
 import c_programs
 import numpy as np
 import pytest
-from c_programs import SANITIZED, compiled, rows, run
+from c_programs import SANITIZED, STRICT, compiled, rows, run
 from loop_robots import driven, frame, joint, robot
 from simple_machines import springs
 
@@ -64,12 +64,20 @@ def some(N, seed):
     return at, rng.uniform(-30, 30, (N, 6)), rng.uniform(-10, 10, (N, 3))
 
 
+def answer(folder, *files, flags=()):
+    """Return the exit status of a program and what it prints."""
+    found = subprocess.run([compiled(folder, *files, flags=flags)], capture_output=True, text=True)
+    return found.returncode, found.stdout
+
+
 @pytest.fixture(scope="module")
 def derived(tmp_path_factory):
     """The function by the platform, its derivatives, and what was exported."""
     f = ks.compile(turntable(), ("z", "rz"), outputs=OUTPUTS)
     J = f.jacobian(OUTPUTS, ("z", "rz", "load", "gravity"))
-    return f, J, J.export_c(tmp_path_factory.mktemp("turntable"), name="table")
+    exported = J.export_c(tmp_path_factory.mktemp("turntable"), name="table")
+    subprocess.run(["gcc", *STRICT, "-c", "table.c"], cwd=exported.folder, check=True)
+    return f, J, exported
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +102,20 @@ def test_results_and_derivatives_are_those_by_hand(derived):
         slopes = np.array([8 * (a - c) - (b - d) for a, b, c, d in ends]).T / 12e-3  # of fourth order
         parts = [np.split(part, [1, 2, 8], axis=1) for part in np.split(slopes, [6, 8])]
         np.testing.assert_allclose(row[11:], np.concatenate([np.ravel(a) for part in parts for a in part]), rtol=1e-8, atol=1e-9)
+
+
+def test_without_a_place_nothing_is_done(derived):
+    """A null pointer is a bad argument, and nothing behind it is looked at."""
+    folder = derived[2].folder
+    calls = ["(0, &s, &o)", "(&i, 0, &o)", "(&i, &s, 0)"]
+    calls = [f"table_evaluate{call}" for call in calls] + [f"table_differentiate{call[:-1]}, &j)" for call in calls]
+    (folder / "null.c").write_text(
+        '#include "table.h"\nint main(void)\n{\n    table_input i = {0};\n    table_state s;\n    table_output o;\n'
+        "    table_jacobian j;\n    table_start(&s);\n    return !("
+        + " && ".join(f"{call} == TABLE_BAD_ARGUMENT" for call in [*calls, "table_differentiate(&i, &s, &o, 0)"])
+        + ");\n}\n"
+    )
+    assert answer(folder, "null.c", "table.o")[0] == 0
 
 
 def test_corrections_are_those_by_hand(corrected):
@@ -145,11 +167,6 @@ def test_actuators_are_taken_where_followers_are_given(tmp_path):
 
 
 # ---- what is told, and what compares ----------------------------------------------------------------------------------------
-
-
-def answer(folder, *files, flags=()):
-    found = subprocess.run([compiled(folder, *files, flags=flags)], capture_output=True, text=True)
-    return found.returncode, found.stdout
 
 
 def test_test_programs_see_the_seventh_digit(derived, corrected):

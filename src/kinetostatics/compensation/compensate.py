@@ -122,7 +122,7 @@ def _controlled(
     if given is not None:
         names = names_in("coordinates", given, '("z", "rx", "ry")')
         try:
-            platform_coordinates(robot, dict.fromkeys(names, 0.0), convention.name)  # which complains of them
+            platform_coordinates(robot, dict.fromkeys(names), convention.name)  # which complains of them
         except CoordinatesError:
             if tool is None or len(names) != robot.mobility.platform or not set(names) <= set(convention.pose_names):
                 raise  # else they may be those of a tool's tip all the same

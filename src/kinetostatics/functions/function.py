@@ -376,7 +376,7 @@ def compile(
         )
     if platform is not None:
         names = _listed("platform", platform, '("z", "rx", "ry")')
-        assembly.platform_coordinates(robot, dict.fromkeys(names, 0.0), orientation)
+        assembly.platform_coordinates(robot, dict.fromkeys(names), orientation)
     else:
         names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))

@@ -1,4 +1,4 @@
-"""Where a tool's tip is corrected: how far the commanded coordinates move it at first, of maps whose slopes are known."""
+"""By which coordinates the robot is commanded, and how far they move a tool's tip at first, of maps with known slopes."""
 
 import importlib
 from types import SimpleNamespace
@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.math.orientation import orientation_named
 
 compensate = importlib.import_module("kinetostatics.compensation.compensate")
 LENGTH = 5.0  # of the robot [m]
@@ -53,3 +54,13 @@ def test_singular_slopes_have_no_inverse_beside_regular_ones(problem):
     with pytest.raises(ks.CoordinatesError, match="'crane' cannot set x, y and z of the tool's tip, each by itself"):
         problem(np.stack([np.diag(row) for row in sizes[2:]]))
     assert np.all(np.isnan(problem(np.eye(3)[None], low=1.0)))  # out of reach on both sides: nothing is known
+
+
+@pytest.mark.parametrize(("least", "turns"), [(0.11, True), (0.09, False)])
+def test_azimuth_and_tilt_are_commanded_as_two_turns_unless_one_pose_is_nearly_level(least, turns):
+    orientation = orientation_named("tilt_torsion")
+    wanted = SimpleNamespace(platform={"tilt": np.arccos([0.9, least])}, orientation=orientation)
+    other = ("z", "rx", "ry"), orientation_named("XYZ")
+    names = ("z", "azimuth", "tilt")
+    assert compensate._well_conditioned(wanted, names) == (other if turns else (names, orientation))
+    assert compensate._well_conditioned(wanted, ("z", "tilt")) == (("z", "tilt"), orientation)
