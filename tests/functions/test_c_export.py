@@ -210,7 +210,7 @@ def test_reference_poses_are_around_the_start_until_many_are_in_reach(reach, par
     inputs = {name: SimpleNamespace(name=name, units=(unit,)) for name, unit in (("x", "m"), ("rz", "rad"), ("load", "N"))}
     solver = SimpleNamespace(values=lambda prescribed, pose: pose)
     robot = SimpleNamespace(solver=solver, zero_poses=np.array([[0.7], [-0.2]]), length=2.0)
-    outputs = {"twist": SimpleNamespace(name="twist"), "status": None}
+    outputs = {"twist": SimpleNamespace(name="twist", shape=(2,)), "status": None}
     of = OfReach(robot=robot, names=["x", "rz"], prescribed=None, inputs=inputs, outputs=outputs, compensates=False)
     found = _references(of, None, None, 40, scalar)
     x, rz = (np.array([at[name] for at, *_ in found]) for name in ("x", "rz"))
