@@ -22,7 +22,7 @@ from kinetostatics.engine.record import agree, by_numpy, example_of, recorded_in
 from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.assembly import rough_residual
-from kinetostatics.kinematics.joint_coordinates import JointCoordinates, widened
+from kinetostatics.kinematics.joint_coordinates import JointCoordinates
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -65,8 +65,7 @@ class CompiledOutputs:
         """
         self._names = tuple(names)
         self._example = robot.generic_poses.x[:, :1], *example_of(statics)[1:]
-        coordinates, limits = _limits_of(robot, self._example[0])
-        self._own = coordinates, statics, limits, np.array([rough_residual(robot), tolerance]), self._names
+        self._own = JointCoordinates(robot.solver), statics, np.array([rough_residual(robot), tolerance]), self._names
         wanted, *truths = _computed(self._own, *self._example)
         self._shapes = [array.shape[:-1] for array in wanted]
         ends = np.cumsum([0, *(int(np.prod(shape)) for shape in self._shapes)]).tolist()
@@ -165,14 +164,14 @@ class CompiledOutputs:
 
 def _computed(own: Number, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Number, Number]:
     """Return outputs (…, N) and the residual; which poses are as usual, and which within limits."""
-    coordinates, statics, limits, (most, tolerance), names = own
+    coordinates, statics, (most, tolerance), names = own
     equations = coordinates.solver.equations
     q, frames, residual = equations.place(x)
     fine = np.max(np.abs(residual), axis=0, initial=0.0) <= most
     worst = zeros_for((x.shape[1],), x)
     for metres, radians in equations.openings(residual, x).values():
         worst = np.maximum(worst, np.maximum(metres, radians))
-    fine, within = fine & (worst <= tolerance), _within(coordinates, limits, q, frames)
+    fine, within = fine & (worst <= tolerance), _within(coordinates, q, frames)
     solution = by_numpy(statics, frames, load, gravity)
     fine = fine & ~solution.singular & is_usual(statics, solution)
     found = []
@@ -191,29 +190,21 @@ def limits_record(robot: RobotKinematics) -> tuple[Program, Array]:
     Return the robot's numbers (P,), too.
     """
     example, tape = robot.generic_poses.x[:, :1], Tape()
-    own = _limits_of(robot, example)
-    coordinates, limits = Structure(own, tape, _KEPT).copy
+    own = JointCoordinates(robot.solver)
+    coordinates = Structure(own, tape, _KEPT).copy
     coordinates.solver.forget()
     x = recorded_input(tape, 0, example)
 
     def computed() -> list[Array]:
         q, frames, _ = coordinates.solver.equations.place(x)
-        return [_within(coordinates, limits, q, frames), held(tape)]
+        return [_within(coordinates, q, frames), held(tape)]
 
     return Program(tape, (), tuple(recorded_rows(tape, computed))), Structure(own, None, _KEPT).values
 
 
-def _limits_of(robot: RobotKinematics, x: Array) -> tuple[JointCoordinates, Array]:
-    """Return what computes joints' coordinates, and the limits (k, 2) of those that have any."""
-    coordinates = JointCoordinates(robot.solver)
-    placed = robot.solver.place(x)
-    bounds = [widened(lower, upper) for _, _, lower, upper in coordinates.limited(placed.q, placed.frames)]
-    return coordinates, np.array(bounds).reshape(-1, 2)
-
-
-def _within(coordinates: JointCoordinates, limits: Array, q: Array, frames: Frames) -> Number:
+def _within(coordinates: JointCoordinates, q: Array, frames: Frames) -> Number:
     """Return which poses (N,) are within the limits."""
     within: Number = np.ones(q.shape[1], dtype=bool)
-    for (_, value, _, _), (lower, upper) in zip(coordinates.limited(q, frames), limits, strict=True):
-        within = within & (value >= lower) & (value <= upper)
+    for *_, inside in coordinates.limited(q, frames):
+        within = within & inside
     return within

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.kinematics.joint_coordinates import widened
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, batch_first, frozen
@@ -195,16 +194,11 @@ class Configuration(Shown):
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
         """The joints beyond their limits or cones in at least one pose, by name."""
-        limited = list(self.robot.limited(self.model_q, self.frames))
-        if not limited:
-            return Named({})
-        values = np.stack([value for _, value, _, _ in limited])
-        least, most = np.array([widened(lower, upper) for _, _, lower, upper in limited]).T[:, :, None]
-        beyond = self.reached & ((values < least) | (values > most))
         found: dict[str, LimitExceeded] = {}
-        for k in np.flatnonzero(beyond.any(axis=1)):
-            name, value, lower, upper = limited[k]
-            found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, beyond[k].reshape(self.shape))
+        for name, value, limits, within in self.robot.limited(self.model_q, self.frames):
+            beyond = self.reached & ~within
+            if np.any(beyond):
+                found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), *limits, beyond.reshape(self.shape))
         return Named(found)
 
     @cached_property

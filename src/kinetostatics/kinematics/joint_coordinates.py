@@ -11,7 +11,7 @@ from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -23,6 +23,9 @@ class JointCoordinates:
     def __init__(self, solver: Solver) -> None:
         self.solver = solver
         self._couplings = Couplings(solver.mechanism, solver.mechanism.tree)
+        items = solver.mechanism.connections.values()
+        cones = {item.name: _widened(0.0, item.cone.angle) for item in items if item.cone is not None}
+        self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
 
     def at(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
@@ -37,8 +40,8 @@ class JointCoordinates:
                 result[loop.name] = self.solver.loop_coordinate(number, frames)
         return result
 
-    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
-        """Yield name, value (N,), lower and upper limit of every joint and loop of one freedom, and of every cone."""
+    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
+        """Yield name, value (N,), limits, and where it is within them (N,) of every joint and loop of one freedom, and cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
@@ -50,15 +53,19 @@ class JointCoordinates:
                     )
                 )
                 across = cross(u, v)
-                yield item.name, np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), 0.0, item.cone.angle
-            if item.name in coordinates:
-                yield item.name, coordinates[item.name], item.lower, item.upper
+                value, limits = np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), (0.0, item.cone.angle)
+            elif item.name in coordinates:
+                value, limits = coordinates[item.name], (item.lower, item.upper)
+            else:
+                continue
+            least, most = self._limits[item.name]
+            yield item.name, value, limits, (value >= least) & (value <= most)
 
 
-def widened(lower: float, upper: float) -> tuple[float, float]:
-    """Return the limits beyond which a coordinate is by more than rounding."""
+def _widened(lower: float, upper: float) -> Array:
+    """Return the limits (2,) beyond which a coordinate is by more than rounding."""
     slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
-    return lower - slack, upper + slack
+    return np.array([lower - slack, upper + slack])
 
 
 def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:

@@ -20,7 +20,7 @@ from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_at, worst
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -235,8 +235,8 @@ class RobotKinematics:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
         return self._coordinates.at(q, frames)
 
-    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
-        """Yield name, value (N,), lower and upper limit of every joint and loop of one freedom, and of every cone."""
+    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
+        """Yield name, value (N,), limits, and where it is within them (N,) of every joint and loop of one freedom, and cone."""
         return self._coordinates.limited(q, frames)
 
     # ---- what stands where at zero ----------------------------------------------------------------------------------------
