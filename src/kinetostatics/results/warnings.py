@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +97,7 @@ def _turning_weights(result: Result) -> list[str]:
     ]
 
 
-def _motions(values: NDArray[Any], vectors: NDArray[Any], k: int, scale: Array) -> str:
+def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
     """Say which motions belong to the k-th eigenvalue (6,): the eigenvectors (6, 6) of equal ones are processors' own choice."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
