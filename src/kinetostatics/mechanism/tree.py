@@ -173,12 +173,6 @@ class _Group:
         elif self.type.turns is Axes.AXIS:
             q[self.q[first:]] = _turn(turn, by[0]) if self.type.endless else turn + by
 
-    def normalize(self, q: Array) -> None:
-        """Make (cos, sin) and quaternions of unit length, in place."""
-        turn = self.q[self.shifts :]
-        if len(turn) > 1:
-            q[turn] = _unit(q[turn])
-
 
 def _unit(q: Array) -> Array:
     unit: Array = q / np.sqrt(np.sum(q * q, axis=0))
@@ -256,12 +250,6 @@ class Tree:
         for group in self._groups:
             group.integrate(moved, v)
         return moved
-
-    def normalized(self, q: Array) -> Array:
-        """Return coordinates (nq, N) near valid ones, whose (cos, sin) and quaternions are made of unit length, in place."""
-        for group in self._groups:
-            group.normalize(q)
-        return q
 
     def twists(self, frames: Frames) -> Array:
         """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""
