@@ -199,10 +199,9 @@ class ShearFunctions:
         found = [hole[:, None] + near * np.array([np.cos(angle), np.sin(angle)])]
         for k in (0, 1):
             beyond = hole[k] + t * np.array([1 / 3, 0.7, 1])
-            inner = _spread(hole[k] - near, t, (0.5, 2))
-            middle = np.linspace(0, hole[k] - near, 3)
+            inner = np.linspace(0, hole[k] - near, 3)
             outer = np.append(_spread(hole[k], t, (0.5, 1, 2)), beyond)
-            for depth, along in ((0.0, inner), (0.5, middle), (1.0, outer)):
+            for depth, along in ((0.0, inner), (1.0, outer)):
                 pair = along, np.full(len(along), hole[1 - k] + depth * t)
                 found.append(np.array(pair if k == 0 else pair[::-1]))
         y, z = np.unique(np.concatenate(found, axis=1), axis=1)
