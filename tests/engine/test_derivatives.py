@@ -36,6 +36,9 @@ FUNCTIONS = {
     "cosine": lambda x, y: multiply(cosine(x), y),
     "angle": lambda x, y: angle_of(multiply(x, y), y),
     "choose": lambda x, y: choose(compare(">", x, 1.0), multiply(x, x), square_root(subtract(x, 1.0))),
+    "choose a constant": lambda x, y: add(
+        choose(compare(">", x, 1.0), multiply(x, y), 3.0), choose(compare(">", y, 1.0), 2.0, x)
+    ),
     "whole": lambda x, y: add(multiply(whole(x), x), y),
 }
 POINTS = np.array([[0.7, 1.3, 1.8, -0.4], [1.1, 0.6, 2.1, 0.9]])

@@ -8,7 +8,8 @@ import numpy as np
 import package_robots
 import pytest
 
-from kinetostatics.limbs.basis_choice import _regular, evaluate_bases, rank
+from kinetostatics.limbs.basis import Candidate
+from kinetostatics.limbs.basis_choice import _regular, _with_own_label, evaluate_bases, rank
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.limbs.wrenches import _crossed
 from kinetostatics.math.screws import unit_twist
@@ -114,3 +115,10 @@ def test_wrenches_are_moved_if_they_are_nearly_reciprocal_and_else_replaced(off,
     if not bad:
         np.testing.assert_allclose(J_c, before, rtol=0, atol=5 * off)
         np.testing.assert_array_equal(J_g, attached)
+
+
+def test_wrenches_of_a_limb_have_labels_of_their_own():
+    taken = []
+    for label in ("force", "couple", "force", "force at a", "force", "couple"):
+        taken.append(_with_own_label(Candidate(("limb", 0), None, label), taken))
+    assert [item.label for item in taken] == ["force", "couple", "force (2)", "force at a", "force (3)", "couple (2)"]
