@@ -9,9 +9,9 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.design import exact
-from kinetostatics.design.changes import numbers_of_parts
 from kinetostatics.files.reader import read_robot_file
+from kinetostatics.functions import derivatives
+from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.results.sensitivities import QUANTITIES
 
 LOAD = [0, 0, -300, 0, 20, 0]
@@ -185,11 +185,11 @@ def test_numbers_of_parts_are_differences_of_analyses():
     where = {"z": 0.5, "rx": 0.1, "ry": -0.05}
     names = ["rod_1.outer_diameter", "revolute_1.placement.y", "revolute_2.placement.rx"]
     s = ks.sensitivities(robot.assemble(platform=where), names, load=LOAD)
-    parameters = numbers_of_parts(robot)
+    parameters = ParametricRobot(robot).parts
     for name in names:
         slopes = []
-        for step in (parameters[name].steps[0] / 2, parameters[name].steps[0] / 4):
-            ends = [ks.Robot(parameters[name].changed(0, by)).assemble(platform=where) for by in (-step, step)]
+        for step in (parameters[name].step / 2, parameters[name].step / 4):
+            ends = [ks.Robot(parameters[name].changed(by)).assemble(platform=where) for by in (-step, step)]
             low, high = (ks.analyze(pose, LOAD) for pose in ends)
             drive = [pose.actuators["prismatic_2"] for pose in ends]
             numbers = [
@@ -247,18 +247,18 @@ def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monk
         path.read_text(encoding="utf-8").replace('<link name="base"/>', f'<link name="base">{lamp}</link>'), encoding="utf-8"
     )
     pose = ks.load_robot(path).assemble()
-    monkeypatch.setattr("kinetostatics.design.variants.read_robot_file", counted)
+    monkeypatch.setattr("kinetostatics.parametric.robot.read_robot_file", counted)
     found = ks.sensitivities(pose, ["diameter", "holes"])
-    assert len(reads) == 1 + 1 + 4 + 2 + 1  # whose file it is, as it is; the diameter; what is drawn, and its unit
+    assert len(reads) == 1 + 4 + 2 + 1  # whose file it is; the diameter; what is drawn, and its unit
     assert not np.any(found["holes"].twist) and found["holes"].mass == 0 and found["holes"].exact
-    assert len({tuple(item.items()) for item in reads}) == len(reads) - 1
+    assert len({tuple(item.items()) for item in reads}) == len(reads)
 
 
 @pytest.mark.parametrize("exactly", [True, False])
 def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exactly):
     """It is the same as beside all else; the rest is neither recorded nor in tables, and told to be missing."""
-    recorded, plain = [], exact.Derivatives
-    monkeypatch.setattr(exact, "Derivatives", lambda *given: recorded.append(given[5]) or plain(*given))
+    recorded, plain = [], derivatives.Derivatives
+    monkeypatch.setattr(derivatives, "Derivatives", lambda *given: recorded.append(given[5]) or plain(*given))
     pose, options = cantilever.result.configuration, {"load": [10, 0, -300, 0, 0, 0], **({} if exactly else {"misfits": {}})}
     for of in (["mass"], ["twist"], ["stiffness", "actuator_forces"], ("mass", "compliance", "actuators")):
         s = ks.sensitivities(pose, ["diameter", "tip_mass"], of, **options)

@@ -256,13 +256,13 @@ def test_mistakes(cantilever):
     mistakes = {
         "nothing in it": {},
         "did you mean 'diameter'": {"diametre": "1mm"},
-        "the parameter is in m": {"diameter": "1kg"},
+        "given in kg, but it is in m": {"diameter": "1kg"},
         "must be a positive number": {"diameter": -1.0},
         "nothing: give it with a unit": {"tip.center_of_mass.x": "1%"},
         "E cannot be off by so much: .*youngs_modulus": {"E": "400%"},
         "named twice": {"rod.*": "1%", "rod.outer_diameter": "1mm"},
         "is not a number": {"diameter": "thick"},
-        "the parameter has no unit": {"rod.poisson_ratio": "1mm"},
+        "given in mm, but it has no unit": {"rod.poisson_ratio": "1mm"},
     }
     for message, off in mistakes.items():
         with pytest.raises(ks.ArgumentError, match=message):

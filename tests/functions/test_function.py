@@ -15,7 +15,7 @@ import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.functions import function
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.parameters import parameter_named, parameters_of
+from kinetostatics.parametric.numbers import numbers_of_parts
 
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
 GRAVITY = np.array([0.5, -1.0, -9.7])
@@ -88,7 +88,7 @@ def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
     robot = package_robots.robot("3rps")
     for drive in (None, np.inf, 1e7):
         stiffness = JointStiffness("prismatic_1", linear=(1e8, 2e8, 1e9) if drive is None else None, drive=drive)
-        names = set(parameters_of(ks.Robot(robot.description.with_joint_stiffness(stiffness))))
+        names = set(numbers_of_parts(ks.Robot(robot.description.with_joint_stiffness(stiffness))))
         assert ("prismatic_1.drive_stiffness" in names) is (drive == 1e7)
         assert ("prismatic_1.linear_stiffness" in names) is (drive is None)
 
@@ -109,12 +109,12 @@ def test_derivatives_by_coordinates_load_and_gravity(name):
 
 def by_other_robots(f, at, name, k):
     """Return the derivatives by a parameter from robots made anew with it a little smaller and larger, and the step."""
-    parameter = parameter_named(f.robot, name)
-    h = parameter.steps[k] / 10
+    number = numbers_of_parts(f.robot)[name][k]
+    h = number.step / 10
     by_drives = set(at) == set(f.robot.description.driven)
     found = []
     for sign in (-1, 1):
-        g = ks.compile(ks.Robot(parameter.changed(k, sign * h)), None if by_drives else tuple(at), outputs=OUTPUTS)
+        g = ks.compile(ks.Robot(number.changed(sign * h)), None if by_drives else tuple(at), outputs=OUTPUTS)
         found.append(g(load=LOAD, gravity=GRAVITY, **at))
     return {output: (found[1][output] - found[0][output]) / (2 * h) for output in OUTPUTS}, h
 
@@ -264,9 +264,9 @@ def test_what_a_function_says_of_itself():
 @pytest.mark.parametrize("k", range(6))
 def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
     """The joint's frame, made a little different, beside SciPy's."""
-    parameter = parameter_named(package_robots.robot("2pru_upr"), "universal_3_y.placement")
-    before = parameter.description.joints["universal_3_y"].origin.matrix
-    after = parameter.changed(k, 0.01).joints["universal_3_y"].origin.matrix
+    number = numbers_of_parts(package_robots.robot("2pru_upr"))["universal_3_y.placement"][k]
+    before = number.description.joints["universal_3_y"].origin.matrix
+    after = number.changed(0.01).joints["universal_3_y"].origin.matrix
     step = 0.01 * np.eye(6)[k]
     moved = np.eye(4)
     moved[:3, :3], moved[:3, 3] = Rotation.from_rotvec(step[3:]).as_matrix(), step[:3]
@@ -276,7 +276,7 @@ def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
 @pytest.mark.parametrize(("off", "status"), [(3e-11, ks.Status.OK), (1e-9, ks.Status.UNREACHABLE)])
 def test_loops_may_stay_open_by_a_little(off, status):
     """The first axis of one limb of an overconstrained robot, turned: its loops close but to about half of that."""
-    turned = parameter_named(package_robots.robot("2pru_upr"), "universal_3_y.placement").changed(5, off)
+    turned = numbers_of_parts(package_robots.robot("2pru_upr"))["universal_3_y.placement"][5].changed(off)
     at = {"z": 0.55, "rx": 0.1, "ry": 0.05}
     for engine in ("numpy", "compiled"):
         assert ks.compile(ks.Robot(turned), tuple(at), engine=engine)(**at)["status"] == status

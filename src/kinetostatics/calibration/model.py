@@ -2,7 +2,7 @@
 
 By the compliance of a part the derivative of the twist is the part of the twist that it makes, exactly
 (:attr:`kinetostatics.Result.source_contributions`); by the payload it is the platform's compliance times the change of its
-weight; by an argument of the file see :mod:`kinetostatics.design.exact`.
+weight; by an argument of the file see :mod:`kinetostatics.functions.derivatives`.
 """
 
 from __future__ import annotations
@@ -18,15 +18,14 @@ from kinetostatics.calibration.gauges import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
-from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.sensitivities import STEP
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
-from kinetostatics.functions.parameters import Parameter
+from kinetostatics.functions.derivatives import derivatives_at
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.math.arrays import Array, Index
+from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 
@@ -221,17 +220,16 @@ class Model:
         """Return the derivative by an argument of the file: exact where it moves nothing, else by central differences."""
         item = self.unknowns.items[k]
 
-        def changed(_: object, component: int, by: float) -> RobotDescription:
+        def changed(by: float) -> RobotDescription:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
         step = STEP_OF_CONSTANTS * item.scale
-        here, there = result.robot.description, changed(None, 0, step)
+        here, there = result.robot.description, changed(step)
         if here.joints == there.joints and here.loops == there.loops:
             try:
-                derivatives = derivatives_at(result.configuration, result, self.analysis)
+                derivatives = derivatives_at(result, self.analysis)
                 if derivatives is not None:
-                    parameter = Parameter(item.name, ("",), (), (step,), (float(values[k]),), changed, here)
-                    twist = derivatives.by_parameter(parameter)["twist"]
+                    twist = derivatives.by_change(item.name, step, changed)["twist"]
                     found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
                     if np.all(np.isfinite(found)):
                         return found

@@ -17,12 +17,9 @@ from kinetostatics.argument_checks import names_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.design.changes import numbers_of_parts
-from kinetostatics.design.variants import Variants, variants_of
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.reader import read_robot_file
-from kinetostatics.functions.parameters import Parameter
 from kinetostatics.math.arrays import Array
+from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.
@@ -43,7 +40,6 @@ class Unknown:
         start: what is varied, where the search begins.
         scale: what is a change of the order of its value.
         parts: kinds and names of what has the stiffness; or the gauge, or the component of the payload.
-        parameter: the number of a part, if it is one.
     """
 
     name: str
@@ -52,7 +48,6 @@ class Unknown:
     start: float
     scale: float
     parts: tuple[tuple[str, str], ...] = ()
-    parameter: Parameter | None = None
 
 
 class Unknowns:
@@ -69,7 +64,7 @@ class Unknowns:
     def __init__(
         self, robot: Robot, names: object, gauges: Mapping[str, Gauge], payload: Payload | None, sizes: Mapping[str, float]
     ) -> None:
-        self.robot, self.payload = robot, payload or Payload(0.0)
+        self.robot, self.payload, self._robots = robot, payload or Payload(0.0), ParametricRobot(robot)
         given = names_in("unknowns", names, EXAMPLE)  # type: ignore[arg-type]
         names = [name.strip() for name in given]
         if "offsets" in names:
@@ -85,11 +80,6 @@ class Unknowns:
         if twice := next((part for part in every if every.count(part) > 1), None):
             raise ArgumentError(f"unknowns: {twice[1]!r} is named twice")
 
-    @cached_property
-    def variants(self) -> Variants:
-        """Of the robot's file."""
-        return variants_of(self.robot)
-
     @property
     def names(self) -> list[str]:
         """Of all unknowns."""
@@ -99,10 +89,6 @@ class Unknowns:
     def moves(self) -> bool:
         """Whether arguments of the file are looked for, which may change the robot's pose."""
         return any(item.kind == "argument" for item in self.items)
-
-    @cached_property
-    def _numbers(self) -> dict[str, Parameter]:
-        return numbers_of_parts(self.robot)
 
     @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
@@ -131,27 +117,24 @@ class Unknowns:
             return Unknown(name, "offset", unit, 0.0, self._sizes[name[7:]], (("offset", name[7:]),))
         if all(part in self._sources for part in parts):
             return Unknown(name, "stiffness", "", 1.0, 1.0, tuple(self._sources[part] for part in parts))
-        if name in self._numbers:
-            parameter = self._numbers[name]
-            value, unit = parameter.values[0], parameter.units[0]
-            return Unknown(name, "argument", "" if unit == "1" else unit, value, abs(value) or self.robot.length, (), parameter)
-        numbers: Mapping[str, float] = {}
-        if not any(name.startswith(before) for before in ("offset.", "payload.")) and len(parts) == 1:
+        arguments: Mapping[str, float] = {}
+        if "." not in name and len(parts) == 1:
             try:
-                numbers = self.variants.numbers
+                arguments = self._robots.arguments
             except ArgumentError:
                 if not self._sources:
                     raise
-        if name not in numbers:
-            known = [*self._sources, *numbers, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
-            known += self._numbers if "." in name else []
+        if name not in (*self._robots.parts, *arguments):
+            known = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
+            known += self._robots.parts if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
                 f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or actuator, an argument of its file, a "
                 f"number of a part, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
             )
-        value = numbers[name]
-        return Unknown(name, "argument", self.variants.unit(name), value, abs(value) or 1.0)
+        number = self._robots.number(name)
+        scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)
+        return Unknown(name, "argument", "" if number.unit == "1" else number.unit, number.value, scale)
 
     # ---- what they make -----------------------------------------------------------------------------------------------
 
@@ -162,14 +145,8 @@ class Unknowns:
             RobotFileError: the file is wrong with them.
         """
         pairs = list(zip(self.items, map(float, values), strict=True))
-        changes = {item.name: value for item, value in pairs if item.kind == "argument" and item.parameter is None}
-        found = self.robot.description
-        if changes:
-            variants = self.variants
-            found = read_robot_file(variants.path, {**variants.given, **changes}, **variants.links)
+        found = self._robots.description({item.name: value for item, value in pairs if item.kind == "argument"})
         for item, value in pairs:
-            if item.parameter is not None:
-                found = item.parameter.change(found, 0, value - item.start)
             for kind, name in item.parts if item.kind == "stiffness" else ():
                 found = _stiffened(found, kind, name, 1 / value)
         return found

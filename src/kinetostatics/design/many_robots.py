@@ -11,14 +11,11 @@ the equilibrium alone 0.2, 0.25 and 0.9 s. Nearly all else goes into robots that
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.design.changes import Change, changed_description
 from kinetostatics.engine import loop_record
 from kinetostatics.engine.derivatives import values
 from kinetostatics.engine.llvm import needed_by
@@ -27,15 +24,17 @@ from kinetostatics.engine.outputs import structure_of as statics_structure
 from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recording
 from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.structure import Structure
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.variation import varied_robot
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, Values
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.rates import OTHER_MECHANISM, varied_robot
+from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.robot import Robot
-from kinetostatics.statics.model import RobotStatics
 
 #: What is computed.
 WANTED = ("twist", "stiffness", "actuator_forces")
@@ -101,67 +100,48 @@ def _lagrange(parts: Array) -> Array:
     return np.stack(rows)
 
 
-def _changed(change: Change, by: float) -> RobotDescription:
-    """Return the robot with one number off.
-
-    Raises:
-        ArgumentError: the robot's file is wrong with it.
-    """
-    try:
-        return change.parameter.changed(0, by)
-    except KinetostaticsError as error:
-        raise _too_far(change.name, error) from error
-
-
-def _too_far(name: str, error: KinetostaticsError) -> ArgumentError:
-    return ArgumentError(f"{name} cannot be off by so much: {error}")
-
-
 class ManyRobots:
     """Robots that differ a little, at one pose.
 
     Args:
         derivatives: of the nominal robot's pose, a batch of one.
-        changes: what may be different.
-        reach: (changes,) the largest amount of each.
+        robots: the robots that there may be.
+        numbers: what may be different.
+        reach: (numbers,) the largest amount of each.
 
     Raises:
         ArgumentError: with one of the changes the robot becomes another mechanism.
         NotRecordedError: something cannot be recorded.
     """
 
-    def __init__(self, derivatives: Derivatives, changes: Sequence[Change], reach: Array) -> None:
-        self._derivatives, self._changes, self._reach = derivatives, changes, reach
+    def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[Number], reach: Array) -> None:
+        self._derivatives, self._robots, self._numbers, self._reach = derivatives, robots, numbers, reach
         self._robot: Robot = derivatives.robot
         self._prescribed = derivatives.prescribed
         self._local = self._robot.mobility_analysis.local_dofs(self._prescribed)
-        own = self._parts(self._robot.description, "")
-        nodes = []
-        for change, amount in zip(changes, reach.tolist(), strict=True):
-            found = [self._parts(_changed(change, node * amount), change.name) for node in NODES]
-            if any(item.keys != own.keys for item in found):
-                raise ArgumentError(_other_mechanism(change.name))
-            nodes.append(found)
-        self._statics = Constants(own.statics, [np.stack([item.statics for item in found]) for found in nodes])
-        self._loops = Constants(own.loops, [np.stack([item.loops for item in found]) for found in nodes])
+        own = self._parts(self._robot.description)
+        nodes: list[list[Array]] = [[], []]
+        for number, amount in zip(numbers, reach.tolist(), strict=True):
+            try:
+                found = [self._parts(number.changed(node * amount), own) for node in NODES]
+            except KinetostaticsError as error:
+                raise ArgumentError(f"{number.name} cannot be off by so much: {error}") from error
+            for several, structures in zip(nodes, zip(*found, strict=True), strict=True):
+                several.append(np.stack([item.values for item in structures]))
+        self._statics, self._loops = (Constants(item.values, several) for item, several in zip(own, nodes, strict=True))
         self._record_loops()
 
-    def _parts(self, description: RobotDescription, name: str) -> _Parts:
-        other, statics = self._varied(description, name)
-        loops = loop_record.structure_of(self._solver(other), self._prescribed, self._local, all_vary=True)
-        equilibrium = statics_structure(statics)
-        return _Parts((equilibrium.key, loops.key), equilibrium.values, loops.values)
+    def _parts(self, description: RobotDescription, own: Sequence[Structure] = ()) -> tuple[Structure, Structure]:
+        """Return what statics and loops of a robot are made of, as those of another one are.
 
-    def _varied(self, description: RobotDescription, name: str) -> tuple[Robot, RobotStatics]:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                varied = varied_robot(self._robot, description, self._robot.statics)
-        except KinetostaticsError as error:
-            raise _too_far(name, error) from error
-        if varied is None:
-            raise ArgumentError(_other_mechanism(name))
-        return varied
+        Raises:
+            KinetostaticsError: there is no such robot, or it is another mechanism.
+        """
+        other, statics = varied_robot(self._robot, description, self._robot.statics)
+        loops = loop_record.structure_of(self._solver(other), self._prescribed, self._local, all_vary=True)
+        if own and loops.key != own[1].key:
+            raise ArgumentError(OTHER_MECHANISM)
+        return statics_structure(statics), loops
 
     def _solver(self, robot: Robot) -> Solver:
         return Solver(robot.equations, self._robot.length, self._robot.length)
@@ -216,7 +196,8 @@ class ManyRobots:
 
     def _recorded(self, names: Sequence[str], amounts: Array, frames: Array) -> OutputRecord:
         """Return a record of one robot's equilibrium."""
-        _, statics = self._varied(changed_description(self._changes, amounts), "one of the parameters")
+        off = {item.name: float(by) for item, by in zip(self._numbers, amounts, strict=True)}
+        _, statics = varied_robot(self._robot, self._robots.off(off), self._robot.statics)
         bodies = frames.shape[0] // 12
         rotation, position = frames[: 9 * bodies].reshape(3, 3, bodies, 1), frames[9 * bodies :].reshape(3, bodies, 1)
         example = Frames(rotation, position), self._derivatives.load, self._derivatives.gravity
@@ -261,20 +242,6 @@ class ManyRobots:
         results = values(record.tape, needed, [frames[: 9 * bodies], frames[9 * bodies :], load, gravity], constants)
         found = {name: _stacked(results, record.rows[name], N).reshape(*record.shapes[name], N) for name in names}
         return found, np.broadcast_to(results[record.holds], N)
-
-
-@dataclass(frozen=True)
-class _Parts:
-    keys: tuple[str, str]
-    statics: Array
-    loops: Array
-
-
-def _other_mechanism(name: str) -> str:
-    return (
-        f"there is no spread by {name!r}: if it is only a little different, the robot is another mechanism, as axes that met in "
-        "a point do not meet any more"
-    )
 
 
 def _batches(N: int) -> list[slice]:

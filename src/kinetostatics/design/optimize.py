@@ -21,14 +21,16 @@ from kinetostatics.design.requirements import MEASURES, parse_measure, parse_req
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.sizes import Sizes, sizes_of
 from kinetostatics.design.variables import Choice, Range, Vary, read_variables, typed_units
-from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics.unit_hints import odd_allowance, odd_coordinates, odd_range
 from kinetostatics.math.arrays import Array
+from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
+from kinetostatics.robot import Robot
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
@@ -160,11 +162,9 @@ def prepare(
             f"optimize wants the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
         )
     path = os.fspath(robot_path(robot))
-    variants = Variants(path, parameters or {}, links)
+    first = Robot(read_robot_file(path, parameters, **links))
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
-    sizes = sizes_of(variants, names)
-    sizes.check_units(typed_units(ranges, choices))
-    first = sizes.first
+    sizes = sizes_of(ParametricRobot(first, links), names, typed_units(ranges, choices))
     grid, is_platform = _grid(over, first.description.driven)
     limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
     hints = [hint for text, limit in limits for hint in odd_allowance(text, limit, first.zero_size)]

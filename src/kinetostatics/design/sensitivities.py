@@ -17,15 +17,14 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, names_in
-from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
-from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
-from kinetostatics.design.exact import by_number, derivatives_at
-from kinetostatics.design.variants import same_pose, variants_of
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.robot import ParametricRobot, opens_loops, same_pose
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
@@ -100,30 +99,31 @@ def sensitivities(
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     robot = robot_of(configuration)
-    changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
+    robots = ParametricRobot(robot)
+    numbers = _all_numbers(robots) if by is None else robots.select(names_in("by", by, '["rod_diameter"]'))
     asked = _quantities(of)
     place = tool_on_robot(tool, robot)
     result = analyze(configuration, **analysis)
-    derivatives = derivatives_at(configuration, result, analysis, place, asked)
+    derivatives = derivatives_at(result, analysis, place, asked)
     if derivatives is not None and derivatives.N and not _has_record(derivatives):
         derivatives = None
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     lost: list[ArgumentError] = []
-    for pattern, change in changes:
+    for pattern, number in numbers:
         try:
-            exact = None if derivatives is None else _exact(derivatives, change, configuration.shape)
-            item = _sensitivity(change, result, analysis, exact, place, asked)
-            if change.variants is None and _is_lost(item, result):
-                raise opens_loops(change.name)
-            found[change.name] = item
+            exact = None if derivatives is None else _exact(derivatives, number, configuration.shape)
+            item = _sensitivity(number, result, analysis, exact, place, asked)
+            if number.read is None and _is_lost(item, result):
+                raise opens_loops(number.name)
+            found[number.name] = item
+            continue
         except ArgumentError as error:
-            lost += [error] if pattern == change.name else []
-            skipped[change.name] = str(error)
+            said = str(error)
         except RobotFileError as error:
-            said = f"{change.name}: with it a little off there is no such robot: {error}"
-            lost += [ArgumentError(said)] if pattern == change.name else []
-            skipped[change.name] = said
+            said = f"{number.name}: with it a little off there is no such robot: {error}"
+        lost += [ArgumentError(said)] if pattern == number.name else []
+        skipped[number.name] = said
     if lost and not found:
         raise lost[0]
     sources: dict[str, Array] = {}
@@ -150,16 +150,13 @@ def _quantities(of: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in QUANTITIES if name in asked)
 
 
-def _all_changes(robot: Robot) -> list[tuple[str, Change]]:
+def _all_numbers(robots: ParametricRobot) -> list[tuple[str, Number]]:
     """Return the arguments of a robot's file, or, if there are none, all numbers of its parts but for where things are."""
     try:
-        variants = variants_of(robot)
+        names = list(robots.arguments)
     except ArgumentError:  # the robot is no longer what its file says
-        variants = None
-    if variants is not None and variants.numbers:
-        return [("", change_of_argument(variants, name, robot)) for name in variants.numbers]
-    every = numbers_of_parts(robot)
-    return [("", change_of_part(every[name])) for name in every if not is_location(name)]
+        names = []
+    return [("", robots.number(name)) for name in names or (name for name in robots.parts if not is_location(name))]
 
 
 def _has_record(derivatives: Derivatives) -> bool:
@@ -169,21 +166,14 @@ def _has_record(derivatives: Derivatives) -> bool:
         return False
 
 
-def _exact(derivatives: Derivatives, change: Change, shape: tuple[int, ...]) -> dict[str, Array] | None:
-    """Return the derivatives by one number, None where whole analyses are to be differenced.
-
-    Raises:
-        RobotFileError: the file is wrong with the number a little changed.
-    """
+def _exact(derivatives: Derivatives, number: Number, shape: tuple[int, ...]) -> dict[str, Array] | None:
+    """Return the derivatives by one number, batch axes first, None where whole analyses are to be differenced."""
     try:
-        found = by_number(derivatives, change.parameter, shape)
-    except ArgumentError:  # the robot becomes another mechanism
+        found = derivatives.by_numbers([number])
+    except ArgumentError:  # the robot becomes another mechanism, or none: a mass may be zero and not negative
         return None
-    except RobotFileError:
-        if change.value != 0:
-            raise
-        return None  # a mass may be zero and not negative: it is differenced to one side
-    return found if all(np.all(np.isfinite(array)) for array in found.values()) else None
+    arrays = {output: batch_first(array, shape) for output, array in found.items()}
+    return arrays if all(np.all(np.isfinite(array)) for array in arrays.values()) else None
 
 
 def _is_lost(item: Sensitivity, result: Result) -> bool:
@@ -197,19 +187,19 @@ def _arrays(quantity: Array | Mapping[str, Array]) -> list[Array]:
 
 
 def _sensitivity(
-    change: Change,
+    number: Number,
     nominal: Result,
     analysis: Mapping[str, Keyword],
     exact: Mapping[str, Array] | None,
     tool: Array | None,
     asked: Sequence[str],
 ) -> Sensitivity:
-    configuration, value, driven = nominal.configuration, change.value, nominal.robot.description.driven
-    step = STEP / STEP_OF_CONSTANTS * (change.parameter.steps[0] or 1.0)
+    configuration, value, driven = nominal.configuration, number.value, nominal.robot.description.driven
+    step = STEP / STEP_OF_CONSTANTS * (number.step or 1.0)
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
     def numbers(by: float) -> dict[Key, Array]:
-        pose = same_pose(configuration, Robot(change.parameter.changed(0, by)), loops_for(analysis))
+        pose = same_pose(configuration, Robot(number.changed(by)), loops_for(analysis))
         found = _of_pose(pose, asked)
         if set(asked) <= OF_POSES:
             return found
@@ -240,7 +230,7 @@ def _sensitivity(
         found[name] = (
             Named({actuator: frozen(slope[name, actuator]) for actuator in driven}) if actuators else frozen(slope[name, ""])
         )
-    return Sensitivity(change.name, value, "" if change.unit == "1" else change.unit, Named(found), exact is not None)
+    return Sensitivity(number.name, value, "" if number.unit == "1" else number.unit, Named(found), exact is not None)
 
 
 def _of_pose(configuration: Configuration, asked: Sequence[str]) -> dict[Key, Array]:

@@ -1,19 +1,15 @@
-"""What an optimization varies of a robot: arguments of its file, and numbers of single parts, of one or of several alike."""
+"""What an optimization varies of a robot: its numbers, one or several alike."""
 
 from __future__ import annotations
 
-import fnmatch
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.robot import RobotDescription
-from kinetostatics.description.units import unit
-from kinetostatics.design.changes import numbers_of_parts
-from kinetostatics.design.variants import Variants
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.functions.parameters import Parameter
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.robot import ParametricRobot, check_unit
 from kinetostatics.robot import Robot
 
 
@@ -22,44 +18,26 @@ class Sizes:
     """Numbers that are varied, and the robots that they make.
 
     Attributes:
-        variants: the file, whose arguments some of them are.
-        first: the robot as the file has it.
-        parts: numbers of parts by name, and by patterns such as ``rod_*.outer_diameter``, of which all have one value.
+        robots: the robots that there may be.
+        alike: numbers by name, and by patterns such as ``rod_*.outer_diameter``, of which all have one value.
     """
 
-    variants: Variants
-    first: Robot
-    parts: Mapping[str, tuple[Parameter, ...]]
+    robots: ParametricRobot
+    alike: Mapping[str, Sequence[Number]]
 
     def own(self, name: str) -> float:
         """Return the file's own value; of several numbers their mean."""
-        if name not in self.parts:
-            return self.variants.numbers[name]
-        return float(np.mean([item.values[0] for item in self.parts[name]]))
+        return float(np.mean([item.value for item in self.alike[name]]))
 
     @property
     def are_own(self) -> bool:
         """Whether the file's own robot has such values: numbers that are to be alike may not be so."""
-        return all(len({item.values[0] for item in several}) == 1 for several in self.parts.values())
+        return all(len({item.value for item in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
         """Return the SI unit of a number, empty if it has none or that is not certain."""
-        if name not in self.parts:
-            return self.variants.unit(name)
-        found = self.parts[name][0].units[0]
+        found = self.alike[name][0].unit
         return "" if found == "1" else found
-
-    def check_units(self, typed: Sequence[tuple[str, str]]) -> None:
-        """Complain of numbers that were given in a unit of another kind than their own.
-
-        Raises:
-            ArgumentError: one was.
-        """
-        self.variants.check_units([(name, given) for name, given in typed if name not in self.parts])
-        for name, given in ((name, given) for name, given in typed if name in self.parts):
-            own = self.unit(name)
-            if not own or unit(own.replace("·", " ")).dimension != unit(given).dimension:
-                raise ArgumentError(f"vary: {name} is given in {given}, but it {f'is in {own}' if own else 'has no unit'}")
 
     def robot(self, values: Mapping[str, float]) -> Robot:
         """Return the robot with these values; what the file computes from its arguments follows them.
@@ -67,57 +45,28 @@ class Sizes:
         Raises:
             RobotFileError: there is no such robot.
         """
-        arguments = {name: value for name, value in values.items() if name not in self.parts}
-        robot = self.variants.robot(arguments) if arguments else self.first
-        names = [name for name in values if name in self.parts]
-        if not names:
-            return robot
-        present = numbers_of_parts(robot) if arguments else {}
-        changes = [(item, values[name] - present.get(item.name, item).values[0]) for name in names for item in self.parts[name]]
-        try:
-            return Robot(_changed(robot.description, changes))
-        except ArgumentError as error:
-            raise RobotFileError(str(error), self.variants.path) from error
+        return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
-def _changed(description: RobotDescription, changes: Sequence[tuple[Parameter, float]]) -> RobotDescription:
-    """Return a robot with numbers changed, in an order that makes a robot at each step: a tube grows before its hole.
+def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> Sizes:
+    """Return the numbers of a robot that are named.
+
+    Args:
+        robots: the robots that there may be.
+        names: of its numbers, or patterns.
+        typed: names, and units with which they were given.
 
     Raises:
-        ArgumentError: there is none.
+        ArgumentError: there is none of a name, or a number is named twice, or numbers of several kinds are to be alike; or a
+            number was given in a unit of another kind than its own.
     """
-    left = list(changes)
-    for _ in changes:
-        put_off = []
-        for parameter, by in left:
-            try:
-                description = parameter.change(description, 0, by)
-            except ArgumentError:
-                put_off.append((parameter, by))
-        left = put_off
-    for parameter, by in left:  # what is wrong is said
-        description = parameter.change(description, 0, by)
-    return description
-
-
-def sizes_of(variants: Variants, names: Sequence[str]) -> Sizes:
-    """Return the numbers of a robot that are named, those with a dot of its parts, the others of its file.
-
-    Raises:
-        ArgumentError: there is none of a name, or a number is named twice, or numbers of several kinds are to be alike.
-    """
-    variants.check([name for name in names if "." not in name])
-    first = variants.robot({})
-    known = numbers_of_parts(first) if any("." in name for name in names) else {}
-    parts: dict[str, tuple[Parameter, ...]] = {}
-    for name in (name for name in names if "." in name):
-        found = fnmatch.filter(known, name)
-        if not found:
-            raise ArgumentError(f"vary: {first.name!r} has no {name!r} among the numbers of its parts: {near_names(name, known)}")
-        if twice := {item.name for several in parts.values() for item in several} & set(found):
-            raise ArgumentError(f"vary: {min(twice)!r} is varied twice, the second time as {name!r}")
-        if len(units := {known[item].units for item in found}) > 1:
-            kinds = ", ".join(sorted(own[0] for own in units))
+    alike: dict[str, list[Number]] = {}
+    for name, number in robots.select(names, "vary"):
+        alike.setdefault(name, []).append(number)
+    for name, several in alike.items():
+        if len(units := {item.unit for item in several}) > 1:
+            kinds = ", ".join(sorted(units))
             raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern are alike")
-        parts[name] = tuple(known[item] for item in found)
-    return Sizes(variants, first, parts)
+    for name, unit in typed:
+        check_unit(alike[name][0], unit, "vary")
+    return Sizes(robots, alike)

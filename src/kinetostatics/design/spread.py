@@ -19,18 +19,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, whole_number
-from kinetostatics.design.changes import Change, changed_description, opens_loops, read_changes
-from kinetostatics.design.exact import derivatives_at
+from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
 from kinetostatics.design.many_robots import ManyRobots
-from kinetostatics.design.variants import same_pose
+from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.assembly import SolverChoice
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.unit_hints import odd_tolerance
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops, same_pose
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
@@ -108,28 +109,29 @@ def spread(
     seed = whole_number("seed", seed, 0)
     robot = robot_of(configuration)
     place = tool_on_robot(tool, robot)
-    changes, amounts = read_changes(robot, tolerances)
+    family = ParametricRobot(robot)
+    numbers, amounts = _read_tolerances(family, tolerances)
     result = analyze(configuration, **analysis)
     if result.shape != ():
         raise ArgumentError("spread wants a single pose and a single load")
     given = {name: value for name, value in analysis.items() if name != "on_failure"}
-    derivatives = derivatives_at(configuration, result, analysis, place)
+    derivatives = derivatives_at(result, analysis, place)
     try:
-        effects = _first_order(result, derivatives, changes, amounts, given, place)
+        effects = _first_order(result, derivatives, family, numbers, amounts, given, place)
     except NotRecordedError:
         derivatives = None
-        effects = _first_order(result, None, changes, amounts, given, place)
+        effects = _first_order(result, None, family, numbers, amounts, given, place)
     sigma = DEVIATIONS[distribution] * amounts
     parameters = {
         item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
-        for item, amount, one in zip(changes, amounts, sigma, strict=True)
+        for item, amount, one in zip(numbers, amounts, sigma, strict=True)
     }
     count = count or (10_000 if derivatives is not None else ONE_BY_ONE)
     units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
-    values = sigma[:, None] * units((len(changes), count))
+    values = sigma[:, None] * units((len(numbers), count))
     worst, deviation = _worst(list(effects.values())), _deviation(list(effects.values()), sigma / amounts)
-    samples, difference = _samples(result, derivatives, changes, values, given, float(deviation.displacement), place)
-    nominal = np.array([item.value for item in changes])
+    samples, difference = _samples(result, derivatives, family, numbers, values, given, float(deviation.displacement), place)
+    nominal = np.array([item.value for item in numbers])
     return Spread(
         result,
         Named(parameters),
@@ -137,13 +139,55 @@ def spread(
         worst,
         deviation,
         samples,
-        Named({item.name: frozen(row) for item, row in zip(changes, values + nominal[:, None], strict=True)}),
+        Named({item.name: frozen(row) for item, row in zip(numbers, values + nominal[:, None], strict=True)}),
         distribution,
         seed,
         derivatives is not None,
         difference,
         place,
     )
+
+
+def _read_tolerances(family: ParametricRobot, tolerances: Mapping[str, object]) -> tuple[list[Number], Array]:
+    """Return what may be off, the file's arguments first, and by how much.
+
+    Raises:
+        ArgumentError: they make no sense.
+    """
+    check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
+    if not tolerances:
+        raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
+    found = []
+    for pattern, number in family.select(list(tolerances), "tolerances"):
+        given = tolerances[pattern]
+        found.append((number, amount := _amount(number, given)))
+        if number.unit == "m" and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
+            for hint in odd_tolerance(number.name, amount, number.value, family.robot.zero_size):
+                warn(hint)
+    found.sort(key=lambda item: item[0].read is None)
+    return [item[0] for item in found], np.array([item[1] for item in found])
+
+
+def _amount(number: Number, given: object) -> float:
+    """Return a tolerance in SI.
+
+    Raises:
+        ArgumentError: it is no positive number, or of another kind than the parameter.
+    """
+    what = f"tolerances: {number.name}"
+    amount = math.nan
+    if isinstance(given, str) and given.rstrip().endswith("%"):
+        amount = 0.01 * abs(number.value) * parse_number(given.rstrip()[:-1], "number", what)
+        if number.value == 0:
+            raise ArgumentError(f"{what} is {given!r}, and a part of a number that is zero is nothing: give it with a unit")
+    elif isinstance(given, str):
+        amount = parse_number(given, "", what)
+        check_unit(number, typed_unit(given), "tolerances")
+    elif isinstance(given, (int, float, np.number)) and not isinstance(given, bool):
+        amount = float(given)
+    if not 0 < amount < math.inf:
+        raise ArgumentError(f"{what} is {given!r}; it must be a positive number such as '0.1mm' or '2%'")
+    return amount
 
 
 def _uniform(seed: int) -> partial[Array]:
@@ -156,35 +200,34 @@ def _uniform(seed: int) -> partial[Array]:
 def _first_order(
     nominal: Result,
     derivatives: Derivatives | None,
-    changes: Sequence[Change],
+    family: ParametricRobot,
+    numbers: Sequence[Number],
     amounts: Array,
     analysis: Mapping[str, Keyword],
     tool: Array | None,
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
     configuration, driven, found = nominal.configuration, nominal.robot.description.driven, {}
-    for change, amount in zip(changes, amounts.tolist(), strict=True):
+    for number, amount in zip(numbers, amounts.tolist(), strict=True):
         if derivatives is None:
             after, before = (
-                _of(
-                    _made_pose(configuration, [change], [sign * _STEP * amount], loops_for(analysis)), analysis, tool, len(driven)
-                )
-                for sign in (1, -1)
+                _of(_made_pose(configuration, family, {number.name: by}, loops_for(analysis)), analysis, tool, len(driven))
+                for by in (_STEP * amount, -_STEP * amount)
             )
             slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
         else:
             try:
-                own = derivatives.by_parameter(change.parameter)
+                own = derivatives.by_numbers([number])
             except ArgumentError as error:
-                if "placement" not in change.name:
+                if "placement" not in number.name:
                     raise
                 raise ArgumentError(f"{error}; tolerances tells what small errors of joints do") from error
             forces = own.get("actuator_forces", np.zeros((0, 1)))
             slopes = [amount * own[name][..., 0] for name in ("twist", "stiffness")] + [amount * forces[..., 0]]
         if not np.all(np.isfinite(slopes[0])):
-            raise opens_loops(change.name)
+            raise opens_loops(number.name)
         twist, stiffness, own_forces = map(frozen, slopes)
-        found[change.name] = quantities(
+        found[number.name] = quantities(
             twist, stiffness, Named(dict(zip(driven, map(frozen, own_forces), strict=True))), np.zeros(6)
         )
     return found
@@ -241,7 +284,8 @@ def longest_sum(vectors: Array) -> float:
 def _samples(
     nominal: Result,
     derivatives: Derivatives | None,
-    changes: Sequence[Change],
+    family: ParametricRobot,
+    numbers: Sequence[Number],
     values: Array,
     analysis: Mapping[str, Keyword],
     deviation: float,
@@ -251,7 +295,7 @@ def _samples(
     configuration, driven, N = nominal.configuration, nominal.robot.description.driven, values.shape[1]
     if derivatives is not None:
         with waiting(f"computing {N:,} robots"):
-            found = ManyRobots(derivatives, changes, np.max(np.abs(values), axis=1)).at(values)
+            found = ManyRobots(derivatives, family, numbers, np.max(np.abs(values), axis=1)).at(values)
             twist, stiffness = (np.moveaxis(found[name], -1, 0) for name in ("twist", "stiffness"))
             forces = found.get("actuator_forces", np.zeros((0, N)))
             is_lost = np.isnan(twist[:, 0])
@@ -262,7 +306,8 @@ def _samples(
     worst, loops = math.nan, loops_for(analysis)
     for done, k in enumerate([*checked, *lost.tolist()]):
         with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
-            own = _of(_made_pose(configuration, changes, values[:, k], loops), analysis, tool, len(driven))
+            off = {item.name: float(by) for item, by in zip(numbers, values[:, k], strict=True)}
+            own = _of(_made_pose(configuration, family, off, loops), analysis, tool, len(driven))
         if done < len(checked):
             apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
@@ -273,13 +318,13 @@ def _samples(
 
 
 def _made_pose(
-    configuration: Configuration, changes: Sequence[Change], amounts: Sequence[float] | Array, loops: SolverChoice
+    configuration: Configuration, family: ParametricRobot, off: Mapping[str, float], loops: SolverChoice
 ) -> Configuration | None:
     """Return the pose of a robot made with its parameters off; None if there is no such robot."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return same_pose(configuration, Robot(changed_description(changes, amounts)), loops)
+            return same_pose(configuration, Robot(family.off(off)), loops)
     except KinetostaticsError:
         return None
 

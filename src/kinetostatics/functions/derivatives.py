@@ -8,8 +8,8 @@ gradients G that Newton's method has.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,18 +20,24 @@ from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.outputs import OutputRecord, output_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.functions.parameters import Parameter
-from kinetostatics.functions.variation import CENTRAL, Rates, bodies_inside, rates_of
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import actuator_rates, body_moves, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.rates import CENTRAL, Rates, bodies_inside, rates_of
+from kinetostatics.parametric.robot import alike
+from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.model import RobotStatics, statics_on
 
+#: What is differentiated of analyses, and arguments of an analysis with which there are derivatives.
+OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
+PLAIN = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
 #: Part of the robot's length by which bodies are moved to difference masses, and a rate of motion that counts as none [m].
@@ -222,8 +228,8 @@ class Derivatives:
         """Return the derivatives (*output, 3, N) by gravity."""
         return self._collected(self._statics.gravity, np.zeros((len(self.robot.description.driven), 3, self.N)))
 
-    def by_parameter(self, parameter: Parameter) -> dict[str, Array]:
-        """Return the derivatives (*output, *parameter, N) by a number of the description.
+    def by_numbers(self, numbers: Sequence[Number]) -> dict[str, Array]:
+        """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
 
         NaN where the loops cannot stay closed, as those of an overconstrained robot, and by a component without derivative.
 
@@ -232,43 +238,49 @@ class Derivatives:
         """
         columns: list[dict[str, Array]] = []
         errors: list[ArgumentError] = []
-        for k, step in enumerate(parameter.steps):
+        for item in numbers:
             try:
-                columns.append(self._nothing() if step is None else self._by_component(parameter, k, step))
+                columns.append(self._nothing() if item.step is None else self.by_change(item.name, item.step, item.changed))
             except ArgumentError as error:
                 errors.append(error)
                 columns.append({name: np.full_like(part, np.nan) for name, part in self._nothing().items()})
         if len(errors) == len(columns):
             raise errors[0]
-        if parameter.shape == ():
+        if len(columns) == 1:
             return columns[0]
         return {name: np.stack([column[name] for column in columns], axis=-2) for name in self.outputs}
 
     def _nothing(self) -> dict[str, Array]:
         return self._collected(0 * self._statics.load[:, 0], np.zeros((len(self.robot.description.driven), self.N)))
 
-    def _by_component(self, parameter: Parameter, k: int, step: float) -> dict[str, Array]:
-        """Return the derivatives by one component, by wrench bases that suit the robot when that is a little different, too."""
+    def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
+        """Return the derivatives (*output, N) by a number, by wrench bases that suit the robot a little different, too.
 
-        def changed(by: float) -> RobotDescription:
-            return parameter.changed(k, by)
+        Args:
+            name: of the number, for messages.
+            step: by how much it is changed where constants are differenced.
+            changed: the robot's description in which it is larger by an amount.
 
-        def rates(decided: RobotStatics) -> Rates:
-            where = self.prescribed, self.pose.poses, self.target
-            return rates_of(self.robot, parameter.name, changed, step, *where, decided)
+        Raises:
+            ArgumentError: the robot would be another mechanism, or none at all.
+        """
+        where, nominal = (self.prescribed, self.pose.poses, self.target), self._statics
 
-        found = None
-        with contextlib.suppress(ArgumentError):  # other axes may meet then than now
-            found = self._by_rates(rates(self.robot.statics), self._statics, step)
-        if found is None:
-            try:
-                decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
-            except KinetostaticsError as error:
-                raise ArgumentError(f"there is no derivative by {parameter.name!r}: {error}") from error
-            found = self._by_rates(rates(decided), self._gradients(decided), step)
-        if found is None:
-            raise ArgumentError(f"there is no derivative by {parameter.name!r}: the robot's limbs become other ones")
-        return found
+        def found(decided: RobotStatics, own: Gradients) -> dict[str, Array] | None:
+            return self._by_rates(rates_of(self.robot, changed, step, *where, decided), own, step)
+
+        try:
+            if all(alike(changed(by), self.robot.description) for by in (step, -step)):
+                return self._nothing()
+            with contextlib.suppress(KinetostaticsError):  # other axes may meet then than now
+                if first := found(self.robot.statics, nominal):
+                    return first
+            decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
+            if second := found(decided, self._gradients(decided)):
+                return second
+        except KinetostaticsError as error:
+            raise ArgumentError(f"there is no derivative by {name!r}: {error}") from error
+        raise ArgumentError(f"there is no derivative by {name!r}: the robot's limbs become other ones")
 
     def _by_rates(self, rates: Rates, own: Gradients, step: float) -> dict[str, Array] | None:
         """Return the derivatives, None if the record does not hold next to the robot."""
@@ -318,6 +330,42 @@ class Derivatives:
                 part = statics[places[name]]
                 found[name] = part.reshape(*shapes[name], *part.shape[1:])
         return found
+
+
+def derivatives_at(
+    result: Result,
+    analysis: Mapping[str, object],
+    tool: Array | None = None,
+    wanted: Sequence[str] = OUTPUTS,
+) -> Derivatives | None:
+    """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated.
+
+    Args:
+        result: of the analysis of poses.
+        analysis: its arguments.
+        tool: (3,) a point of the platform, from o in its axes [m], that twist and stiffness are about; None: o.
+        wanted: what is differentiated.
+    """
+    configuration = result.configuration
+    more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
+    if not more <= PLAIN or result.shape != configuration.shape or not np.all(configuration.reached):
+        return None
+    robot, N = robot_of(configuration), len(configuration.reached)
+    if configuration.prescribed:
+        convention = configuration.orientation
+        prescribed = prescribed_platform(configuration.prescribed, convention)
+        known = convention.pose_names
+        values = [configuration.platform[name] for name in known if name in configuration.prescribed]
+    else:
+        prescribed = robot.actuator_coordinates
+        values = [configuration.actuators[name] for name in actuator_names(robot.mechanism, robot.equations)]
+    target = np.array([np.ravel(value) for value in values]).reshape(len(values), N)
+    load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
+    if not np.all(np.isfinite(load)):
+        return None
+    outputs = [name for name in OUTPUTS if name in wanted]
+    outputs = [name for name in outputs if robot.description.driven or not name.startswith("actuator")]
+    return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
 
 
 def _swept(record: OutputRecord, rows: Sequence[int], inputs: Sequence[Array], constants: Array) -> tuple[Array, Mask]:

@@ -19,7 +19,6 @@ from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
 from kinetostatics.functions.quantities import PATHS, inputs_of, outputs_of
 from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values
 from kinetostatics.kinematics import assembly
@@ -29,6 +28,7 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.parametric.numbers import Number, numbers_of_parts
 from kinetostatics.printing.mappings import Named
 from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation
@@ -85,8 +85,12 @@ class Function:
         ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: shifts along and turns about the
         axes of its own frame, with all that hangs on it; of a loop ``.predecessor_placement`` and ``.successor_placement``.
         """
-        found = parameters_of(self.robot).values()
-        return Named({item.name: Quantity(item.name, item.shape, item.units) for item in found})
+        found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
+        return Named({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
+
+    @cached_property
+    def _numbers(self) -> dict[str, tuple[Number, ...]]:
+        return numbers_of_parts(self.robot)
 
     def __repr__(self) -> str:
         return f"<Function of {self.robot.name!r}: {', '.join(self.inputs)} → {', '.join(self.outputs)}>"
@@ -146,8 +150,10 @@ class Function:
                 if name not in self.outputs and hint.startswith("known"):
                     hint += "; what else is wanted is to be named in outputs= (--outputs), too"
                 raise ArgumentError(f"this function has no output {name!r} with derivatives: {hint}")
-        parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
-        return Jacobian(self, outputs, names, parameters)
+        for name in names:
+            if name not in self.inputs and name not in self._numbers:
+                raise ArgumentError(f"{self.robot.name!r} has no parameter {name!r}: {near_names(name, self._numbers)}")
+        return Jacobian(self, outputs, names)
 
     def export_c(
         self,
@@ -248,7 +254,6 @@ class Jacobian:
     function: Function
     of: tuple[str, ...]
     by: tuple[str, ...]
-    _parameters: Mapping[str, Parameter]
 
     def __repr__(self) -> str:
         return f"<Jacobian of {', '.join(self.of)} by {', '.join(self.by)}>"
@@ -293,10 +298,10 @@ class Jacobian:
                 parts = derivatives.by_load()
             elif name == "gravity":
                 parts = derivatives.by_gravity()
-            elif name in self._parameters:
-                parts = derivatives.by_parameter(self._parameters[name])
-            else:
+            elif name in function.names:
                 parts = derivatives.by_coordinate(function.names.index(name))
+            else:
+                parts = derivatives.by_numbers(function._numbers[name])
             for output, array in parts.items():
                 found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
         return Named({output: Named(parts) for output, parts in found.items()})

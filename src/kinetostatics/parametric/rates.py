@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.outputs import structure_of
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
@@ -28,6 +28,7 @@ from kinetostatics.statics.model import RobotStatics, statics_on
 
 #: Steps and weights of the central difference of fourth order; what does not change at all drops out of each.
 CENTRAL = ((1, 2 / 3), (2, -1 / 12))
+OTHER_MECHANISM = "the robot would be another mechanism, as axes that meet in a point would not meet any more"
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,6 @@ class Rates:
 
 def rates_of(
     robot: Robot,
-    name: str,
     changed: Callable[[float], RobotDescription],
     step: float,
     prescribed: PrescribedCoordinates,
@@ -64,80 +64,52 @@ def rates_of(
 
     Args:
         robot: the robot.
-        name: of what is changed, for messages.
-        changed: the description in which it is larger by an amount.
+        changed: the description in which a number is larger by an amount.
         step: a small amount.
         prescribed, poses, target: where the residuals are wanted, see :meth:`Solver.system`.
         decided: the robot's statics, with the wrench bases that are taken.
 
     Raises:
-        ArgumentError: the robot becomes another mechanism.
+        KinetostaticsError: there is no such robot, or it is another mechanism.
     """
-    key = structure_of(decided).key
 
     def parts(amount: float) -> list[Array]:
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
-                found = _parts(robot, changed(amount), decided, key, prescribed, poses, target)
-        except KinetostaticsError as error:
-            raise ArgumentError(f"there is no derivative by {name!r}: {error}") from error
-        if found is None:
-            raise ArgumentError(
-                f"there is no derivative by {name!r}: if it is only a little different, the robot is another mechanism, as axes "
-                "that met in a point do not meet any more"
-            )
-        return found
+        """Return what :class:`Rates` are the rates of."""
+        other, statics = varied_robot(robot, changed(amount), decided)
+        solver = Solver(other.equations, robot.length, robot.length)
+        frames = other.equations.forward(poses.x)
+        residual, _ = solver.system(prescribed, poses, target)
+        loops = robot.actuator_coordinates.loops
+        actuators = np.array([solver.loop_coordinate(number, frames) for number in loops]).reshape(len(loops), poses.x.shape[1])
+        mass = np.broadcast_to(statics.weights.masses(frames).sum(axis=0), poses.x.shape[1:])
+        return [structure_of(statics).values, *_known(robot, frames), residual, actuators, mass]
 
-    total: list[Array] | None = None
+    total: list[Array] = []
     for count, weight in CENTRAL:
         pairs = zip(parts(count * step), parts(-count * step), strict=True)
         terms = [weight / step * (after - before) for after, before in pairs]
-        total = terms if total is None else [a + b for a, b in zip(total, terms, strict=True)]
-    assert total is not None
+        total = [a + b for a, b in zip(total, terms, strict=True)] if total else terms
     return Rates(*total)
 
 
-def _parts(
-    robot: Robot,
-    description: RobotDescription,
-    decided: RobotStatics,
-    key: str,
-    prescribed: PrescribedCoordinates,
-    poses: SolverState,
-    target: Array,
-) -> list[Array] | None:
-    """Return what :class:`Rates` are the rates of; None if the structure is another one."""
-    varied = varied_robot(robot, description, decided)
-    if varied is None:
-        return None
-    other, statics = varied
-    structure = structure_of(statics)
-    if structure.key != key:
-        return None
-    solver = Solver(other.equations, robot.length, robot.length)
-    frames = other.equations.forward(poses.x)
-    residual, _ = solver.system(prescribed, poses, target)
-    loops = robot.actuator_coordinates.loops
-    actuators = [solver.loop_coordinate(number, frames) for number in loops]
-    actuators_of_loops = np.array(actuators).reshape(len(loops), poses.x.shape[1])
-    mass = statics.weights.masses(frames).sum(axis=0)
-    return [structure.values, *_known(robot, frames), residual, actuators_of_loops, np.broadcast_to(mass, poses.x.shape[1:])]
-
-
-def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics] | None:
+def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics]:
     """Return a robot that differs a little, and its statics with what is decided about the limbs of another.
 
-    None if it has other coordinates or loops.
+    Raises:
+        KinetostaticsError: there is no such robot, or it has other coordinates, loops or limbs.
     """
-    other = Robot(_with_beam_axes(robot, description))
-    if (other.equations.tree.nq, other.equations.count) != (robot.equations.tree.nq, robot.equations.count):
-        return None
-    zero = other.frames_at(robot.model_q(robot.zero_poses))
-    beams = make_beam_models(other.mechanism, other.topology.beams, zero)
-    weights = Weights(other.mechanism, other.topology, beams)
-    own = robot.length, robot.rank_tolerance, robot.closing_error
-    return other, statics_on(decided, StaticModel(other.mechanism, other.topology, beams, weights, zero, *own))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        other = Robot(_with_beam_axes(robot, description))
+        if (other.equations.tree.nq, other.equations.count) == (robot.equations.tree.nq, robot.equations.count):
+            zero = other.frames_at(robot.model_q(robot.zero_poses))
+            beams = make_beam_models(other.mechanism, other.topology.beams, zero)
+            weights = Weights(other.mechanism, other.topology, beams)
+            own = robot.length, robot.rank_tolerance, robot.closing_error
+            statics = statics_on(decided, StaticModel(other.mechanism, other.topology, beams, weights, zero, *own))
+            if structure_of(statics).key == structure_of(decided).key:
+                return other, statics
+    raise ArgumentError(OTHER_MECHANISM)
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:

@@ -1,0 +1,182 @@
+"""The numbers of a robot's parts, and descriptions in which one of them is a little different."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.description.elements import Origin
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import exponential
+from kinetostatics.robot import Robot
+from kinetostatics.sections.kinds import Section
+
+#: Part of a number, or of the robot's length, by which it is changed where it is differenced; and such a turn [rad].
+STEP = 1e-3
+_AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
+_MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
+_SPRING = {"stiffness": "N/m", "free_length": "m", "preload": "N"}
+_COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+#: Where a number stands in a description: names of attributes, keys and indices, one within the other.
+Path = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number of a robot: an argument of its file, or a number of a part.
+
+    Attributes:
+        name: of an argument, or of a part, a dot, and of its number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
+        unit: SI; "1" of a ratio, empty where it is not known.
+        value: SI; of a placement, which is told by how it is displaced, 0.
+        step: by how much it is changed where it is differenced; None where it cannot be changed.
+        description: of the robot.
+        path: of a number of a part.
+        read: of an argument: returns what the file says with another value.
+    """
+
+    name: str
+    unit: str
+    value: float
+    step: float | None
+    description: RobotDescription
+    path: Path = ()
+    read: Callable[[float], RobotDescription] | None = None
+
+    def changed(self, by: float) -> RobotDescription:
+        """Return the robot's description in which this number is larger by an amount, and what the file computes from it.
+
+        Raises:
+            RobotFileError: the file is wrong with it.
+            ArgumentError: the part cannot have such a number.
+        """
+        return self.changed_in(self.description, by) if self.read is None else self.read(self.value + by)
+
+    def changed_in(self, there: RobotDescription, by: float) -> RobotDescription:
+        """Return another description in which this number of a part is larger by an amount.
+
+        Raises:
+            ArgumentError: the part cannot have such a number.
+        """
+        found: RobotDescription = _changed(there, self.path, by)
+        return found
+
+    def of(self, there: RobotDescription) -> float:
+        """Return this number of a part in another description; of a placement 0."""
+        return _value(there, self.path)
+
+
+def numbers_of_parts(robot: Robot) -> dict[str, tuple[Number, ...]]:
+    """Return the numbers of a robot's parts by name; of vectors and placements all components, also those that cannot change."""
+    found: dict[str, tuple[Number, ...]] = {}
+    for name, path, unit in _places(robot):
+        item = _found(robot.description, path)
+        if isinstance(item, Origin):
+            steps: Sequence[float | None] = (STEP * robot.length,) * 3 + (STEP,) * 3
+            values: Sequence[float] = (0.0,) * 6
+        elif isinstance(item, Sequence):
+            values, steps = item, [STEP * value if 0 < value < np.inf else None for value in item]
+            steps = (STEP * robot.length,) * 3 if unit == "m" else steps
+        elif item and math.isfinite(item):
+            found[name] = (Number(name, unit, item, STEP * abs(item), robot.description, path),)
+            continue
+        else:
+            continue
+        rows = zip(_COMPONENTS, values, steps, strict=False)
+        found[name] = tuple(
+            Number(f"{name}.{axis}", "rad" if k > 2 else unit, value, step, robot.description, (*path, k))
+            for k, (axis, value, step) in enumerate(rows)
+        )
+    return found
+
+
+def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
+    """Yield names and places of what may be a number of a part, several or a frame, and the unit."""
+    there = robot.description
+    for name, link in there.links.items():
+        if link.mass > 0:
+            yield f"{name}.mass", ("links", name, "mass"), "kg"
+            yield f"{name}.center_of_mass", ("links", name, "center_of_mass"), "m"
+    for name, beam in there.beams.items():
+        sizes = dict.fromkeys(_sizes(beam.section), "m")
+        for within, units in (
+            (("material",), _MATERIAL),
+            ((), {"shear_coefficient": "1"}),
+            (("section",), sizes or (_AREAS if type(beam.section) is Section else {})),
+        ):
+            for number, unit in units.items():
+                yield f"{name}.{number}", ("beams", name, *within, number), unit
+    for name in there.joints:
+        yield f"{name}.placement", ("joints", name, "origin"), "m"
+    for name in there.loops:
+        for side in ("predecessor", "successor"):
+            yield f"{name}.{side}_placement", ("loops", name, f"{side}_origin"), "m"
+    for name in there.joint_stiffness:
+        drive = "N/m" if robot.mechanism.connections[name].type.is_slide else "N·m/rad"
+        for number, unit in (("linear", "N/m"), ("angular", "N·m/rad"), ("drive", drive)):
+            yield f"{name}.{number}_stiffness", ("joint_stiffness", name, number), unit
+    for name in there.springs:
+        for number, unit in _SPRING.items():
+            yield f"{name}.{number}", ("springs", name, number), unit
+
+
+def _sizes(section: Section) -> dict[str, float]:
+    """Return the sizes of a section of some shape, from which all else follows."""
+    plain = {item.name for item in fields(Section)}
+    sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
+    sizes.pop("torsion_modulus", None)  # which follows from the others
+    return sizes
+
+
+# ---- places in descriptions ------------------------------------------------------------------------------------------------
+
+
+def _inside(item: Any, key: Any) -> Any:
+    return item[key] if isinstance(item, (Mapping, tuple)) else getattr(item, key)
+
+
+def _found(item: Any, path: Path) -> Any:
+    for key in path:
+        item = _inside(item, key)
+    return item
+
+
+def _value(item: Any, path: Path) -> float:
+    owner = _found(item, path[:-1])
+    return 0.0 if isinstance(owner, Origin) else float(_inside(owner, path[-1]) or 0.0)
+
+
+def _changed(item: Any, path: Path, by: float) -> Any:
+    """Return a copy in which the number at a place is larger by an amount."""
+    if not path:
+        return (item or 0.0) + by
+    key: Any = path[0]
+    if isinstance(item, Origin):
+        return _displaced(item, key, by)
+    new = _changed(_inside(item, key), path[1:], by)
+    if isinstance(item, Mapping):
+        return {**item, key: new}
+    if isinstance(item, tuple):
+        return tuple(new if k == key else value for k, value in enumerate(item))
+    if isinstance(item, Section) and type(item) is not Section:
+        made: Any = type(item)
+        return made.of(**{**_sizes(item), key: new})
+    return replace(item, **{key: new})
+
+
+def _displaced(origin: Origin, k: int, by: float) -> Origin:
+    """Return a frame shifted along (k = 0, 1, 2) or turned about one of its own axes."""
+    matrix = origin.matrix
+    if k < 3:
+        return Origin(tuple((matrix[:3, 3] + by * matrix[:3, k]).tolist()), origin.rpy)
+    turn: Array = np.zeros((3, 1))
+    turn[k - 3] = by
+    rotation = matrix[:3, :3] @ exponential(turn)[..., 0]
+    return Origin(origin.xyz, tuple(orientation_named("xyz").coordinates(rotation[..., None])[:, 0].tolist()))

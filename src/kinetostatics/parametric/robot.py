@@ -1,0 +1,233 @@
+"""Robots that differ from one in the arguments of its file and in numbers of its parts, and the same pose of each of them."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.units import unit
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files.parameter_units import parameter_unit
+from kinetostatics.files.reader import parameter_values, read_robot_file
+from kinetostatics.kinematics.assembly import SolverChoice, assemble
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.parametric.numbers import STEP, Number, numbers_of_parts
+from kinetostatics.robot import Robot
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+#: Fields of a description, its links, joints and loops on which neither statics nor mass depend: what is drawn, moments of
+#: inertia, limits, how it was read.
+IDLE = ("parameters", "file_warnings", "extra", "inertia", "lower", "upper", "cone", "effort", "velocity")
+
+
+class ParametricRobot:
+    """A robot as a function of its numbers: arguments of its file, and numbers of its parts.
+
+    Args:
+        robot: the robot.
+        links: ``platform`` and ``base`` with which it was read from its file; None: they are found, if the file still says what
+            the robot is.
+    """
+
+    def __init__(self, robot: Robot, links: Mapping[str, str | None] | None = None) -> None:
+        self.robot, self._given_links = robot, links
+        self._known: dict[tuple[tuple[str, float], ...], RobotDescription] = {}
+
+    # ---- its numbers --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def every_part(self) -> dict[str, tuple[Number, ...]]:
+        """All numbers of parts by name, of vectors and placements all components."""
+        return numbers_of_parts(self.robot)
+
+    @cached_property
+    def parts(self) -> dict[str, Number]:
+        """The numbers of parts that can be changed, one by one."""
+        return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
+
+    @cached_property
+    def arguments(self) -> dict[str, float]:
+        """The values of all arguments of the file that are numbers, in its order.
+
+        Raises:
+            ArgumentError: the robot is not what its file says.
+        """
+        assert self._links is not None
+        description, found = self.robot.description, dict[str, float]()
+        for name, text in parameter_values(description.path, description.parameters).items():
+            try:
+                number = float(text)
+            except ValueError:
+                continue
+            if math.isfinite(number):
+                found[name] = number
+        return found
+
+    @cached_property
+    def _links(self) -> Mapping[str, str | None]:
+        if self._given_links is not None:
+            return self._given_links
+        own = self.robot.description
+        every: list[Mapping[str, str | None]] = [{}, {"platform": own.platform, "base": own.base}]
+        for links in every:
+            try:
+                same = read_robot_file(own.path, own.parameters, **links)
+            except (ArgumentError, RobotFileError):
+                continue
+            if same == own:
+                return links
+        raise ArgumentError(
+            f"the robot {self.robot.name!r} is not what its file {own.path!r} says: parameters belong to a file; load it from "
+            "there, or save it"
+        )
+
+    def number(self, name: str) -> Number:
+        """Return one number that is known to be there."""
+        if name in self.parts:
+            return self.parts[name]
+        value = self.arguments[name]
+
+        def read(other: float) -> RobotDescription:
+            return self._read({name: other})
+
+        return Number(name, parameter_unit(value, read), value, STEP * (abs(value) or 1.0), self.robot.description, read=read)
+
+    def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, Number]]:
+        """Return the numbers that patterns name, each with its pattern.
+
+        Args:
+            patterns: names of arguments of the robot's file and of numbers of its parts; ``*`` stands for anything.
+            what: the patterns are called, if each number is to be named once.
+
+        Raises:
+            ArgumentError: a pattern names nothing, or arguments of a file that says something else than the robot is; or a number
+                is named twice.
+        """
+        known = [*self.parts, *(self.arguments if any("." not in name for name in patterns) else ())]
+        found: dict[str, tuple[str, Number]] = {}
+        for pattern in patterns:
+            names = fnmatch.filter(known, pattern)
+            if not names:
+                raise ArgumentError(f"{self.robot.name!r} has no parameter {pattern!r}: {near_names(pattern, known)}")
+            for name in names:
+                if what and name in found:
+                    raise ArgumentError(f"{what}: {name!r} is named twice, the second time by {pattern!r}")
+                found.setdefault(name, (pattern, self.number(name)))
+        return list(found.values())
+
+    # ---- robots with other numbers --------------------------------------------------------------------------------------
+
+    def _read(self, arguments: Mapping[str, float]) -> RobotDescription:
+        """Return what the file says with other values of some arguments; what was read before is kept.
+
+        Raises:
+            RobotFileError: the file is wrong with them.
+        """
+        key = tuple(sorted((name, value) for name, value in arguments.items() if value != self.arguments[name]))
+        own = self.robot.description
+        if key and key not in self._known:
+            self._known[key] = read_robot_file(own.path, {**own.parameters, **dict(key)}, **self._links)
+        return self._known[key] if key else own
+
+    def description(self, values: Mapping[str, float]) -> RobotDescription:
+        """Return the robot's description with other values of some numbers; what the file computes from its arguments follows.
+
+        Raises:
+            RobotFileError: there is no such robot.
+        """
+        there = self._read({name: value for name, value in values.items() if name not in self.parts})
+        items = [(self.parts[name], value) for name, value in values.items() if name in self.parts]
+        try:
+            return _changed(there, [(item, value - item.of(there)) for item, value in items])
+        except ArgumentError as error:
+            raise RobotFileError(str(error), self.robot.description.path) from error
+
+    def off(self, amounts: Mapping[str, float]) -> RobotDescription:
+        """Return the robot's description with numbers off, each by its amount, those of parts beside what the file makes of them.
+
+        Raises:
+            RobotFileError: the file is wrong with them.
+            ArgumentError: a part cannot have such numbers.
+        """
+        parts = self.parts
+        there = self._read({name: self.arguments[name] + by for name, by in amounts.items() if name not in parts})
+        return _changed(there, [(parts[name], by) for name, by in amounts.items() if name in parts])
+
+
+def _changed(description: RobotDescription, changes: Sequence[tuple[Number, float]]) -> RobotDescription:
+    """Return a robot with numbers changed, in an order that makes a robot at each step: a tube grows before its hole.
+
+    Raises:
+        ArgumentError: there is none.
+    """
+    left = list(changes)
+    for _ in changes:
+        put_off = []
+        for number, by in left:
+            try:
+                description = number.changed_in(description, by)
+            except ArgumentError:
+                put_off.append((number, by))
+        left = put_off
+    for number, by in left:  # what is wrong is said
+        description = number.changed_in(description, by)
+    return description
+
+
+def check_unit(number: Number, typed: str, what: str) -> None:
+    """Complain of a number that is given in a unit of another kind than its own; that may not be known.
+
+    Raises:
+        ArgumentError: it is.
+    """
+    own = "" if number.unit == "1" else number.unit.replace("·", " ")
+    if number.unit and typed and (not own or unit(own).dimension != unit(typed).dimension):
+        raise ArgumentError(
+            f"{what}: {number.name} is given in {typed}, but it {f'is in {number.unit}' if own else 'has no unit'}"
+        )
+
+
+def alike(one: RobotDescription, other: RobotDescription) -> bool:
+    """Whether two robots differ in nothing that statics depend on."""
+    for item in fields(RobotDescription):
+        a, b = getattr(one, item.name), getattr(other, item.name)
+        if item.name in IDLE or not item.compare or a == b:
+            continue
+        if not isinstance(a, Mapping) or a.keys() != b.keys() or any(_bare(a[name]) != _bare(b[name]) for name in a):
+            return False
+    return True
+
+
+def _bare(item: DataclassInstance) -> dict[str, object]:
+    return {one.name: getattr(item, one.name) for one in fields(item) if one.compare and one.name not in IDLE}
+
+
+def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
+    """Return the pose of another robot at the same coordinates: those that the pose was assembled with, or else its actuators'.
+
+    It is followed from the pose of the first, so that the assembly mode is the same. ``loops`` says which solver does that.
+    """
+    near = replace(configuration, robot=robot)
+    if configuration.prescribed:
+        names, values, orientation = configuration.prescribed, configuration.platform, configuration.orientation.name
+        given = {name: np.array(values[name]) for name in names}
+        return assemble(robot, None, given, orientation, near, near.tolerance, "nan", loops)
+    given = {name: np.array(value) for name, value in configuration.actuators.items()}
+    return assemble(robot, given, None, None, near, near.tolerance, "nan", loops)
+
+
+def opens_loops(name: str) -> ArgumentError:
+    """Return the complaint of a number with which, a little off, loops that are closed do not close any more."""
+    return ArgumentError(
+        f"{name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
+        "tolerances tells what such errors do, and which forces they lock in"
+    )
