@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from dataclasses import replace
 
 import numpy as np
 import package_robots
@@ -165,6 +166,21 @@ def test_constants_that_are_products_of_powers_and_sums_are_interpolated():
     assert set(found) == {1, 2, 3}
     for k, (a, b) in enumerate([(0.03, -0.07), (-0.08, 0.09)]):
         np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
+
+
+def test_rigid_limbs_that_overconstrain_one_another_are_analysed_robot_by_robot():
+    """The twist is affine in the platform's mass: a tolerance of it is what so much more weight does, in every robot."""
+    description = package_robots.robot("2pru_upr").description.without_beam("rod_1").without_beam("rod_2")
+    description, where = replace(description, joint_stiffness={}), {"z": 0.55, "rx": 0.1, "ry": 0.05}
+    pose = ks.Robot(description).assemble(platform=where)
+    found = ks.spread(pose, {"platform.mass": "10%"}, robots=4)
+    mass = description.links["platform"].mass
+    heavy = ks.analyze(ks.Robot(description.changed("platform", mass=1.1 * mass)).assemble(platform=where))
+    more = heavy.twist - found.result.twist
+    np.testing.assert_allclose(found.worst_case.twist, np.abs(more), atol=1e-7 * np.abs(more).max())
+    wanted = found.result.twist + np.outer((found.values["platform.mass"] / mass - 1) / 0.1, more)
+    np.testing.assert_allclose(found.samples.twist, wanted, atol=1e-9 * np.abs(more).max())
+    assert not found.at_once and np.abs(more).max() > 1e-9
 
 
 def test_a_payload_is_analysed_robot_by_robot(cantilever):

@@ -9,6 +9,7 @@ stiffness of a beam, a joint or an actuator does is known without any difference
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -38,9 +39,6 @@ STEP = 3e-5
 NOTHING = 1e-7
 #: What no load changes.
 OF_POSES = {"mass", "actuators"}
-
-#: A quantity, and the actuator whose it is, or nothing.
-Key = tuple[str, str]
 
 
 def sensitivities(
@@ -105,18 +103,15 @@ def sensitivities(
     place = tool_on_robot(tool, robot)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(result, analysis, place, asked)
-    if derivatives is not None and derivatives.N and not _has_record(derivatives):
-        derivatives = None
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     lost: list[ArgumentError] = []
     for pattern, number in numbers:
         try:
-            exact = None if derivatives is None else _exact(derivatives, number, configuration.shape)
-            item = _sensitivity(number, result, analysis, exact, place, asked)
-            if number.read is None and _is_lost(item, result):
+            slopes, exact = slopes_by(number, result, derivatives, analysis, place, asked)
+            if number.read is None and _is_lost(slopes, result):
                 raise opens_loops(number.name)
-            found[number.name] = item
+            found[number.name] = _sensitivity(number, slopes, exact, result, asked)
             continue
         except ArgumentError as error:
             said = str(error)
@@ -134,7 +129,7 @@ def sensitivities(
             sources = {name: tip.moved(twist) for name, twist in sources.items()}
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
     if by is None:
-        whole = {**_of_pose(configuration, asked), **_of_result(result, place, asked)}
+        whole = _numbers(configuration, result, place, asked)
         found = {name: item for name, item in found.items() if _does_anything(item, whole)}
     order = sorted(found, key=every.order)
     return replace(every, parameters=Named({name: found[name] for name in order}))
@@ -159,108 +154,86 @@ def _all_numbers(robots: ParametricRobot) -> list[tuple[str, Number]]:
     return [("", robots.number(name)) for name in names or (name for name in robots.parts if not is_location(name))]
 
 
-def _has_record(derivatives: Derivatives) -> bool:
-    try:
-        return bool(derivatives.record)
-    except ArgumentError:
-        return False
-
-
-def _exact(derivatives: Derivatives, number: Number, shape: tuple[int, ...]) -> dict[str, Array] | None:
-    """Return the derivatives by one number, batch axes first, None where whole analyses are to be differenced."""
-    try:
-        found = derivatives.by_numbers([number])
-    except ArgumentError:  # the robot becomes another mechanism, or none: a mass may be zero and not negative
-        return None
-    arrays = {output: batch_first(array, shape) for output, array in found.items()}
-    return arrays if all(np.all(np.isfinite(array)) for array in arrays.values()) else None
-
-
-def _is_lost(item: Sensitivity, result: Result) -> bool:
-    """Return whether no loop closes with a number a little off, though it does without."""
-    arrays = [array for name in item.derivatives if name != "mass" for array in _arrays(item.derivatives[name])]
-    return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
-
-
-def _arrays(quantity: Array | Mapping[str, Array]) -> list[Array]:
-    return list(quantity.values()) if isinstance(quantity, Mapping) else [quantity]
-
-
-def _sensitivity(
+def slopes_by(
     number: Number,
     nominal: Result,
+    derivatives: Derivatives | None,
     analysis: Mapping[str, Keyword],
-    exact: Mapping[str, Array] | None,
     tool: Array | None,
     asked: Sequence[str],
-) -> Sensitivity:
-    configuration, value, driven = nominal.configuration, number.value, nominal.robot.description.driven
+) -> tuple[dict[str, Array], bool]:
+    """Return the derivatives of quantities by one number, batch axes first, and whether only constants were differenced.
+
+    Those of actuators have these along the last axis. Where not all poses have derivatives, whole analyses are differenced.
+
+    Raises:
+        ArgumentError, RobotFileError: there is no robot with the number a little off.
+    """
+    if derivatives is not None:
+        with contextlib.suppress(ArgumentError):  # the robot becomes another mechanism, or none: no mass is negative
+            exact = {name: batch_first(array, nominal.shape) for name, array in derivatives.by_numbers([number]).items()}
+            if all(np.all(np.isfinite(array)) for array in exact.values()):
+                return exact, True
     step = STEP / STEP_OF_CONSTANTS * (number.step or 1.0)
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
-    def numbers(by: float) -> dict[Key, Array]:
-        pose = same_pose(configuration, Robot(number.changed(by)), loops_for(analysis))
-        found = _of_pose(pose, asked)
-        if set(asked) <= OF_POSES:
-            return found
-        return {**found, **_of_result(analyze(pose, on_failure="nan", **given), tool, asked)}
+    def numbers(by: float) -> dict[str, Array]:
+        pose = same_pose(nominal.configuration, Robot(number.changed(by)), loops_for(analysis))
+        return _numbers(pose, None if set(asked) <= OF_POSES else analyze(pose, on_failure="nan", **given), tool, asked)
 
-    def differenced() -> dict[Key, Array]:
-        above = numbers(step)
-        try:
-            below = numbers(-step)
-            return {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
-        except RobotFileError:
-            if value != 0:
-                raise
-            here, further = numbers(0.0), numbers(2 * step)
-            return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
+    above = numbers(step)
+    try:
+        below = numbers(-step)
+        return {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}, False
+    except RobotFileError:
+        if number.value != 0:
+            raise
+        here, further = numbers(0.0), numbers(2 * step)
+        return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}, False
 
-    if exact is not None:
-        slope = {(name, ""): array for name, array in exact.items() if not name.startswith("actuator")}
-        for name in ("actuator_forces", "actuators"):
-            slope |= {(name, actuator): exact[name][..., k] for k, actuator in enumerate(driven) if name in exact}
-    else:
-        slope = differenced()
-    if ("mass", "") in slope:
-        slope["mass", ""] = np.array(np.broadcast_to(slope["mass", ""], nominal.shape))
+
+def _numbers(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
+    """Return what is differentiated of a pose, and of its analysis."""
+    found: dict[str, Array] = {}
+    if "mass" in asked:
+        found["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
+    if "actuators" in asked and pose.actuators:
+        found["actuators"] = np.stack(list(pose.actuators.values()), axis=-1)
+    if result is not None:
+        tip = seen(result, tool)
+        found |= {name: getattr(tip, name) for name in ("twist", "stiffness", "compliance") if name in asked}
+        if "actuator_forces" in asked and result.actuator_forces:
+            found["actuator_forces"] = np.stack(list(result.actuator_forces.values()), axis=-1)
+    return found
+
+
+def _is_lost(slopes: Mapping[str, Array], result: Result) -> bool:
+    """Return whether no loop closes with a number a little off, though it does without."""
+    arrays = [array for name, array in slopes.items() if name != "mass"]
+    return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
+
+
+def _sensitivity(number: Number, slopes: Mapping[str, Array], exact: bool, nominal: Result, asked: Sequence[str]) -> Sensitivity:
     found: dict[str, Array | Mapping[str, Array]] = {}
     for name in asked:
-        actuators = name.startswith("actuator")
-        found[name] = (
-            Named({actuator: frozen(slope[name, actuator]) for actuator in driven}) if actuators else frozen(slope[name, ""])
-        )
-    return Sensitivity(number.name, value, "" if number.unit == "1" else number.unit, Named(found), exact is not None)
+        if name.startswith("actuator"):
+            driven = nominal.robot.description.driven
+            found[name] = Named({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
+        else:
+            shape = nominal.shape if name == "mass" else slopes[name].shape
+            found[name] = frozen(np.array(np.broadcast_to(slopes[name], shape)))
+    return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, Named(found), exact)
 
 
-def _of_pose(configuration: Configuration, asked: Sequence[str]) -> dict[Key, Array]:
-    """Return what is differentiated of a pose, whatever loads it."""
-    found: dict[Key, Array] = {}
-    if "mass" in asked:
-        masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
-        found["mass", ""] = masses.reshape(configuration.shape)
-    if "actuators" in asked:
-        found |= {("actuators", name): position for name, position in configuration.actuators.items()}
-    return found
-
-
-def _of_result(result: Result, tool: Array | None, asked: Sequence[str]) -> dict[Key, Array]:
-    """Return what is differentiated of an analysis."""
-    tip = seen(result, tool)
-    found: dict[Key, Array] = {(n, ""): getattr(tip, n) for n in ("twist", "stiffness", "compliance") if n in asked}
-    if "actuator_forces" in asked:
-        found |= {("actuator_forces", name): force for name, force in result.actuator_forces.items()}
-    return found
-
-
-def _does_anything(item: Sensitivity, whole: Mapping[Key, Array]) -> bool:
+def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
     """Return whether a parameter changes twist, forces or mass, or else what is asked for, by more than rounding."""
     part, pairs = abs(item.value) or 1.0, []
     for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
         own = item.derivatives[name]
-        pairs += [
-            (array, whole[name, actuator]) for actuator, array in (own.items() if isinstance(own, Mapping) else [("", own)])
-        ]
+        if isinstance(own, Mapping):
+            pairs += [(array, whole[name][..., k]) for k, array in enumerate(own.values())]
+        else:
+            pairs.append((own, whole[name]))
     return any(_largest(part * slope) > NOTHING * _largest(size) for slope, size in pairs)
 
 

@@ -20,10 +20,10 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
-from kinetostatics.design.many_robots import ManyRobots
+from kinetostatics.design.many_robots import WANTED, ManyRobots
 from kinetostatics.design.requirements import parse_number, typed_unit
+from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.engine.programs import loops_for
-from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.assembly import SolverChoice
@@ -43,8 +43,6 @@ from kinetostatics.robot import Robot, robot_of
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
 #: Robots where they are made one by one, unless more are asked for, and those that are made so where they are not.
 ONE_BY_ONE, CHECKED = 300, 3
-#: Part of a tolerance by which a parameter is changed where analyses are differenced.
-_STEP = 0.1
 
 
 def spread(
@@ -115,12 +113,8 @@ def spread(
     if result.shape != ():
         raise ArgumentError("spread wants a single pose and a single load")
     given = {name: value for name, value in analysis.items() if name != "on_failure"}
-    derivatives = derivatives_at(result, analysis, place)
-    try:
-        effects = _first_order(result, derivatives, family, numbers, amounts, given, place)
-    except NotRecordedError:
-        derivatives = None
-        effects = _first_order(result, None, family, numbers, amounts, given, place)
+    derivatives = derivatives_at(result, analysis, place, WANTED)
+    effects = _first_order(result, derivatives, numbers, amounts, given, place)
     sigma = DEVIATIONS[distribution] * amounts
     parameters = {
         item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
@@ -200,36 +194,20 @@ def _uniform(seed: int) -> partial[Array]:
 def _first_order(
     nominal: Result,
     derivatives: Derivatives | None,
-    family: ParametricRobot,
     numbers: Sequence[Number],
     amounts: Array,
     analysis: Mapping[str, Keyword],
     tool: Array | None,
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
-    configuration, driven, found = nominal.configuration, nominal.robot.description.driven, {}
+    driven, found = nominal.robot.description.driven, {}
     for number, amount in zip(numbers, amounts.tolist(), strict=True):
-        if derivatives is None:
-            after, before = (
-                _of(_made_pose(configuration, family, {number.name: by}, loops_for(analysis)), analysis, tool, len(driven))
-                for by in (_STEP * amount, -_STEP * amount)
-            )
-            slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
-        else:
-            try:
-                own = derivatives.by_numbers([number])
-            except ArgumentError as error:
-                if "placement" not in number.name:
-                    raise
-                raise ArgumentError(f"{error}; tolerances tells what small errors of joints do") from error
-            forces = own.get("actuator_forces", np.zeros((0, 1)))
-            slopes = [amount * own[name][..., 0] for name in ("twist", "stiffness")] + [amount * forces[..., 0]]
-        if not np.all(np.isfinite(slopes[0])):
+        slopes, _ = slopes_by(number, nominal, derivatives, analysis, tool, WANTED)
+        if not np.all(np.isfinite(slopes["twist"])):
             raise opens_loops(number.name)
-        twist, stiffness, own_forces = map(frozen, slopes)
-        found[number.name] = quantities(
-            twist, stiffness, Named(dict(zip(driven, map(frozen, own_forces), strict=True))), np.zeros(6)
-        )
+        forces = {name: frozen(amount * slopes["actuator_forces"][..., k]) for k, name in enumerate(driven)}
+        twist, stiffness = (frozen(amount * slopes[name]) for name in ("twist", "stiffness"))
+        found[number.name] = quantities(twist, stiffness, Named(forces), np.zeros(6))
     return found
 
 

@@ -338,7 +338,8 @@ def derivatives_at(
     tool: Array | None = None,
     wanted: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated.
+    """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated, or
+    overconstrained rigid limbs.
 
     Args:
         result: of the analysis of poses.
@@ -365,7 +366,10 @@ def derivatives_at(
         return None
     outputs = [name for name in OUTPUTS if name in wanted]
     outputs = [name for name in outputs if robot.description.driven or not name.startswith("actuator")]
-    return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
+    found = Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
+    with contextlib.suppress(ArgumentError):  # it has no record
+        return found if not N or found.record else None
+    return None
 
 
 def _swept(record: OutputRecord, rows: Sequence[int], inputs: Sequence[Array], constants: Array) -> tuple[Array, Mask]:

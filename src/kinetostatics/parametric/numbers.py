@@ -14,6 +14,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.rotations import exponential
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section
 
@@ -22,7 +23,6 @@ STEP = 1e-3
 _AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
 _MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
 _SPRING = {"stiffness": "N/m", "free_length": "m", "preload": "N"}
-_COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 #: Where a number stands in a description: names of attributes, keys and indices, one within the other.
 Path = tuple[str | int, ...]
@@ -89,7 +89,7 @@ def numbers_of_parts(robot: Robot) -> dict[str, tuple[Number, ...]]:
             continue
         else:
             continue
-        rows = zip(_COMPONENTS, values, steps, strict=False)
+        rows = zip(COMPONENTS, values, steps, strict=False)
         found[name] = tuple(
             Number(f"{name}.{axis}", "rad" if k > 2 else unit, value, step, robot.description, (*path, k))
             for k, (axis, value, step) in enumerate(rows)

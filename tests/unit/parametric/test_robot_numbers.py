@@ -7,7 +7,7 @@ import pytest
 from simple_machines import joint, link, robot, springs
 
 import kinetostatics as ks
-from kinetostatics.functions.parameters import parameter_named, parameters_of
+from kinetostatics.parametric.numbers import numbers_of_parts
 
 METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
 
@@ -69,24 +69,26 @@ TRIPLE = {
 
 
 def test_every_number_can_be_made_larger_by_itself():
-    known = parameters_of(machine())
+    known = numbers_of_parts(machine())
     assert set(known) == {*SINGLE, *TRIPLE, *(f"{name}.placement" for name in ("hinge", "slide", "wrist"))}
     for name, (unit, number) in SINGLE.items():
-        item = known[name]
+        (item,) = known[name]
         value = number(item.description)
-        assert (item.units, item.shape, item.values) == ((unit,), (), (value,)) and item.steps == pytest.approx((1e-3 * value,))
-        assert number(item.changed(0, 0.01 * value)) == pytest.approx(1.01 * value, rel=1e-14)
+        assert (item.name, item.unit, item.value) == (name, unit, value) and item.step == pytest.approx(1e-3 * value)
+        changed = item.changed(0.01 * value)
+        assert number(changed) == item.of(changed) == pytest.approx(1.01 * value, rel=1e-14)
     for name, (unit, numbers, steps) in TRIPLE.items():
-        item = known[name]
-        values = numbers(item.description)
-        assert (item.units, item.shape, item.values) == ((unit,) * 3, (3,), tuple(values))
-        assert item.steps == tuple(step if step is None else pytest.approx(step) for step in steps)
-        for k in range(3):
-            np.testing.assert_allclose(numbers(item.changed(k, 0.01)), np.add(values, 0.01 * np.eye(3)[k]), rtol=1e-14)
+        for k, (item, axis) in enumerate(zip(known[name], "xyz", strict=True)):
+            values = numbers(item.description)
+            assert (item.name, item.unit, item.value) == (f"{name}.{axis}", unit, values[k])
+            assert item.step == (steps[k] if steps[k] is None else pytest.approx(steps[k]))
+            np.testing.assert_allclose(numbers(item.changed(0.01)), np.add(values, 0.01 * np.eye(3)[k]), rtol=1e-14)
     for name in ("hinge", "slide", "wrist"):
-        item = known[f"{name}.placement"]
-        assert (item.units, item.shape, item.values) == (("m",) * 3 + ("rad",) * 3, (6,), (0.0,) * 6)
-        assert item.steps == pytest.approx((1e-3 * LENGTH,) * 3 + (1e-3,) * 3)
+        items = known[f"{name}.placement"]
+        assert [item.name.rpartition(".")[2] for item in items] == ["x", "y", "z", "rx", "ry", "rz"]
+        assert [item.unit for item in items] == ["m"] * 3 + ["rad"] * 3
+        assert [item.step for item in items] == pytest.approx([1e-3 * LENGTH] * 3 + [1e-3] * 3)
+        assert {value for item in items for value in (item.value, item.of(item.changed(0.1)))} == {0.0}
     assert machine().length == pytest.approx(LENGTH)
 
 
@@ -96,9 +98,9 @@ def test_what_is_nothing_or_infinite_is_no_parameter():
     upper, rope = description.beams["upper"], description.springs["rope"]
     rigid = replace(upper, shear_coefficient=np.inf, material=replace(upper.material, density=0.0))
     other = description.with_beam(rigid).changed("rope", free_length=0.0)
-    gone = set(parameters_of(ks.Robot(description))) - set(parameters_of(ks.Robot(other)))
+    gone = set(numbers_of_parts(ks.Robot(description))) - set(numbers_of_parts(ks.Robot(other)))
     assert gone == {"upper.shear_coefficient", "upper.density", "rope.free_length"} and rope.free_length == 0.1
     light = description.with_link(replace(description.links["upper"], mass=1e-3))
-    assert parameters_of(ks.Robot(light))["upper.mass"].steps == pytest.approx((1e-6,))
+    assert numbers_of_parts(ks.Robot(light))["upper.mass"][0].step == pytest.approx(1e-6)
     with pytest.raises(ks.ArgumentError, match=r"has no parameter 'rope.stifness': did you mean 'rope.stiffness'"):
-        parameter_named(machine(), "rope.stifness")
+        ks.compile(machine()).jacobian("twist", "rope.stifness")
