@@ -20,6 +20,9 @@ FUNCTIONS = {
     "choices": lambda a, b: np.where((a > b) | (a <= -2) & ~(b >= 3), a, np.where(a == b, 1.0, b)),
     "rest": lambda a, b: np.where(np.isfinite(a) & ~np.isnan(b) & (a != b) & (a < 9), 1.0, 2.0),
     "reductions": lambda a, b: np.max(np.stack([a, b, a * b]), axis=0, initial=0.1) + np.stack([a, b]).sum(axis=0) * np.ones(1),
+    "kept axes": lambda a, b: (np.stack([a, b])[None] / np.max(np.stack([a, b])[None], axis=(0, 1), keepdims=True))[0, 1],
+    "last axes": lambda a, b: np.sum(np.stack([a, b], axis=-1), axis=-1) + np.stack([a, b]).sum(axis=(-2,)),
+    "nothing": lambda a, b: a + np.sum(np.stack([a, b])[:0], axis=0) + np.max(np.stack([a, b])[:0], axis=0, initial=2.5),
     "einsum": lambda a, b: np.einsum("i...,j...->ij...", np.stack([a, b]), np.stack([b, a]))[0, 1],
     "any": lambda a, b: np.where(np.any(np.stack([a > 1, b > 1]), axis=0), a, b),
 }

@@ -134,6 +134,7 @@ def test_what_changes_nothing_is_not_written():
     ):
         assert found == plain and not isinstance(found, Scalar)
     assert len(tape.operations) == count
+    assert scalars.both(tape.write(("parameter", 0), 2.0), truth) is truth  # a robot's number that is 0 has a guard of its own
     assert (a + b) is (b + a) and (a * b) is (b * a) and scalars.both(truth, more) is scalars.both(more, truth)
     assert (a - b) is not (b - a) and scalars.angle_of(a, b) is not scalars.angle_of(b, a)
 
