@@ -5,7 +5,7 @@ import package_robots
 import pytest
 from simple_machines import joint, link, robot, springs
 
-from kinetostatics.limbs.geometry import _orientations
+from kinetostatics.limbs.geometry import _nearest_centres, _orientations
 
 pytestmark = pytest.mark.smoke
 
@@ -72,3 +72,10 @@ def test_a_limb_ends_where_the_axes_of_its_last_joint_meet(outside, end):
     centres = group.geometry(machine.zero_frames, np.zeros((3, 1))).centres[:, :, 0, 0]
     np.testing.assert_allclose(centres[:, 0], [0.3, 0, 0], atol=1e-12)
     np.testing.assert_allclose(centres[:, -1], end, atol=1e-12)
+
+
+def test_the_joint_with_a_centre_that_is_nearest_and_the_outer_of_two():
+    assert _nearest_centres([False, True, False, True, False, False], True) == {0: 1, 2: 3, 4: 3, 5: 3}
+    assert _nearest_centres([True, False, False, True], True) == {1: 0, 2: 3}
+    assert _nearest_centres([False, False], True) == _nearest_centres([False, False], False) == {0: None, 1: None}
+    assert _nearest_centres([True, False, True], False) == {1: None}  # in a limb that branches there is no next one
