@@ -26,6 +26,22 @@ def test_directions_without_compliance_are_rigid(difference, count):
     assert (np.max(np.abs(gain)) > 10) == (not count)
 
 
+@pytest.mark.parametrize(("difference", "rigid"), [(0.0, True), (1e-7, False), (0.1, False)])
+def test_self_stresses_of_other_sizes_relax_alike(difference, rigid):
+    """What answers strains is an inverse where there is one; combinations that nothing elastic carries strain nothing."""
+    sizes = np.array([0.1, 20.0])
+    gram = (sizes[:, None] * sizes)[:, :, None, None] * alike(difference)
+    gain, loose = _relaxation(gram, np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
+    G, answer, combinations = (
+        gram[..., 0, 0] / sizes / sizes[:, None],
+        gain[..., 0, 0] * sizes * sizes[:, None],
+        loose[:, 0, :, 0, 0],
+    )
+    np.testing.assert_allclose(G @ answer @ G, G, atol=1e-8)
+    np.testing.assert_allclose(gram[..., 0, 0] @ combinations, 0, atol=1e-14)
+    assert np.any(combinations) == rigid
+
+
 @pytest.mark.parametrize(("pivot", "doubtful"), [(1e-5, False), (2e-6, False), (5e-7, True), (0.0, True)])
 def test_pivots_that_are_not_trusted(pivot, doubtful):
     """x + y = −d and pivot · y = −e; the platform feels the third unknown."""
