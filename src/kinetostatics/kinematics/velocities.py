@@ -10,6 +10,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.tree import Frames
 
 #: Part of a change that the loops cannot follow above which they stay open.
@@ -54,7 +55,7 @@ def frame_rates(moves: Array, twists: Array, frames: Frames, v: Array) -> tuple[
     """
     twist = np.einsum("bk,ikn,kn->ibn", moves, twists, v, optimize=True)
     rotation = np.stack([cross(twist[3:], frames.rotation[:, j]) for j in range(3)], axis=1)
-    return rotation, twist[:3] + cross(twist[3:], frames.position)
+    return rotation, move_twist(twist, frames.position)[:3]
 
 
 def actuator_rates(solver: Solver, given: PrescribedCoordinates, poses: SolverState, v: Array) -> Array:

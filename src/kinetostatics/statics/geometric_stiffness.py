@@ -15,6 +15,7 @@ from kinetostatics.limbs.beam import turned_forces
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
+from kinetostatics.math.screws import move_twist, move_wrench, wrench_of_force
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.geometric_terms import Block, GeometricTerms, PlacedSpring, coordinates_of
@@ -51,8 +52,7 @@ class GeometricStiffness:
             elif kind == "slide":
                 item = self._parts.passages[number]
                 for slide in item.slides:
-                    force = self._direction(slide)
-                    wrench = np.concatenate([force, cross(self._arm(item), force)])
+                    wrench = wrench_of_force(self._direction(slide), self._arm(item))
                     acting.append({item.places[0]: -wrench, item.places[1]: wrench})
             else:
                 acting += [self._springs[number].pull(-unit, o)[0] for unit in units]
@@ -75,7 +75,10 @@ class GeometricStiffness:
             else:
                 spring = self._springs[number]
                 ends: list[Array] = [
-                    np.sum([np.where(here, _at(motion(place), point - self._o), 0.0) for place, here in places.items()], axis=0)
+                    np.sum(
+                        [np.where(here, _at(motion(place), point - self._o), 0.0) for place, here in places.items()],
+                        axis=0,
+                    )
                     for point, places in zip(spring.points, spring.places, strict=True)
                 ]
                 rows.append(ends[1] - ends[0])
@@ -99,8 +102,9 @@ class GeometricStiffness:
                     acting.append((place, end - self._o, np.where(here, sign * spring.force, np.zeros_like(end))))
         passages = []
         for item in parts.passages:
-            wrench, arm = carried.by_outer_side(item), self._arm(item)
-            force, moment = wrench[:3], wrench[3:] - cross(arm, wrench[:3])
+            arm = self._arm(item)
+            wrench = move_wrench(carried.by_outer_side(item), arm)
+            force, moment = wrench[:3], wrench[3:]
             acting.append((item.places[1], arm, force))
             axes = np.stack([self._direction(slide) for slide in item.slides], axis=1) if item.slides else None
             if item.edge.beam is None:
@@ -192,4 +196,4 @@ class _Carried:
 
 def _at(twists: Array, arm: Array) -> Array:
     """Return the displacements (3, S, N) of a point at ``arm`` (3, N) from o by twists (6, S, N) about o."""
-    return np.asarray(twists[:3] + cross(twists[3:], arm[:, None]))
+    return move_twist(twists, arm)[:3]

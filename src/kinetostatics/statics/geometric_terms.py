@@ -16,6 +16,7 @@ from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
+from kinetostatics.math.screws import move_wrench, wrench_of_force
 from kinetostatics.statics.turning_parts import BASE, PLATFORM, Passage, TurningParts
 
 
@@ -46,7 +47,7 @@ class PlacedSpring:
         wrenches: dict[str, Array] = {}
         points: dict[str, Array] = {}
         for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
-            wrench = sign * np.concatenate([force, cross(point - o, force)])
+            wrench = sign * wrench_of_force(force, point - o)
             for place, where in places.items():
                 wrenches[place] = wrenches.get(place, 0.0) + np.where(where, wrench, 0.0)
                 points.setdefault(place, point)
@@ -220,7 +221,7 @@ class GeometricTerms:
         def put(place: str, arm: Array, force: Array, couple: Array) -> None:
             held = self._held(self._parts.part_of[place])  # a spin does no work: what is left of that is rounding
             couple = couple if held is None else np.einsum("ijn,jsn->isn", held, couple)
-            wrench = np.concatenate([force, couple + cross(arm[:, None], force)])
+            wrench = move_wrench(np.concatenate([force, couple]), -arm)
             found[place] = found.get(place, 0.0) + wrench
 
         for place, arm, force in self._acting:
