@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, names_in
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
@@ -129,7 +130,7 @@ def sensitivities(
             sources = {name: tip.moved(twist) for name, twist in sources.items()}
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
     if by is None:
-        whole = _numbers(configuration, result, place, asked)
+        whole = numbers_of(configuration, result, place, asked)
         found = {name: item for name, item in found.items() if _does_anything(item, whole)}
     order = sorted(found, key=every.order)
     return replace(every, parameters=Named({name: found[name] for name in order}))
@@ -175,11 +176,9 @@ def slopes_by(
             if all(np.all(np.isfinite(array)) for array in exact.values()):
                 return exact, True
     step = STEP / STEP_OF_CONSTANTS * (number.step or 1.0)
-    given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
     def numbers(by: float) -> dict[str, Array]:
-        pose = same_pose(nominal.configuration, Robot(number.changed(by)), loops_for(analysis))
-        return _numbers(pose, None if set(asked) <= OF_POSES else analyze(pose, on_failure="nan", **given), tool, asked)
+        return quantities_of(number.changed(by), nominal, analysis, tool, asked)
 
     above = numbers(step)
     try:
@@ -192,7 +191,20 @@ def slopes_by(
         return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}, False
 
 
-def _numbers(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
+def quantities_of(
+    description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
+) -> dict[str, Array]:
+    """Return what is asked for of another robot at the same pose, batch axes first, then those of actuators.
+
+    Raises:
+        KinetostaticsError: there is no such robot.
+    """
+    pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
+    result = None if set(asked) <= OF_POSES else analyze(pose, **{**analysis, "on_failure": "nan"})
+    return numbers_of(pose, result, tool, asked)
+
+
+def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
     """Return what is differentiated of a pose, and of its analysis."""
     found: dict[str, Array] = {}
     if "mass" in asked:

@@ -12,7 +12,6 @@ import itertools
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,22 +21,20 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
 from kinetostatics.design.many_robots import WANTED, ManyRobots
 from kinetostatics.design.requirements import parse_number, typed_unit
-from kinetostatics.design.sensitivities import slopes_by
-from kinetostatics.engine.programs import loops_for
+from kinetostatics.design.sensitivities import numbers_of, quantities_of, slopes_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
-from kinetostatics.kinematics.assembly import SolverChoice
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_tolerance
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.parametric.numbers import Number
-from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops, same_pose
+from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.results.spread import LENGTHS, Spread, SpreadQuantities, Toleranced, quantities
-from kinetostatics.results.tool_point import seen, tool_on_robot
-from kinetostatics.robot import Robot, robot_of
+from kinetostatics.results.tool_point import tool_on_robot
+from kinetostatics.robot import robot_of
 
 #: Standard deviation of a parameter, as part of its tolerance, by its distribution.
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
@@ -112,9 +109,8 @@ def spread(
     result = analyze(configuration, **analysis)
     if result.shape != ():
         raise ArgumentError("spread wants a single pose and a single load")
-    given = {name: value for name, value in analysis.items() if name != "on_failure"}
     derivatives = derivatives_at(result, analysis, place, WANTED)
-    effects = _first_order(result, derivatives, numbers, amounts, given, place)
+    effects = _first_order(result, derivatives, numbers, amounts, analysis, place)
     sigma = DEVIATIONS[distribution] * amounts
     parameters = {
         item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
@@ -124,7 +120,7 @@ def spread(
     units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
     values = sigma[:, None] * units((len(numbers), count))
     worst, deviation = _worst(list(effects.values())), _deviation(list(effects.values()), sigma / amounts)
-    samples, difference = _samples(result, derivatives, family, numbers, values, given, float(deviation.displacement), place)
+    samples, difference = _samples(result, derivatives, family, numbers, values, analysis, float(deviation.displacement), place)
     nominal = np.array([item.value for item in numbers])
     return Spread(
         result,
@@ -205,10 +201,13 @@ def _first_order(
         slopes, _ = slopes_by(number, nominal, derivatives, analysis, tool, WANTED)
         if not np.all(np.isfinite(slopes["twist"])):
             raise opens_loops(number.name)
-        forces = {name: frozen(amount * slopes["actuator_forces"][..., k]) for k, name in enumerate(driven)}
-        twist, stiffness = (frozen(amount * slopes[name]) for name in ("twist", "stiffness"))
-        found[number.name] = quantities(twist, stiffness, Named(forces), np.zeros(6))
+        found[number.name] = _quantities({name: amount * slope for name, slope in slopes.items()}, driven, np.zeros(6))
     return found
+
+
+def _quantities(arrays: Mapping[str, Array], driven: Sequence[str], origin: Array) -> SpreadQuantities:
+    forces = Named({name: frozen(arrays["actuator_forces"][..., k]) for k, name in enumerate(driven)})
+    return quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, origin)
 
 
 def _worst(effects: Sequence[SpreadQuantities]) -> SpreadQuantities:
@@ -270,49 +269,28 @@ def _samples(
     tool: Array | None,
 ) -> tuple[SpreadQuantities, float]:
     """Return the quantities of all robots, and by how many standard deviations those that were made one by one differ."""
-    configuration, driven, N = nominal.configuration, nominal.robot.description.driven, values.shape[1]
+    N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
     if derivatives is not None:
         with waiting(f"computing {N:,} robots"):
-            found = ManyRobots(derivatives, family, numbers, np.max(np.abs(values), axis=1)).at(values)
-            twist, stiffness = (np.moveaxis(found[name], -1, 0) for name in ("twist", "stiffness"))
-            forces = found.get("actuator_forces", np.zeros((0, N)))
-            is_lost = np.isnan(twist[:, 0])
-            lost, checked = np.flatnonzero(is_lost), np.flatnonzero(~is_lost)[:CHECKED].tolist()
+            made = ManyRobots(derivatives, family, numbers, np.max(np.abs(values), axis=1)).at(values)
+        found = {name: np.moveaxis(array, -1, 0) for name, array in made.items()}
     else:
-        twist, stiffness, forces = np.full((N, 6), np.nan), np.full((N, 6, 6), np.nan), np.full((len(driven), N), np.nan)
-        lost, checked = np.arange(N), []
-    worst, loops = math.nan, loops_for(analysis)
-    for done, k in enumerate([*checked, *lost.tolist()]):
-        with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
-            off = {item.name: float(by) for item, by in zip(numbers, values[:, k], strict=True)}
-            own = _of(_made_pose(configuration, family, off, loops), analysis, tool, len(driven))
-        if done < len(checked):
-            apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
+        found = {name: np.full((N, *array.shape), np.nan) for name, array in own.items()}
+    is_lost = np.isnan(found["twist"][:, 0])
+    checked, lost = np.flatnonzero(~is_lost)[:CHECKED], np.flatnonzero(is_lost)
+    worst = math.nan
+    for done, k in enumerate([*checked.tolist(), *lost.tolist()]):
+        off = {item.name: float(by) for item, by in zip(numbers, values[:, k], strict=True)}
+        with waiting(f"making robots one by one: {done} of {checked.size + lost.size}"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                one = quantities_of(family.off(off), nominal, analysis, tool, WANTED)
+            except KinetostaticsError:  # there is no such robot
+                continue
+        if done < checked.size:
+            apart = float(np.linalg.norm((one["twist"] - found["twist"][k])[:3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
         else:
-            twist[k], stiffness[k], forces[:, k] = own
-    own_forces = Named({name: frozen(row) for name, row in zip(driven, forces, strict=True)})
-    return quantities(frozen(twist), frozen(stiffness), own_forces, seen(nominal, tool).twist), worst
-
-
-def _made_pose(
-    configuration: Configuration, family: ParametricRobot, off: Mapping[str, float], loops: SolverChoice
-) -> Configuration | None:
-    """Return the pose of a robot made with its parameters off; None if there is no such robot."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return same_pose(configuration, Robot(family.off(off)), loops)
-    except KinetostaticsError:
-        return None
-
-
-def _of(
-    pose: Configuration | None, analysis: Mapping[str, Keyword], tool: Array | None, actuators: int
-) -> tuple[Array, Array, Array]:
-    """Return twist, stiffness and actuator forces, NaN where there is no pose."""
-    if pose is None:
-        return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(actuators, np.nan)
-    result = analyze(replace(pose), on_failure="nan", **analysis)
-    tip = seen(result, tool)
-    return tip.twist, tip.stiffness, np.array([float(force) for force in result.actuator_forces.values()])
+            for name, array in one.items():
+                found[name][k] = array
+    return _quantities(found, nominal.robot.description.driven, own["twist"]), worst
