@@ -70,7 +70,7 @@ def jacobian_programs(
     frames = solver.place(example.x).frames
     bodies = frames.position.shape[1]
     rates = rates_record(solver, prescribed, example, local)
-    motion = motion_record(solver, given, body_moves(solver), (example, frames), 0)
+    motion = motion_record(solver, given, body_moves(solver), (example, frames), local)
     names = list(dict.fromkeys(output.name for output, _, _ in pairs if output.name != "actuators"))
     starts = np.cumsum([0, *(len(record.rows[name]) for name in names)]).tolist()
     wanted = tangent_record(record.tape, [row for name in names for row in record.rows[name]], 4)
@@ -87,7 +87,9 @@ def jacobian_programs(
             structure_of(solver, prescribed, local).values,
             ("x", "c"),
         ),
-        c_program("motion", motion.tape, motion.numbers, structure_of(solver, given, 0).values, ("x", "frames", "v"), of_motion),
+        c_program(
+            "motion", motion.tape, motion.numbers, structure_of(solver, given, local).values, ("x", "frames", "v"), of_motion
+        ),
         c_program("tangent", record.tape, wanted, numbers, (*held, *(f"d_{name}" for name in held)), of_tangent),
         solver.tree.nv,
         bodies,

@@ -83,7 +83,7 @@ class Parts:
         self.nx, self.nt = example.x.shape[0], prescribed.size
         given = robot.actuator_coordinates
         actuators = actuators_record(solver, given, example)
-        self.actuators = of_program("actuators", actuators, structure_of(solver, given, 0).values, ("x",))
+        self.actuators = of_program("actuators", actuators, structure_of(solver, given, self.line.local).values, ("x",))
         order = actuator_names(robot.mechanism, robot.equations)
         self.actuator_order = [order.index(name) for name in robot.description.driven]
         # the statics, and of the frames what they take
