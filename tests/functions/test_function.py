@@ -213,11 +213,11 @@ def test_derivatives_of_batches_of_loads_and_gravity_are_those_of_each():
 def test_where_no_pose_is_reached_there_are_no_derivatives():
     f, at = function_of("delta")
     parameters = ("platform.mass", next(name for name in f.parameters if name.endswith("diameter")))
-    found = f.jacobian(OUTPUTS, ("z", "load", *parameters))(**{**at, "z": [-9.0, -10.0]}, load=LOAD)
+    found = f.jacobian(OUTPUTS, ("z", "load", *parameters))(**{**at, "z": [-9.0]}, load=LOAD)
     for output, parts in found.items():
         for name, array in parts.items():
             shape = (f.inputs[name] if name in f.inputs else f.parameters[name]).shape
-            assert array.shape == (2, *f.outputs[output].shape, *shape) and np.isnan(array).all()
+            assert array.shape == (1, *f.outputs[output].shape, *shape) and np.isnan(array).all()
 
 
 def test_numbers_that_cannot_be_changed_change_nothing():

@@ -122,11 +122,10 @@ class Derivatives:
         shapes: Mapping[str, tuple[int, ...]] = {}
         records: list[tuple[OutputRecord, Index]] = []
         while left.size or total is None:
-            first = int(left[0]) if left.size else None
-            example = decided.example if first is None else frames.take(slice(first, first + 1))
-            at = slice(0, 1) if first is None else slice(first, first + 1)
+            first = np.array([left[0] if left.size else 0])
+            example = frames.take(first) if left.size else decided.example
             try:
-                record = output_record(decided, names, (example, self.load[:, at], self.gravity[:, at]), tool=self.tool)
+                record = output_record(decided, names, (example, self.load[:, first], self.gravity[:, first]), tool=self.tool)
             except NotRecordedError as error:
                 raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
             rows = [row for name in names for row in record.rows[name]]
@@ -251,7 +250,7 @@ class Derivatives:
         return {name: np.stack([column[name] for column in columns], axis=-2) for name in self.outputs}
 
     def _nothing(self) -> dict[str, Array]:
-        return self._collected(0 * self._statics.load[:, 0], np.zeros((len(self.robot.description.driven), self.N)))
+        return self._collected(0 * self._statics.load.sum(axis=1), np.zeros((len(self.robot.description.driven), self.N)))
 
     def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by a number, by wrench bases that suit the robot a little different, too.
