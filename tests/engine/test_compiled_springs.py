@@ -1,5 +1,6 @@
 """Robots with springs by compiled code: what is recorded is what NumPy computes, and functions and derivatives follow."""
 
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -9,7 +10,7 @@ import tapes
 from tapes import differences, evaluated, some_poses
 
 import kinetostatics as ks
-from kinetostatics.description import Spring
+from kinetostatics.description import Joint, JointStiffness, Link, Spring
 from kinetostatics.engine import record
 from kinetostatics.engine.record import record_of
 from kinetostatics.engine.scalars import NotRecordedError
@@ -62,6 +63,22 @@ def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
     without = solve_with_springs(bare.statics, *poses)
     for changed in (found.twists.sum(axis=1) - without.twists.sum(axis=1), found.compliance - without.compliance):
         assert np.max(np.abs(changed)) > 1e-6 * np.max(np.abs(without.compliance))
+
+
+@pytest.mark.parametrize("stiffness", [JointStiffness("hook", drive=2e3), JointStiffness("hook", angular=(1e3, np.inf, 2e3))])
+def test_elastic_actuators_and_elastic_joints_of_open_branches_are_recorded_with_springs(stiffness):
+    """A hook on the crank of a five-bar with elastic actuators, driven too or elastic across its axis."""
+    description = package_robots.soft_five_bar().description.with_link(Link("hook", mass=2.0, center_of_mass=(0.1, 0, 0.05)))
+    hook = Joint("hook", "revolute", "proximal_1", "hook", axis=(0, 1, 0), lower=-1, upper=1)
+    description = replace(description.with_joint(hook), driven=(*description.driven, "hook")).with_joint_stiffness(stiffness)
+    for name, link in (("pull", "tool"), ("balance", "hook")):
+        description = description.with_spring(
+            Spring(name, 300.0, "base", link, (0.1, 0.6, 0.0), (0.1, 0.0, 0.0), free_length=0.1)
+        )
+    robot = ks.Robot(description)
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    assert np.all(holds) and max(differences(found, solve_with_springs(robot.statics, *poses)).values()) < 1e-11
 
 
 def test_both_engines_say_the_same_of_springs():

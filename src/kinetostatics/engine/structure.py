@@ -47,6 +47,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
 }
 #: What is kept besides where loads or springs act on links: the places at which they do, and how these move.
 _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
+    RobotStatics: ("branch_drives", "branch_springs"),
     RobotDescription: ("beams", "joint_stiffness"),
     elements.Spring: (
         *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
@@ -55,7 +56,7 @@ _WITH_LOADS: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("body_of", "connections"),
     Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
-    ElasticJoint: ("joint",),
+    ElasticJoint: ("joint", "body", "frame", "linear", "angular"),
     LimbDrive: ("joints",),
     LimbGroup: ("compounds", "elements", "_edges"),
     CompoundJoint: ("joints",),

@@ -43,10 +43,8 @@ class BranchJoint:
 
 def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
     """Return the joints of open branches that an actuator moves."""
-    topology, found = model.topology, []
-    edges = [edge for limb in topology.all_limbs for edge in limb.branches] + [*topology.base.edges, *topology.platform.edges]
-    ratios = dict(drive.moves)
-    for edge in edges:
+    found, ratios = [], dict(drive.moves)
+    for edge in model.topology.branch_edges:
         if edge.joint in ratios:
             freedoms = Freedoms(freedoms_of(model.mechanism, model.mechanism.connections[edge.joint], edge.sign))
             outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)

@@ -64,7 +64,7 @@ def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
     """Return all elastic actuators by the name of their joint."""
     found = {}
     for name, stiffness in mechanism.description.joint_stiffness.items():
-        if stiffness.drive is not None and np.isfinite(stiffness.drive):
+        if stiffness.drive is not None and stiffness.drive < np.inf:
             followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
             moves = tuple((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
             found[name] = Drive(name, 1 / stiffness.drive, ((name, 1.0), *moves))

@@ -153,3 +153,8 @@ class Topology(ShortRepr):
     def all_limbs(self) -> tuple[Limb, ...]:
         """The limbs, and behind them the closed chains that hang on base or platform alone."""
         return (*self.limbs, *self.hanging)
+
+    @property
+    def branch_edges(self) -> tuple[Edge, ...]:
+        """The edges of all open branches: those of limbs, and those on base or platform."""
+        return (*(edge for limb in self.all_limbs for edge in limb.branches), *self.base.edges, *self.platform.edges)

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.compliance import spring_motion
-from kinetostatics.limbs.drives import BranchJoint, branch_joints
+from kinetostatics.limbs.drives import BranchJoint
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import rotate, wrench_of_force
-from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
@@ -298,7 +297,7 @@ def _deform_branches(
             axial = elsewhere * np.einsum("ign,in->gn", axes[:, 0], own[:3])
             out.beams.append(replace(beams, inner=motion[:, :, None], stretch=stretch, elsewhere=axial))
             motion = motion + beams.end_twist()[:, :, 0]
-        for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
+        for spring in robot.branch_springs.get(str(edge.joint), ()):
             axes = frames.orientations(np.array([spring.body]), spring.frame[:3, :3, None])
             arm = frames.points(np.array([spring.body]), spring.frame[:3, 3:]) - solution.o[:, None]
             moves = spring_motion(spring.linear[..., None], spring.angular[..., None], axes, arm, carried)[0]
@@ -322,10 +321,9 @@ def _wind_up_branches(
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
     place_of = {edge.key: place for edges, place in branches for edge in edges}
-    for name, drive in drives_of(robot.mechanism).items():
-        joints = branch_joints(robot, drive)
-        found |= {joint.edge.key: (name, joint) for joint in joints}
-        if name in out.wound_up or not joints:
+    for drive, joints in robot.branch_drives:
+        found |= {joint.edge.key: (drive.joint, joint) for joint in joints}
+        if drive.joint in out.wound_up:
             continue
         force = np.zeros((len(solution.sources) + 1, solution.o.shape[1]))
         for joint in joints:
@@ -334,7 +332,7 @@ def _wind_up_branches(
             own = np.einsum("w,iwn->in", joint.outboard, solution.weights)[:, None] * share
             carried = _with_branch_loads(solution, joint.edge, own)
             force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
-        out.wound_up[name] = drive.compliance * force
+        out.wound_up[drive.joint] = drive.compliance * force
     return found
 
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
+from kinetostatics.limbs.drives import BranchJoint, branch_joints
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.model import StaticModel
+from kinetostatics.mechanism.elastic_joints import Drive, ElasticJoint, drives_of, springs_of
 from kinetostatics.mechanism.joint_freedoms import freedoms_of
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
@@ -23,13 +26,17 @@ class RobotStatics(StaticModel):
         joint_table: all joints through which something is held.
         example: frames of one generic pose.
         parts: of a robot with springs, what turns relative to what; else None.
+        branch_drives: elastic actuators that move joints of open branches, and these.
+        branch_springs: what is elastic in joints of open branches, by their names.
     """
 
     groups: tuple[LimbGroup, ...]
     open_branches: tuple[OpenBranch, ...]
     joint_table: JointTable
     example: Frames
-    parts: TurningParts | None = None
+    parts: TurningParts | None
+    branch_drives: tuple[tuple[Drive, tuple[BranchJoint, ...]], ...]
+    branch_springs: Mapping[str, tuple[ElasticJoint, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
@@ -65,4 +72,15 @@ def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
 def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
     branches, table = open_branches_of(model), JointTable(model)
     parts = turning_parts(model) if model.description.springs else None
-    return RobotStatics(**vars(model), groups=groups, open_branches=branches, joint_table=table, example=example, parts=parts)
+    moved = [(drive, branch_joints(model, drive)) for drive in drives_of(model.mechanism).values()]
+    springs = {edge.joint: springs_of(model.mechanism, edge.joint) for edge in model.topology.branch_edges if edge.joint}
+    return RobotStatics(
+        **vars(model),
+        groups=groups,
+        open_branches=branches,
+        joint_table=table,
+        example=example,
+        parts=parts,
+        branch_drives=tuple(item for item in moved if item[1]),
+        branch_springs={name: mine for name, mine in springs.items() if mine},
+    )
