@@ -555,7 +555,7 @@ def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, mon
     ("outputs", "words"),
     [
         (["twists"], "no output 'twists': did you mean 'twist'"),
-        (["twist", "spring_force"], "'3rps' has nothing that the output 'spring_force' could tell of"),
+        (["twist", "spring_force"], "'3rps' has no spring: there is no output 'spring_force'"),
         ("twist", r"outputs is 'twist'; it must be a sequence of names, such as \["),
     ],
 )

@@ -199,8 +199,9 @@ def check_names(spec: SweepSpec, labels: Labels) -> None:
         ArgumentError: one is, or two are called alike.
     """
     for name in spec.outputs or ():
-        if name not in variables(labels):
-            raise ArgumentError(f"{labels.robot!r} has nothing that the output {name!r} could tell of")
+        for dim in VARIABLES[name].dims:
+            if not labels.axes[dim]:
+                raise ArgumentError(f"{labels.robot!r} has no {_AXES[dim]}: there is no output {name!r}")
     taken = {*variables(labels), *_dims(labels), *_said(labels)}
     for name in (*(axis.name for axis in spec.axes), *spec.held, *spec.constants):
         if name in taken:
