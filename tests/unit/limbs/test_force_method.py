@@ -32,13 +32,10 @@ def test_self_stresses_of_other_sizes_relax_alike(difference, rigid):
     sizes = np.array([0.1, 20.0])
     gram = (sizes[:, None] * sizes)[:, :, None, None] * alike(difference)
     gain, loose = _relaxation(gram, np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
-    G, answer, combinations = (
-        gram[..., 0, 0] / sizes / sizes[:, None],
-        gain[..., 0, 0] * sizes * sizes[:, None],
-        loose[:, 0, :, 0, 0],
-    )
+    G, answer, combinations = alike(difference)[..., 0, 0], gain[..., 0, 0] * sizes * sizes[:, None], loose[:, 0, :, 0, 0]
     np.testing.assert_allclose(G @ answer @ G, G, atol=1e-8)
     np.testing.assert_allclose(gram[..., 0, 0] @ combinations, 0, atol=1e-14)
+    assert (np.linalg.norm(answer @ [1.0, -1.0]) < 1e-9) == rigid
     assert np.any(combinations) == rigid
 
 
