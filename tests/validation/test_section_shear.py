@@ -211,6 +211,18 @@ def test_the_largest_stress_around_an_inner_corner_is_found(sides):
     assert np.all(section.stress(wrenches, NU) >= 0.985 * arc)
 
 
+@pytest.mark.parametrize("ratio", [12, 20, 300])
+def test_the_largest_stress_of_long_rectangles_is_found(ratio):
+    """Against points all over the section: some are largest at a distance of two or three walls from the short sides."""
+    section, rng = Rectangle.of(0.01 * ratio, 0.01), np.random.default_rng(0)
+    rows = _square_rows(section)
+    sizes = np.sqrt((rows**2).sum(axis=1).max(axis=0))
+    wrenches = rng.normal(size=(6, 1500)) * rng.choice([0.0, 0.3, 1.0], size=(6, 1500)) / sizes[:, None]
+    wrenches[[0, 4, 5], :750] *= 0.02
+    everywhere = np.sqrt(np.einsum("k,pkn->pn", [1, 3, 3], np.einsum("pki,in->pkn", rows, wrenches) ** 2).max(axis=0))
+    assert np.all(section.stress(wrenches, NU) >= 0.981 * everywhere)
+
+
 def _rows_at(section, y, z):
     """Stresses (P, 3, 6) under unit wrenches at points of the first quarter and their mirror images."""
     t = getattr(section, "thickness", 0) or min(section.width, section.height) / 2

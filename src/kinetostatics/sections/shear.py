@@ -192,7 +192,7 @@ class ShearFunctions:
         t = self.thickness
         hole = half - t
         if hole.min() <= 0:
-            y, z = np.meshgrid(*(_spread(size, t, (0.3, 0.7, 1.5, 3)) for size in half))
+            y, z = np.meshgrid(*(_spread(size, t, (0.25, 0.5, 1, 1.5, 2.5)) for size in half))
             return y.ravel(), z.ravel()
         near = min(t, *(hole / 2))
         angle = np.radians([-45, 0, 45, 90, 135])
