@@ -116,7 +116,8 @@ def pairs_of(
     return [(outputs[a], inputs[b], f"{a}_by_{c_names.get(b, b)}") for a in of for b in by]
 
 
-def _size(item: Quantity) -> int:
+def size(item: Quantity) -> int:
+    """Return how many numbers it has."""
     return int(np.prod(item.shape))
 
 
@@ -125,7 +126,7 @@ def header(name: str, scalar: str, facts: Facts) -> str:
     fields = []
     for output, value, field in facts["parts"].jacobian.pairs:
         shape = " x ".join(str(n) for n in (*output.shape, *value.shape))
-        fields.append(f"    {scalar} {field}[{_size(output) * _size(value)}]; /* {shape}, row by row */")
+        fields.append(f"    {scalar} {field}[{size(output) * size(value)}]; /* {shape}, row by row */")
     return f"""
 /* Derivatives of outputs by inputs, with the loops kept closed. */
 typedef struct {{
@@ -144,12 +145,12 @@ def source(name: str, scalar: str, facts: Facts) -> str:
     programs: JacobianPrograms = parts.jacobian
     bodies, freedoms, actuators = programs.bodies, programs.freedoms, len(parts.actuator_order)
     lost = [
-        f"    for (k = 0; k < {_size(output) * _size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
+        f"    for (k = 0; k < {size(output) * size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
         for output, value, field in programs.pairs
     ]
     blocks = []
     for value in dict.fromkeys(pair[1] for pair in programs.pairs):
-        columns, moves = _size(value), value.name not in LOADS
+        columns, moves = size(value), value.name not in LOADS
         if moves:
             row = facts["controlled"].index(value.name)
             setting = [f"    motion(state->x, frame, v + {row * freedoms}, w, d_frame);", "    k = 0;"]
@@ -170,12 +171,12 @@ def source(name: str, scalar: str, facts: Facts) -> str:
             else:
                 at = programs.rows[output.name]
                 taken.append(
-                    f"    for (i = 0; i < {_size(output)}; ++i) jacobian->{field}[i * {columns} + k] = ({scalar})rate[{at} + i];"
+                    f"    for (i = 0; i < {size(output)}; ++i) jacobian->{field}[i * {columns} + k] = ({scalar})rate[{at} + i];"
                 )
         ending = [] if moves else [f"    d_{value.name}[k] = 0.0;", "    }"]
         call = "    tangent(frame, load, gravity, d_frame, d_load, d_gravity, w, rate);"
         blocks += [*setting, call, *taken, *ending]
-    rows = sum(_size(output) for output in dict.fromkeys(pair[0] for pair in programs.pairs))
+    rows = sum(size(output) for output in dict.fromkeys(pair[0] for pair in programs.pairs))
     return f"""
 int {name}_differentiate(
     const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian)

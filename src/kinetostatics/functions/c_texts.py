@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from kinetostatics.functions import c_counts, c_jacobian
 from kinetostatics.functions.c_source import source, valid
 from kinetostatics.functions.c_test import test
@@ -51,18 +49,14 @@ def _about(facts: Facts) -> str:
     return "where to command the actuators, and what to feed forward, so that the loaded platform stands where it is asked to"
 
 
-def _size(shape: Sequence[int]) -> str:
-    return f"[{int(np.prod(shape))}]"
-
-
 def _words(item: Quantity) -> str:
     """Return what a quantity is: meaning, order and units."""
     units = ", ".join(dict.fromkeys(item.units))
-    parts = [item.meaning, f"in the order {', '.join(item.components)}" if item.components else ""]
-    if len(item.shape) == 2:
-        first, last = item.axes.values()
-        rows = "" if first == last else f", rows {', '.join(first)}"
-        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}{rows}")
+    rows, last = ((), (), *item.axes.values())[-2:]
+    parts = [item.meaning, f"in the order {', '.join(last)}" if last else ""]
+    if rows:
+        more = "" if rows == last else f", rows {', '.join(rows)}"
+        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}{more}")
     return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
 
 
@@ -74,7 +68,7 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
         zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
-    outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
+    outputs = [f"    {scalar} {item.name}[{c_jacobian.size(item)}]; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
     actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in facts["limits"].items()]
     checked = "which the status tells" if facts["compensates"] else "which are not checked"
@@ -208,7 +202,7 @@ add_test(NAME {name} COMMAND {name}_test)
 def _readme(name: str, scalar: str, facts: Facts) -> str:
     parts = facts["parts"]
     inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
-    outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
+    outputs = "\n".join(f"- `{item.name}[{c_jacobian.size(item)}]`: {_words(item)}" for item in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
     example = "\n".join(
         f"input.{c} = {facts['start'][item.name]:.6g}; /* {item.units[0]} */"

@@ -40,11 +40,6 @@ class Quantity:
     axes: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
     meaning: str = ""
 
-    @property
-    def components(self) -> tuple[str, ...]:
-        """What each component along the last axis is, if they have names."""
-        return list(self.axes.values())[-1] if self.axes else ()
-
     def __str__(self) -> str:
         units = ", ".join(dict.fromkeys(self.units))
         shape = f" {self.shape}" if self.shape else ""
