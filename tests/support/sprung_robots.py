@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import hybrid_robots
 import numpy as np
 import package_robots
 import pinocchio as pin
@@ -81,3 +82,12 @@ def serial(kinds, seed, springs=None, rigid=True):
     count = int(rng.integers(1, 4)) if springs is None else springs
     robot = ks.Robot(with_random_springs(description, rng, may_be_loaded(at), count))
     return robot.configuration(pin.neutral(robot.model))
+
+
+def hybrid(seed, springs=3):
+    """Return a robot of :func:`hybrid_robots.random_hybrid` at its zero pose, with springs."""
+    _, file = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)
+    robot = file.robot()
+    at = robot.configuration(pin.neutral(robot.model))
+    description = with_random_springs(robot.description, np.random.default_rng(seed), may_be_loaded(at), springs)
+    return ks.Robot(description).configuration(at.q, tolerance=1e-9)

@@ -34,7 +34,7 @@ from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.model import build
 from kinetostatics.verification.pieces import Directions
-from kinetostatics.verification.solve import solve
+from kinetostatics.verification.solve import _held, solve
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
 #: Those that may be held by nothing but springs once their beams are gone, since rods spin in them.
@@ -431,6 +431,38 @@ def test_springs_on_every_robot(name, rigid):
     at = sprung_robots.bundled(name, 1, rigid=rigid)
     # some are unstable, or nearly so, and rounding counts
     assert_agrees(at, 1e-6, load=LOAD, payload=ks.Payload(3.0, (0.1, 0.05, -0.2)))
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(21063, id="universal joint between links that the tree welds"),
+        pytest.param(20359, id="elastic slide whose bearing gives way along it, too"),
+        pytest.param(21383, id="telescope whose slide is at the platform"),
+        pytest.param(21823, id="closed chain that ends inside a ball of three hinges"),
+        pytest.param(21327, id="universal joint in a closed chain on the base"),
+    ],
+)
+def test_springs_on_hybrid_robots(seed):
+    assert_agrees(sprung_robots.hybrid(seed), load=LOAD)
+
+
+@pytest.mark.slow
+def test_joint_wrenches_beside_spinning_rods():
+    """What a ball carries follows the mean of its sides, without the rods' spins, which nothing holds."""
+    found = ks.verify(sprung_robots.bundled("delta", 1, rigid=False), LOAD)
+    assert found.differences["joint_wrenches"] < 1e-8
+
+
+@without_opensees
+def test_soft_motions_of_the_platform_are_no_spins():
+    """Of two motions that are 1e10 times as soft as the rest, and on which no force at the pose acts, one moves the platform."""
+    soft, spin = np.zeros(12), np.zeros(12)
+    soft[[0, 7]] = 0.01, 1
+    spin[11] = 1
+    found = _held(np.eye(12) + 1e10 * (np.outer(soft, soft) + np.outer(spin, spin)), np.diag([0.0] * 6 + [1, 0, 1, 1, 1, 0]))
+    np.testing.assert_allclose(found, np.eye(12) - np.outer(spin, spin), atol=1e-9)
 
 
 def hung_up(phi, stiffness=300.0):

@@ -68,7 +68,8 @@ class _Builder:
         made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
-        on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
+        held = {place for limb in numbered for place in limb.places}
+        on_base, on_platform = (self._attached(root, attached[root], held) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
         known = self.spans, self.carried_by, tuple(self.warnings), self.beam_ends
         return Topology(numbered, tuple(hanging), on_base, on_platform, *known, unsupported)
@@ -120,6 +121,8 @@ class _Builder:
                 branches.extend(chain)
         weights = [name for body in bodies for name in graph.weights_of(body)]
         weights += [f"beam:{edge.beam.beam.name}" for edge in edges if edge.beam is not None]
+        places = [name for body in bodies for name in graph.places_of(body)]
+        places += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
         return Limb(
             "",
             graph.links_of(bodies, edges),
@@ -130,8 +133,19 @@ class _Builder:
             tuple(step.outer is graph.platform and not on_platform for step in cut_joints),
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
-            tuple(name for body in bodies for name in graph.places_of(body)),
+            tuple(places),
         )
+
+    def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
+        """Return the inner and the outer end of a beam that joints in its span part from base or platform."""
+        if step.edge.beam is None:
+            return [], []
+        roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
+        forward = step.edge.inner.find() is step.inner
+        span, ends = (step.edge.beam, (0, 1)) if forward else (step.edge.beam.reversed, (1, 0))
+        sides = zip((step.inner, step.outer), (span.inward, span.outward), ends, strict=True)
+        inner, outer = ([place_of_end(name, end)] if joints and body in roots else [] for body, joints, end in sides)
+        return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
         """Note that the ends of a beam with joints in its span are ends of the beam, not of the links behind these joints."""
@@ -180,10 +194,10 @@ class _Builder:
         hanging: dict[RigidBody, list[str]] = {}
         below: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
-            mine: list[str] = []
+            _, mine = self._ends_in_span(step)
             if step.in_tree:
                 mine = self.graph.places_of(step.outer) + hanging.get(step.outer, [])
-                below[step.edge] = mine
+            below[step.edge] = mine
             own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
             hanging[step.inner] = mine + own + hanging.get(step.inner, [])
         return below
@@ -268,11 +282,11 @@ class _Builder:
         """Whether what has a name in ``outboard`` weighs something."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
-    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]]) -> AttachedBodies:
+    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], held: set[str]) -> AttachedBodies:
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*self.graph.weights_of(root), *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
-        places = [name for body in bodies for name in self.graph.places_of(body)]
+        places = [name for body in bodies for name in self.graph.places_of(body) if name not in held]
         return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
 
 

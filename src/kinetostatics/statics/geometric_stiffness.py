@@ -127,7 +127,7 @@ class GeometricStiffness:
         found[:3, 3:6], found[6:, 3:6] = -skew(force), -skew(force) / 2
         if not item.is_ball:
             found[:3, 6:] = -skew(moment) / 2
-        if len(item.turns) == 2 and item.turns[0].body != item.turns[1].body:
+        if item.is_universal:
             first, second = (self._direction(axis) for axis in item.turns)
             across = cross(first, second)
             size = np.sum(across * across, axis=0)

@@ -22,6 +22,8 @@ from kinetostatics.mechanism.limbs import Edge
 
 #: The numbers of the parts that base and platform belong to.
 BASE, PLATFORM = 0, 1
+#: Sine of the angle below which a direction lies in the span of others.
+_SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,9 @@ class Passage:
         places: names of a place for loads on either side, the inner one first.
         centre: the point at which it acts on the outer part; a beam's outer end.
         turns: axes of the rotations that it leaves free, inner ones first.
-        slides: directions in which its outer side may move relative to the inner one at the centre.
+        slides: orthonormal directions in which its outer side may move relative to the inner one at the centre.
         is_ball: whether it transmits no moment.
+        is_universal: whether it leaves two rotations free, about an axis fixed in either side.
     """
 
     edge: Edge
@@ -56,6 +59,7 @@ class Passage:
     turns: tuple[Fixed, ...]
     slides: tuple[Fixed, ...]
     is_ball: bool
+    is_universal: bool
 
 
 @dataclass(frozen=True)
@@ -199,18 +203,19 @@ class _Finder:
         parent = step.first.parent
         inner_place = self.places[step.root] if parent is None else self.place_at.get(parent, self._place_on(step.first, 0))
         places = (inner_place, outer_place)
-        return Passage(edge, step.owner, inner, outer, places, centre, turns, slides, len(turns) == 3)
+        is_universal = len(turns) == 2 == sum(dof.rotates for dof in step.dofs)
+        return Passage(edge, step.owner, inner, outer, places, centre, turns, slides, len(turns) == 3, is_universal)
 
     def _slides(self, step: _Step) -> tuple[Fixed, ...]:
         if step.edge.beam is not None:
             model = self.model.beams[step.edge.beam]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
-        found = [Fixed(dof.body, dof.axis) for dof in step.dofs if dof.passive and not dof.rotates and not step.on_branch]
-        if step.edge.joint in self.wound:
-            found += [Fixed(dof.body, dof.axis) for dof in step.dofs if not dof.rotates]
+        wound = step.edge.joint in self.wound
+        moving = [dof for dof in step.dofs if not dof.rotates and (wound or (dof.passive and not step.on_branch))]
+        found = [(dof.body, dof.axis) for dof in moving]
         for spring in self._springs(step):
-            found += [Fixed(spring.body, spring.frame[:3, k]) for k in range(3) if spring.linear[k, k] > 0]
-        return tuple(found[:3])
+            found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.linear[k, k] > 0]
+        return tuple(Fixed(found[0][0], axis) for axis in _orthonormal([axis for _, axis in found]))
 
     def _centre(self, step: _Step) -> Fixed:
         if step.edge.beam is not None:
@@ -263,3 +268,18 @@ class _Finder:
             if len(balls) == 2 and not {BASE, PLATFORM} & set(together):
                 found[number] = (balls[0], balls[1])
         return found
+
+
+def _orthonormal(axes: Sequence[Array]) -> list[Array]:
+    """Return orthonormal directions (3,) with the span of some."""
+    found: list[Array] = []
+    for axis in axes:
+        rest = axis
+        for _ in range(2):  # once more against rounding
+            rest = rest - sum((unit * (unit @ rest) for unit in found), np.zeros(3))
+            if (size := float(np.linalg.norm(rest))) < _SAME:
+                break
+            rest = rest / size
+        else:
+            found.append(rest)
+    return found

@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 
-#: Part of the frame's size within which centres of joints are the same.
-SAME_CENTRE = 1e-9
-
 
 @dataclass(frozen=True)
 class FrameBeam:
@@ -85,11 +82,6 @@ class FrameJoint:
     misfit: Array
     cross: tuple[Array, Array] | None = None
 
-    @property
-    def is_hinge(self) -> bool:
-        """Whether it turns freely about one axis and does nothing else."""
-        return not self.springs and self.blocked.tolist() == [True, True, True, False, True, True]
-
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -131,6 +123,7 @@ class FrameModel:
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
         ties: springs between pieces; their forces at the pose are among the loads.
         within: names of the fixed joints inside the base or the platform, and of floating ones.
+        runs: names of hinges about one point that the analysis counts as one joint, whose wrenches it tells along common axes.
         pulls: piece, point (3,) and force (3,) [N] of what acts at the pose without loads: springs, and weights of rigid links.
     """
 
@@ -146,6 +139,7 @@ class FrameModel:
     ties: tuple[FrameTie, ...] = ()
     pulls: tuple[tuple[int, Array, Array], ...] = ()
     within: frozenset[str] = frozenset()
+    runs: tuple[frozenset[str], ...] = ()
 
     @property
     def at_the_pose(self) -> FrameModel:
@@ -156,23 +150,13 @@ class FrameModel:
         joints = tuple(replace(joint, misfit=np.zeros(6)) for joint in self.joints)
         return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, too_long=0.0) for beam in self.beams))
 
-    def run_of(self, joint: FrameJoint) -> list[FrameJoint]:
-        """Return the hinges about one point that follow one another without anything between them; or the joint alone."""
-        run = [joint]
-        for side in (0, 1):
-            while (other := self._next(run[-side], side)) is not None:
-                run.insert(len(run) * side, other)
-        return run
-
-    def _next(self, joint: FrameJoint, side: int) -> FrameJoint | None:
-        piece = joint.pieces[side]
-        others = [item for item in self.joints if item is not joint and piece in item.pieces]
-        laden = [item.pieces for item in self.beams] + [item.pieces for item in self.ties]
-        if piece in (self.base, self.platform, *sum(laden, ())) or len(others) != 1 or np.any(self.loads[piece]):
-            return None
-        other = others[0]
-        near = float(np.linalg.norm(other.point - joint.point)) <= SAME_CENTRE * self.size
-        return other if joint.is_hinge and other.is_hinge and near and other.pieces[1 - side] == piece else None
+    def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
+        """Return the hinges that the analysis counts as one with a joint, or this alone, and the pieces at their ends."""
+        names = next((run for run in self.runs if joint.name in run), {joint.name})
+        run = [joint] if len(names) == 1 else [item for item in self.joints if item.name in names]
+        pieces = [piece for item in run for piece in item.pieces]
+        first, last = (piece for piece in pieces if pieces.count(piece) == 1)
+        return run, (first, last)
 
     @property
     def stiffest(self) -> float:

@@ -15,7 +15,7 @@ from kinetostatics.verification.turning import geometric_stiffness
 
 #: Compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS` holds a piece.
 LOOSE = 1e9
-#: Part of the largest geometric stiffness that is none.
+#: Part of the largest geometric stiffness, or of a motion's size, that is none.
 NOTHING = 1e-6
 
 
@@ -112,18 +112,19 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
         held = _held(raw["compliance"], K)
         K, C = held @ K @ held, held @ raw["compliance"] @ held
         more = -np.linalg.solve(np.eye(len(K)) + K @ C, K @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((more[:, 0], C[:6, :6] + C[:6] @ more[:, 1:]))
+        found.append((more[:, 0], C[:6, :6] + C[:6] @ more[:, 1:], held))
     loads = model.loads.copy()
     loads[pieces] += found[0][0].reshape(-1, 6) * scale.wrench
     answers = []
-    for raw, forces, (_, compliance) in zip(levels(replace(model, loads=loads), scale, pieces), at_the_pose, found, strict=True):
+    with_more = levels(replace(model, loads=loads), scale, pieces)
+    for raw, forces, (_, compliance, held) in zip(with_more, at_the_pose, found, strict=True):
         turns = np.zeros((len(model.references), 3))
-        turns[pieces] = raw["twist"].reshape(-1, 6)[:, 3:] * scale.twist[3:]
+        turns[pieces] = (held @ raw["twist"]).reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
         for joint, row in zip(model.joints, first, strict=True):
             # these follow the mean of a joint's own pieces, and are told as those that follow the mean of the ends of its run
-            run = robot.run_of(joint)
-            turn = np.mean(turns[list(joint.pieces)] - turns[[run[0].pieces[0], run[-1].pieces[1]]], axis=0)
+            run, ends = robot.run_of(joint)
+            turn = np.mean(turns[list(joint.pieces)] - turns[list(ends)], axis=0)
             springs[row] += np.cross(turn, forces["springs"][row].reshape(2, 3)).ravel()
             if len(run) == 2:  # and not about an axis of a universal joint, which a moment across both tilts to
                 normal = np.cross(run[0].axes[:, 0], run[1].axes[:, 0])
@@ -133,9 +134,14 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
 
 
 def _held(C: Array, K: Array) -> Array:
-    """Return the projection (n, n) onto what something holds: a strut that spins between two balls neither C nor K does."""
+    """Return the projection (n, n) onto what something holds, the platform, the first piece, in any case.
+
+    A strut that spins between two balls neither C nor K does; what is merely soft moves the platform.
+    """
     values, vectors = np.linalg.eigh((C + C.T) / 2)
     free = vectors[:, np.abs(values) > LOOSE]
     values, turned = np.linalg.eigh(free.T @ K @ free)
     spins = free @ turned[:, np.abs(values) <= NOTHING * np.abs(K).max(initial=0.0)]
+    values, turned = np.linalg.eigh(spins[:6].T @ spins[:6])
+    spins = spins @ turned[:, values <= NOTHING**2]
     return np.asarray(np.eye(len(C)) - spins @ spins.T)
