@@ -132,6 +132,16 @@ def arm(stiffness=300.0, drive=10.0, mass=0.0, height=0.4, lever=0.25):
 PHI = np.radians([0.0, 20, 45, 90, 130, 180, -10, -45, -90])
 
 
+@pytest.mark.parametrize("drive", [1e-3, 1e-6])
+def test_a_spring_that_holds_what_is_almost_free(drive):
+    """−k a b cos φ / K: what the drive alone would let it turn by, less nearly as much that the spring does about it."""
+    phi = np.radians([20.0, 45, 90, 130])
+    result = ks.analyze(arm(drive=drive).assemble(actuators={"hinge": -phi}))
+    twist = -30 * np.cos(phi) / (drive + 30 * np.sin(phi))
+    np.testing.assert_allclose(result.twist[:, 4], twist, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(result.actuator_forces["hinge"], -drive * twist, rtol=1e-12, atol=1e-12 * drive)
+
+
 def test_an_arm_that_hangs_in_a_spring():
     """K = 10 + k a b sin φ; the spring turns it by −k a b cos φ / K; where K is negative, it falls."""
     result = ks.analyze(arm().assemble(actuators={"hinge": -PHI}), on_failure="nan")

@@ -139,6 +139,11 @@ class PlatformEquilibrium:
             found.append(resisted)
         return found
 
+    def intensities(self, twists: Array, right: Array, strains: Sequence[Array]) -> list[Array]:
+        """Return the intensities that belong to twists (6, S, N); see :meth:`solve`."""
+        multipliers = [] if self._rigid is None else self._rigid.multipliers(twists, self.pull(right, strains), self._splits)
+        return self._intensities(twists, strains, multipliers)
+
     def _intensities(self, twists: Array, strains: Sequence[Array], multipliers: list[Array]) -> list[Array]:
         """Return W_ic = C_ic⁻¹ (J_icᵀ Δ − Δ_igc), Eq. (11)."""
         rest = iter(multipliers)
@@ -296,10 +301,19 @@ class _RigidPart:
             against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(wanted), axis=1, initial=0.0)
             moved = np.where(against[:, None], np.nan, moved)
             multipliers = np.where(against[:, None], np.nan, multipliers)
+        return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], self._by_group(multipliers, splits)
+
+    def multipliers(self, twists: Array, right: Array, splits: list[_Split]) -> list[Array]:
+        """Return for each partly rigid group the multipliers (r, S, g, N) that belong to twists (6, S, N)."""
+        force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
+        moved = np.moveaxis(twists / self.scale[:, None, None], 2, 0)
+        return self._by_group(self.gain @ (force - self.K @ moved), splits)
+
+    def _by_group(self, multipliers: Array, splits: list[_Split]) -> list[Array]:
         multipliers = multipliers / self.sizes[:, :, None]
         parts, at = [], 0
         for split in splits:
             g, N, _, r = split.rigid.shape
             parts.append(multipliers[:, at : at + g * r].reshape(N, g, r, -1).transpose(2, 3, 1, 0))
             at += g * r
-        return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], parts
+        return parts

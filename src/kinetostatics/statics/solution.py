@@ -265,7 +265,7 @@ class Changes:
         )
 
 
-def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str]) -> Solution:
+def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
     """Return an equilibrium under further loads, which belong to the contributions that are there.
 
     Args:
@@ -273,13 +273,14 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
         before: the equilibrium without them.
         more: wrenches (6, S, N) about o, for each contribution, by the place at which they act.
         names: of them, one for each contribution.
+        twists: (6, S, N) that come of it; where these loads hold what was almost free, they are small differences.
     """
     solution, S = before.solution, len(names)
     items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]
     loads = applied_statics(items, [item.group for item in solution.statics], solution.frames, solution.o, 0, S)
     right, strains = np.array(before.right, subok=True), [np.array(strain, subok=True) for strain in before.strains]
     _add_loads(robot, solution.statics, loads, right, strains)
-    twists, intensities = before.platform.solve(right, strains, "misfit" in solution.sources)
+    intensities = before.platform.intensities(twists, right, strains)
     applied = (*solution.applied, *loads)
     statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(solution.statics))
     unbalanced = unbalanced_parts(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))

@@ -100,8 +100,8 @@ def solve_with_springs(
     solution = before.solution
     changes = Changes(robot, before, geometric.unit_loads())
     terms = geometric.under(solution)
-    u, tangents, compliance = _response(robot, geometric, terms, solution, changes)
-    found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources])
+    u, twists, tangents, compliance = _response(robot, geometric, terms, solution, changes)
+    found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
     stiffness = _inverse(compliance, rigid, robot.length)
     sound = compliance.sum(axis=(0, 1)) + sum((item.force.sum(axis=0) for item in springs), np.zeros_like(o[0]))
@@ -117,37 +117,37 @@ def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups:
     geometric = GeometricStiffness(robot, turning_parts(robot), frames, [])
     before = balanced(robot, frames, np.zeros((6, gravity.shape[1])), gravity, None, groups)
     changes = Changes(robot, before, geometric.unit_loads())
-    _, tangents, _ = _response(robot, geometric, geometric.under(before.solution), before.solution, changes)
+    *_, tangents, _ = _response(robot, geometric, geometric.under(before.solution), before.solution, changes)
     return tangents[-1] - np.eye(6)[:, :, None]
 
 
 def _response(
     robot: RobotStatics, geometric: GeometricStiffness, K: GeometricTerms, solution: Solution, changes: Changes
-) -> tuple[Array, tuple[Array, ...], Array]:
-    """Return the displacements u (n, S, N), the tangents, and the platform's compliance (6, 6, N).
+) -> tuple[Array, Array, tuple[Array, ...], Array]:
+    """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
 
-    What moves in limbs is u = u_0 + U δ + F t, with a further twist δ of the platform and changes t while that is held; the
-    platform's own displacements are P (Δ_0 + δ). Then t = −K_g u and δ = C (Uᵀ t + Pᵀ t_platform).
+    What moves in limbs is u = u_0 + U Δ + F t, with the twist Δ of the platform, u_0 while that is held, and changes t; the
+    platform's own displacements are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
     """
     where, S = geometric.coordinates, len(solution.sources)
     u_0 = _displacements(robot, solution, geometric)
     held = partial(_motion, robot, changes.held, deform(robot, changes.held))
     rows = [k for kind, _ in where.platform for k in ((0, 1, 2) if kind == "shift" else (3, 4, 5))]
     P = np.eye(6)[rows][:, :, None]
-    moved = solution.twists[rows]
-    K_p = K.matrix(where.platform, where.platform)
-    parts = [(np.einsum("abn,bsn->asn", K_p, moved), np.einsum("abn,bin->ain", K_p, P))]
-    pulls = [np.broadcast_to(P, (*P.shape[:2], moved.shape[2]))]
+    K_p, none = K.matrix(where.platform, where.platform), np.zeros_like(solution.twists[rows])
+    parts = [(none, np.einsum("abn,bin->ain", K_p, P))]
+    pulls = [np.broadcast_to(P, (*P.shape[:2], none.shape[2]))]
     tangents, lefts, first = [], [], len(rows)
     for blocks in where.inside:
         here = slice(first, first + sum(where.sizes[block] for block in blocks))
         F = geometric.displacements(held, blocks)[:, S:][:, here]
-        both = np.concatenate([u_0[here], np.swapaxes(changes.pull[:, here], 0, 1)], axis=1)
+        U = np.swapaxes(changes.pull[:, here], 0, 1)
+        both = np.concatenate([u_0[here] - np.einsum("ain,isn->asn", U, solution.twists), U], axis=1)
         own = K.matrix(blocks, blocks)
         to_platform = K.matrix(blocks, where.platform)
         tangent = np.eye(len(F))[:, :, None] + np.einsum("abn,bcn->acn", own, F)
         right = np.einsum("abn,bsn->asn", own, both)
-        right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([moved, pulls[0]], axis=1))
+        right += np.einsum("abn,bsn->asn", to_platform, np.concatenate([none, pulls[0]], axis=1))
         found = _solved(tangent, right)
         left = both - np.einsum("abn,bsn->asn", F, found)
         lefts.append(left)
@@ -162,14 +162,12 @@ def _response(
     s = np.einsum("ain,asn->isn", np.concatenate(pulls), condensed) / unit
     compliance = solution.compliance * unit * np.swapaxes(unit, 0, 1)
     tangent = np.eye(6)[:, :, None] + np.einsum("ijn,jkn->ikn", compliance, s[:, S:] / np.swapaxes(unit, 0, 1))
-    right = np.concatenate([-np.einsum("ijn,jsn->isn", compliance, s[:, :S]), compliance], axis=1)
+    right = np.concatenate([solution.twists * unit - np.einsum("ijn,jsn->isn", compliance, s[:, :S]), compliance], axis=1)
     answer = _solved(np.where(solution.singular, np.nan, tangent), right)
-    further = answer[:, :S] / unit
-    u = [moved + further[rows]]
-    for left in lefts:
-        u.append(left[:, :S] + np.einsum("ain,isn->asn", left[:, S:], further))
+    twists = np.where(solution.singular, solution.twists, answer[:, :S] / unit)
+    u = [twists[rows], *(left[:, :S] + np.einsum("ain,isn->asn", left[:, S:], twists) for left in lefts)]
     compliance = answer[:, S:] / unit / np.swapaxes(unit, 0, 1)
-    return np.concatenate(u), (*tangents, tangent), (compliance + np.swapaxes(compliance, 0, 1)) / 2
+    return np.concatenate(u), twists, (*tangents, tangent), (compliance + np.swapaxes(compliance, 0, 1)) / 2
 
 
 def _solved(matrix: Array, right: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.verification.frame import Actuator, FrameModel
-from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, of_platform, series
+from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, series
 from kinetostatics.verification.turning import geometric_stiffness
 
 #: Compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS` holds a piece.
@@ -99,7 +99,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
     """Return what :func:`levels` does, with the geometric stiffness of the forces at the pose.
 
     OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
-    displacement without it, the pieces move by u = u_0 + C w under w = −K_G u, which is put on them as further loads.
+    displacement without it, the pieces move by u = (1 + C K_G)⁻¹ u_0; −K_G u is put on them as further loads.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
@@ -111,15 +111,15 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
         held = _held(raw["compliance"], K)
         K, C = held @ K @ held, held @ raw["compliance"] @ held
-        more = -np.linalg.solve(np.eye(len(K)) + K @ C, K @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((more[:, 0], C[:6, :6] + C[:6] @ more[:, 1:], held))
+        moved = np.linalg.solve(np.eye(len(K)) + C @ K, held @ np.column_stack([raw["twist"], C[:, :6]]))
+        found.append((moved[:, 0], moved[:6, 1:], -K @ moved[:, 0]))
     loads = model.loads.copy()
-    loads[pieces] += found[0][0].reshape(-1, 6) * scale.wrench
+    loads[pieces] += found[0][2].reshape(-1, 6) * scale.wrench
     answers = []
     with_more = levels(replace(model, loads=loads), scale, pieces)
-    for raw, forces, (_, compliance, held) in zip(with_more, at_the_pose, found, strict=True):
+    for raw, forces, (moved, compliance, _) in zip(with_more, at_the_pose, found, strict=True):
         turns = np.zeros((len(model.references), 3))
-        turns[pieces] = (held @ raw["twist"]).reshape(-1, 6)[:, 3:] * scale.twist[3:]
+        turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
         for joint, row in zip(model.joints, first, strict=True):
             # these follow the mean of a joint's own pieces, and are told as those that follow the mean of the ends of its run
@@ -129,7 +129,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
             if len(run) == 2:  # and not about an axis of a universal joint, which a moment across both tilts to
                 normal = np.cross(run[0].axes[:, 0], run[1].axes[:, 0])
                 springs[row, 3:] = normal * (springs[row, 3:] @ normal) / (normal @ normal)
-        answers.append(of_platform(raw) | {"springs": springs, "compliance": compliance})
+        answers.append(raw | {"springs": springs, "twist": moved[:6], "compliance": compliance})
     return answers[0], answers[1]
 
 
