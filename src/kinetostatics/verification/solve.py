@@ -99,7 +99,8 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
     """Return what :func:`levels` does, with the geometric stiffness of the forces at the pose.
 
     OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
-    displacement without it, the pieces move by u = (1 + C K_G)⁻¹ u_0; −K_G u is put on them as further loads.
+    displacement without it, the pieces move by u = (1 + C K_G)⁻¹ u_0; −K_G u is put on them as further loads, under which they
+    move by u again, but for the rounding of C.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
@@ -111,13 +112,16 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
         held = _held(raw["compliance"], K)
         K, C = held @ K @ held, held @ raw["compliance"] @ held
-        moved = np.linalg.solve(np.eye(len(K)) + C @ K, held @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((moved[:, 0], moved[:6, 1:], -K @ moved[:, 0]))
+        tangent = np.eye(len(K)) + C @ K
+        moved = np.linalg.solve(tangent, held @ np.column_stack([raw["twist"], C[:, :6]]))
+        found.append((moved[:6, 1:], np.linalg.solve(tangent, held), moved[:, 0], -K @ moved[:, 0]))
+    *_, first_guess, follows = found[0]
     loads = model.loads.copy()
-    loads[pieces] += found[0][2].reshape(-1, 6) * scale.wrench
+    loads[pieces] += follows.reshape(-1, 6) * scale.wrench
     answers = []
     with_more = levels(replace(model, loads=loads), scale, pieces)
-    for raw, forces, (moved, compliance, _) in zip(with_more, at_the_pose, found, strict=True):
+    for raw, forces, (compliance, solved, *_) in zip(with_more, at_the_pose, found, strict=True):
+        moved = first_guess + solved @ (raw["twist"] - first_guess)
         turns = np.zeros((len(model.references), 3))
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
