@@ -126,7 +126,7 @@ def test_a_length_for_an_angle_is_refused(values, tmp_path, monkeypatch, capsys)
     more = ["sweep", "3prs", "--out", "m.nc"] if values != "80mm" else ["analyze", "3prs"]
     assert main([*more, "--set", f"guide_tilt={values}"]) == 2
     said = capsys.readouterr().err
-    assert "the parameter guide_tilt is given as a length [m], but in the file it is an angle [rad]" in said
+    assert "parameters: guide_tilt is given in m, but it is in rad" in said
     assert main(["check", "3prs", "--set", "guide_tilt=1deg", "link_width=95mm"]) == 0
 
 

@@ -233,13 +233,13 @@ def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -
 def load(args: argparse.Namespace) -> Robot:
     """Load the robot that the arguments name."""
     from kinetostatics.files.bundled import robot_path
-    from kinetostatics.files.parameter_units import check_parameter_units
+    from kinetostatics.parametric.robot import ParametricRobot
     from kinetostatics.robot import load_robot
 
     path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
     links = {"platform": args.platform_link, "base": args.base_link}
     robot = load_robot(path, parameters, **links)
-    check_parameter_units(path, parameters, typed_units(args.parameters), **links)
+    ParametricRobot(robot, links).check_units(typed_units(args.parameters), "parameters")
     return robot
 
 

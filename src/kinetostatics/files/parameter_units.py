@@ -8,16 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from functools import partial
 from numbers import Real
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.description.units import article, unit
-from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.beams import SECTIONS
-from kinetostatics.files.reader import read_robot_file
 from kinetostatics.sections.kinds import Section
 
 #: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
@@ -62,37 +59,6 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
         }
         return found.pop() if len(found) == 1 else ""
     return ""
-
-
-def check_parameter_units(
-    path: str, parameters: Mapping[str, object], given: Mapping[str, str], **links: str | None
-) -> dict[str, str]:
-    """Return the units of parameters: those that the file makes certain, otherwise those with which they were given.
-
-    Args:
-        path, parameters, links: as :func:`kinetostatics.files.reader.read_robot_file` takes them.
-        given: the parameters in question, with the units that their values came with; empty: without one.
-
-    Raises:
-        ArgumentError: a parameter was given in a unit of another kind than the file's.
-    """
-    result = {}
-    for name, typed in given.items():
-        own = parameter_unit(parameters[name], partial(_read, path, parameters, links, name))
-        if own and typed and unit(own).dimension != unit(typed).dimension:
-            raise ArgumentError(f"the parameter {name} is given as {_said(typed)}, but in the file it is {_said(own)}")
-        result[name] = own or typed
-    return result
-
-
-def _read(
-    path: str, parameters: Mapping[str, object], links: Mapping[str, str | None], name: str, value: float
-) -> RobotDescription:
-    return read_robot_file(path, {**parameters, name: value}, **links)
-
-
-def _said(name: str) -> str:
-    return f"{article(unit(name).kind or 'quantity')} [{name.replace(' ', '·')}]"
 
 
 def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:

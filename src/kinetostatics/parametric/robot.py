@@ -92,7 +92,7 @@ class ParametricRobot:
 
     def number(self, name: str) -> Number:
         """Return one number that is known to be there."""
-        if name in self.parts:
+        if "." in name and name in self.parts:
             return self.parts[name]
         value = self.arguments[name]
 
@@ -123,6 +123,12 @@ class ParametricRobot:
                     raise ArgumentError(f"{what}: {name!r} is named twice, the second time by {pattern!r}")
                 found.setdefault(name, (pattern, self.number(name)))
         return list(found.values())
+
+    def check_units(self, typed: Mapping[str, str], what: str) -> None:
+        """Complain of arguments of the file that are given in units of another kind than their own, see :func:`check_unit`."""
+        for name, given in typed.items():
+            if name in self.arguments:
+                check_unit(self.number(name), given, what)
 
     # ---- robots with other numbers --------------------------------------------------------------------------------------
 
@@ -189,11 +195,10 @@ def check_unit(number: Number, typed: str, what: str) -> None:
     Raises:
         ArgumentError: it is.
     """
-    own = "" if number.unit == "1" else number.unit.replace("·", " ")
-    if number.unit and typed and (not own or unit(own).dimension != unit(typed).dimension):
-        raise ArgumentError(
-            f"{what}: {number.name} is given in {typed}, but it {f'is in {number.unit}' if own else 'has no unit'}"
-        )
+    own, given = (text.replace(" ", "·") for text in (number.unit, typed))
+    if own and given and (own == "1" or unit(own.replace("·", " ")).dimension != unit(given.replace("·", " ")).dimension):
+        said = "has no unit" if own == "1" else f"is in {own}"
+        raise ArgumentError(f"{what}: {number.name} is given in {given}, but it {said}")
 
 
 def alike(one: RobotDescription, other: RobotDescription) -> bool:

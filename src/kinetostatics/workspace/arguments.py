@@ -20,10 +20,10 @@ from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.files.parameter_units import check_parameter_units
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
@@ -96,7 +96,7 @@ def read_sweep_spec(
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
     with saying({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying), links or {})
-    varying = _with_units(varying, source, start, given_units)
+    varying = _with_units(varying, first, source.links, start, given_units)
     kind = "platform" if platform is not None else "actuators"
     given = platform if platform is not None else actuators
     if given is None:
@@ -150,7 +150,7 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
 
 
 def _with_units(
-    varying: Sequence[Axis], source: Source, start: Mapping[str, object], given: Mapping[str, str] | None
+    varying: Sequence[Axis], first: Robot, links: Links, start: Mapping[str, object], given: Mapping[str, str] | None
 ) -> list[Axis]:
     """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
     given = {} if given is None else given
@@ -159,9 +159,10 @@ def _with_units(
         known = find_unit(text) if isinstance(text, str) else None
         if name not in start or known is None or known.size != 1:
             raise ArgumentError(f"parameter_units: {name!r}: {text!r} is not the SI unit of one of parameters=")
-    names = [*dict.fromkeys([*given, *(axis.name for axis in varying)])]
-    units = check_parameter_units(source.path, start, {name: given.get(name, "") for name in names}, **source.links)
-    return [replace(axis, units=units[axis.name]) for axis in varying]
+    family = ParametricRobot(first, links)
+    family.check_units(given, "parameters")
+    own = {axis.name: family.number(axis.name).unit for axis in varying if axis.name in family.arguments}
+    return [replace(axis, units=own.get(axis.name) or given.get(axis.name, "")) for axis in varying]
 
 
 def _source(
