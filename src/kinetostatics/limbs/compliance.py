@@ -76,7 +76,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
         c, L = group.compliances[:, b][:, None], geometry.beam_lengths[b]
         known = carried_wrench(group.beam_cut_signs[b], particular) + loads.beyond[:, b]
         wrench = np.concatenate([carried_wrench(group.beam_cut_signs[b], columns), known[:, None]], axis=1)
-        local = _to_axes(geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], wrench)
+        local = rotate(geometry.beam_axes[:, :, b], move_wrench(wrench, geometry.beam_ends[:, b]), back=True)
         moved = beam_formulas.end_displacement(c, L, local)
         moved[:, n] += beam_formulas.sag(c[:, 0], L, loads.own[:, b])
         product = np.einsum("ki...,kj...->ij...", local[:, :n], moved)
@@ -85,7 +85,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
     for k in range(len(group.springs[0])):
         known = carried_wrench(group.spring_cut_signs[k], particular) + loads.spring_beyond[:, k]
         wrench = np.concatenate([carried_wrench(group.spring_cut_signs[k], columns), known[:, None]], axis=1)
-        local = _to_axes(geometry.spring_axes[:, :, k], geometry.spring_arms[:, k], wrench)
+        local = rotate(geometry.spring_axes[:, :, k], move_wrench(wrench, geometry.spring_arms[:, k]), back=True)
         product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(*group.spring(k), local))
         C += product[:, :n]
         sag += product[:, n]
@@ -221,8 +221,3 @@ def rigid_counts(C: Array) -> NDArray[np.intp]:
         return np.zeros(C.shape[2:], dtype=np.intp)
     values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])
     return np.asarray(np.sum(values <= RIGID, axis=-1))
-
-
-def _to_axes(axes: Array, arm: Array, wrench: Array) -> Array:
-    """Return wrenches (6, m, g, N) about o as wrenches about the point at ``arm`` (3, g, N), in axes (3, 3, g, N)."""
-    return rotate(axes, move_wrench(wrench, arm), back=True)

@@ -372,16 +372,10 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
             both = np.stack([inner, outer])
             found.update((row[b].name, both[:, :, m]) for m, row in enumerate(group.beams))
     loads = by_place(solution.applied)
-    for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
+    for edge in (edge for edge in robot.topology.branch_edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]
         beyond = robot.weights.sum(edge.outboard, solution.weights)
         beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
         mass = model.mass_of(model.length(solution.frames))
         found[model.name] = np.stack([beyond[:3] + mass * solution.gravity, beyond[:3]])
     return found
-
-
-def _branches(robot: RobotStatics) -> list[tuple[Edge, ...]]:
-    """Return everything that hangs on something else, inboard edges first."""
-    found = [limb.branches for limb in (*robot.topology.limbs, *robot.topology.hanging)]
-    return [*found, robot.topology.base.edges, robot.topology.platform.edges]
