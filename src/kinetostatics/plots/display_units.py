@@ -16,21 +16,15 @@ BAR = 38
 
 #: For every unit of a map the units that a figure chooses from.
 CHOICES: dict[str, tuple[str, ...]] = {
-    "m": ("m", "mm", "µm", "nm"),
-    "rad": ("rad", "mrad", "µrad", "nrad"),
-    "kg": ("kg",),
-    "N": ("N", "kN", "MN", "mN"),
-    "N·m": ("N·m", "kN·m", "MN·m", "mN·m"),
-    "Pa": ("Pa", "kPa", "MPa", "GPa"),
-    **{
-        stiffness: tuple(f"{prefix}{stiffness}" for prefix in ("", "k", "M", "G"))
-        for stiffness in ("N/m", "N·m/rad", "N/rad", "N·m/m")
-    },
-    **{
-        f"{motion}/{load}": tuple(f"{prefix}{motion}/{load}" for prefix in ("", "m", "µ", "n", "p"))
-        for motion in ("m", "rad")
-        for load in ("N", "(N·m)")
-    },
+    name: tuple(f"{prefix}{name}" for prefix in prefixes)
+    for prefixes, names in (
+        (("", "m", "µ", "n"), ("m", "rad")),
+        (("",), ("kg",)),
+        (("", "k", "M", "m"), ("N", "N·m")),
+        (("", "k", "M", "G"), ("Pa", "N/m", "N·m/rad", "N/rad", "N·m/m")),
+        (("", "m", "µ", "n", "p"), ("m/N", "m/(N·m)", "rad/N", "rad/(N·m)")),
+    )
+    for name in names
 }
 
 

@@ -9,13 +9,14 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers, warn
+from kinetostatics.argument_checks import Keyword, finite_numbers, warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.printing.mappings import Named, ShortRepr
+from kinetostatics.quantities import COMPUTED, QUANTITIES, value_at
 from kinetostatics.robot import Robot
 
 #: What a point of the platform other than o is called.
@@ -29,12 +30,6 @@ class AtO(Protocol):
     def configuration(self) -> Configuration: ...  # noqa: D102
     @property
     def twist(self) -> Array: ...  # noqa: D102
-    @property
-    def contributions(self) -> Mapping[str, Array]: ...  # noqa: D102
-    @property
-    def stiffness(self) -> Array: ...  # noqa: D102
-    @property
-    def compliance(self) -> Array: ...  # noqa: D102
 
 
 R = TypeVar("R", bound=AtO)
@@ -111,14 +106,11 @@ def seen_at(result: AtO, point: Array) -> PointResult:
     rotation = result.configuration.platform_frame[..., :3, :3]
     arm = np.array(np.broadcast_to(rotation @ point, (*result.twist.shape[:-1], 3)))
 
-    def moved(item: Array, kind: Kind = "twist") -> Array:
-        return frozen(move(kind, item, arm, components_last=True))
+    def moved(item: object, kind: Kind) -> object:
+        if isinstance(item, Mapping):
+            return Named({name: moved(part, kind) for name, part in item.items()})
+        return frozen(move(kind, np.asarray(item), arm, components_last=True))
 
-    return PointResult(
-        frozen(point),
-        frozen(arm),
-        moved(result.twist),
-        Named({name: moved(item) for name, item in result.contributions.items()}),
-        moved(result.stiffness, "stiffness"),
-        moved(result.compliance, "compliance"),
-    )
+    kinds = {name: QUANTITIES[name].moves_as for name in COMPUTED}
+    found: dict[str, Keyword] = {name: moved(value_at(result, name), kind) for name, kind in kinds.items() if kind is not None}
+    return PointResult(frozen(point), frozen(arm), **found)
