@@ -1,10 +1,13 @@
 """The equations of every type of loop: what they block, what they leave free, and their gradients."""
 
 import numpy as np
+import package_robots
 import pytest
 
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.kinematics.assembly import _configuration
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
+from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.rotations import exponential
 from kinetostatics.mechanism.mechanism import Mechanism
 
@@ -101,3 +104,19 @@ def test_universal_joint_with_axes_not_at_right_angles():
         np.testing.assert_allclose(residual, 0, atol=1e-13)
     residual, _ = equations.evaluate(equations.forward(pose_with(equations.mechanism, (0, 0, 0), (0, 1e-3, 0))))
     assert np.linalg.norm(residual) == pytest.approx(1e-3, rel=2e-3)
+
+
+def test_poses_that_do_not_close_as_well_as_they_can_are_corrected_once_more():
+    machine = package_robots.robot("planar_3rrr")
+    exact, asked = machine.generic_poses, []
+    rough = exact.take(np.arange(exact.x.shape[1]))
+    rough.x[:, 1] += 1e-11
+
+    def again(which):
+        asked.append(which.tolist())
+        return exact.take(which), machine.solver.place(exact.x[:, which])
+
+    placed = machine.solver.place(rough.x)
+    found = _configuration(machine, rough, placed, (3,), np.ones(3, dtype=bool), orientation_named(None), 1e-10, False, again)
+    assert asked == [[1]] and found.residual.max() < 1e-13 and np.all(found.poses.x == exact.x)
+    assert np.all(found.frames.position == machine.solver.place(exact.x).frames.position)

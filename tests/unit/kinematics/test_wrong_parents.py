@@ -2,10 +2,12 @@
 
 import re
 
+import numpy as np
 import pytest
-from simple_machines import joint, link, loop, robot
+from simple_machines import joint, link, loop, parallelogram, robot
 
 import kinetostatics as ks
+from kinetostatics.kinematics.frame_corrections import FrameCorrection
 
 #: The joints of a five-bar linkage in the plane of x and y, by their parents: name, parent, child and origin.
 JOINTS = {
@@ -87,3 +89,13 @@ def test_nothing_is_suspected_where_the_loops_are_closed():
     with pytest.raises(ks.RobotFileError, match="'bracket' ends nowhere") as caught:
         robot(*parts, platform="tool")
     assert text not in caught.value.reason
+
+
+@pytest.mark.parametrize(
+    ("across", "shift", "motion"), [(0.0, 0.0, True), (3e-6, 0.0, True), (1e-4, 0.0, False), (0.0, 1e-9, False)]
+)
+def test_a_turn_about_a_hinge_s_own_axis_is_another_zero_of_it(across, shift, motion):
+    """Up to the rounding of its axis, and only if nothing is to be moved."""
+    turn = 0.3 * np.array([0.0, 1.0, across])
+    found = FrameCorrection("foot_0", False, "base", np.array([shift, 0.0, 0.0]), turn)
+    assert found.is_motion_of(parallelogram().mechanism) == motion
