@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,13 +19,18 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
+from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.
 PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z": "m"}
-#: Kinds of elastic parts, as :attr:`kinetostatics.Result.source_contributions` has them.
-KINDS = ("beams", "joints", "drives")
+#: Kinds of elastic parts, as :attr:`kinetostatics.Result.source_contributions` has them, and the numbers by which they are stiff.
+KINDS = {
+    "beams": ("youngs_modulus", "shear_modulus"),
+    "joints": ("linear_stiffness", "angular_stiffness"),
+    "drives": ("drive_stiffness",),
+}
 EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
 
 
@@ -92,16 +97,18 @@ class Unknowns:
 
     @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
-        description = self.robot.description
-        found = [("beams", name) for name in description.beams]
-        for name, item in description.joint_stiffness.items():
-            if any(0 < value < math.inf for vector in (item.linear, item.angular) for value in vector or ()):
-                found.append(("joints", name))
-            if item.drive is not None and math.isfinite(item.drive):
-                found.append(("drives", name))
+        there = self.robot.description
+        every = [("beams", name) for name in there.beams]
+        every += [(kind, name) for name in there.joint_stiffness for kind in ("joints", "drives")]
+        found = [(kind, name) for kind, name in every if self._stiffnesses(kind, name)]
         names = [name for _, name in found]
         named = {f"{kind}:{name}": (kind, name) for kind, name in found}
         return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
+
+    def _stiffnesses(self, kind: str, name: str) -> list[Number]:
+        """Return the numbers by which a part is stiff, one of the kinds."""
+        every = (self._robots.every_part.get(f"{name}.{number}", ()) for number in KINDS[kind])
+        return [item for several in every for item in several if item.step is not None]
 
     def _unknown(self, name: str) -> Unknown:
         parts = tuple(part.strip() for part in name.split("+"))
@@ -147,8 +154,9 @@ class Unknowns:
         pairs = list(zip(self.items, map(float, values), strict=True))
         found = self._robots.description({item.name: value for item, value in pairs if item.kind == "argument"})
         for item, value in pairs:
-            for kind, name in item.parts if item.kind == "stiffness" else ():
-                found = _stiffened(found, kind, name, 1 / value)
+            for part in item.parts if item.kind == "stiffness" else ():
+                for number in self._stiffnesses(*part):
+                    found = number.changed_in(found, (1 / value - 1) * number.of(found))
         return found
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
@@ -178,18 +186,3 @@ class Unknowns:
                 factors[k, k] = 1 / mass if mass else math.nan
                 factors[k, self.names.index("payload.mass")] = -found[k] * factors[k, k]
         return found, factors
-
-
-def _stiffened(description: RobotDescription, kind: str, name: str, factor: float) -> RobotDescription:
-    """Return a robot in which one part is stiffer by a factor; its mass stays."""
-    if kind == "beams":
-        beam = description.beams[name]
-        material = beam.material
-        shear = None if material.shear_modulus is None else factor * material.shear_modulus
-        changed = replace(material, youngs_modulus=factor * material.youngs_modulus, shear_modulus=shear)
-        return description.with_beam(replace(beam, material=changed))
-    item = description.joint_stiffness[name]
-    if kind == "drives":
-        return description.with_joint_stiffness(replace(item, drive=factor * (item.drive or 0.0)))
-    linear, angular = (None if v is None else tuple(factor * value for value in v) for v in (item.linear, item.angular))
-    return description.with_joint_stiffness(replace(item, linear=linear, angular=angular))  # type: ignore[arg-type]
