@@ -17,6 +17,7 @@ from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.programs import StaticsSolver, check_engine, compiled_solver, engine_for
+from kinetostatics.engine.statics import FoundAtOnce
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, chunks
@@ -137,7 +138,7 @@ def analyze(
     acting = None if on_links is None else on_links.map(flat)
     engine = "numpy" if misfits is not None else engine
 
-    def solved(part: slice) -> list[Solution]:
+    def solved(part: slice) -> list[FoundAtOnce | Solution]:
         chunk = frames.take(part if isinstance(which, slice) else which[part])
         at_o = load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])
@@ -146,11 +147,12 @@ def analyze(
         return _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
 
     parts = chunks(N) or [slice(0, 0)]  # one chunk even of an empty batch
-    solutions = list(itertools.chain.from_iterable(in_threads(solved, parts, engine_for(engine, N) == "compiled")))
-    result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which], payload)
+    found = tuple(itertools.chain.from_iterable(in_threads(solved, parts, engine_for(engine, N) == "compiled")))
+    result = Result(configuration, shape, which, found, configuration.reached[which], payload)
     if on_failure == "raise" or (on_failure is None and shape == ()):
-        for solution in solutions:
-            _complain(robot, solution)
+        for item in found:
+            if errors is not None or np.any(item.singular):
+                _complain(robot, item.whole)
     return result
 
 
@@ -162,23 +164,26 @@ def _solutions(
     gravity: Array,
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
-) -> list[Solution]:
+) -> list[FoundAtOnce | Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
+    first: FoundAtOnce | Solution
     if solver is None:
-        whole = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
+        first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     else:
-        whole = solver(frames, load, gravity, applied)
-    special = groups_of_poses(robot, frames, whole.o, whole.statics)
+        first = solver(frames, load, gravity, applied)
+    if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
+        return [first]
+    special = groups_of_poses(robot, frames, first.whole.o, first.whole.statics)
     if not special:
-        return [whole]
-    found: list[Solution] = []
+        return [first]
+    found: list[FoundAtOnce | Solution] = []
     ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
-    for first, last in itertools.pairwise(ends):
-        at = slice(first, last)
+    for start, end in itertools.pairwise(ends):
+        at = slice(start, end)
         here = frames.take(at)
         off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
         mine = tuple(item.take(at) for item in applied)
-        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], off, special.get(first), mine))
+        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], off, special.get(start), mine))
     return found
 
 

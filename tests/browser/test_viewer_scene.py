@@ -593,7 +593,6 @@ def test_live_pages_have_code_compiled_behind_them(monkeypatch):
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(), ks.analyze)
     made = []
-    monkeypatch.setattr("kinetostatics.viewer.live.is_installed", lambda: True)
     monkeypatch.setattr("kinetostatics.viewer.live.compiled_statics", lambda statics: made.append(statics))
     monkeypatch.setattr(live, "_assembled", lambda asked, engine: made.append((*asked, engine)))
     live.compile(lambda: True)

@@ -71,11 +71,11 @@ def test_where_a_loaded_limb_is_special_numpy_computes(robot):
     applied = (AppliedLoad("load on carriage_1", {"carriage_1": rng.standard_normal((6, 3))}),)
     compiled = CompiledStatics(robot.statics, LoadedPlaces.of(applied))
     assert CompiledStatics.kept(robot.statics, places=LoadedPlaces.of(applied)) is not None
-    truths, _ = compiled._later(frames, *given, applied)
+    _, truths = compiled._computed(frames, *given, applied)
     assert truths[0].tolist() == [True, False, True]
     wanted = solve_with_springs(robot.statics, frames, *given, applied=applied)
     found = compiled.solve(frames, *given, applied)
     worst = differences(found, wanted)
     assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
-    assert found.sources == wanted.sources and found.applied[0].load is applied[0]
+    assert found.sources == wanted.sources and found.whole.applied[0].load is applied[0]
     assert len(example_of(robot.statics, LoadedPlaces.of(applied))) == 4

@@ -44,7 +44,7 @@ def differences(found, wanted, which=slice(None)):
 
     Truth values must be the same.
     """
-    found, wanted = ({path: array[..., which] for path, array in arrays_of(one).items()} for one in (found, wanted))
+    found, wanted = ({path: array[..., which] for path, array in arrays_of(one.whole).items()} for one in (found, wanted))
     assert list(found) == list(wanted)
     result, alike = {}, sizes_of_applied(wanted)
     for path, array in wanted.items():

@@ -95,7 +95,7 @@ class Code:
             mine = [array[:, part] if array.shape[1] == n else array for array in taken]
             self(mine, parameters, found[:, part], flags[:, part], whole, before)
 
-        in_threads(compute, chunks(n))
+        in_threads(compute, chunks(n) if before is None else [slice(0, n)])
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int) -> tuple[Array, Mask]:

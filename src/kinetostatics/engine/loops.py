@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
-from kinetostatics.engine.later import LaterFrames
+from kinetostatics.engine.frames import LaterFrames
 from kinetostatics.engine.loop_record import (
     GOOD,
     HOLDS,

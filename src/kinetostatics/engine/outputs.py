@@ -24,10 +24,7 @@ from kinetostatics.statics.solution import Solution
 
 def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
     """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
-    found = ~solution.indeterminate & ~solution.basis_degenerate
-    for item in solution.statics:
-        found = found & ~np.any(item.doubtful | item.may_stiffen, axis=0)
-    return found
+    return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
 
 
 #: What may be recorded, each (…components, N).

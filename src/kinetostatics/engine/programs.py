@@ -25,7 +25,7 @@ from kinetostatics.statics.solution import Solution
 
 if TYPE_CHECKING:
     from kinetostatics.engine.loops import CompiledSolver
-    from kinetostatics.engine.statics import CompiledStatics
+    from kinetostatics.engine.statics import CompiledStatics, FoundAtOnce
 
 #: What may be asked for.
 ENGINES = ("auto", "numpy", "compiled")
@@ -35,7 +35,7 @@ VARIABLE = "KINETOSTATICS_ENGINE"
 #: than NumPy does, and below, compiling. Code that is in memory answers whatever the number.
 READING, COMPILING = 1_000, 10_000
 
-StaticsSolver: TypeAlias = Callable[[Frames, Array, Array, tuple[AppliedLoad, ...]], Solution]
+StaticsSolver: TypeAlias = "Callable[[Frames, Array, Array, tuple[AppliedLoad, ...]], FoundAtOnce | Solution]"
 Made = TypeVar("Made")
 Owner = TypeVar("Owner")
 Key = TypeVar("Key")

@@ -33,8 +33,8 @@ CAREFUL = "a limb takes eigenvectors at generic poses already, as where self-str
 #: How far two ways of computing an example may differ, beside the largest entry of an array.
 _ALIKE = 1e-7
 #: Arrays that are there at once, and arrays of each group of limbs.
-AT_ONCE = ("o", "twists", "platform_weight", "singular", "indeterminate", "basis_degenerate", "undetermined", "unbalanced")
-AT_ONCE_OF_LIMBS = ("doubtful", "degenerate", "may_stiffen")
+AT_ONCE = ("twists", "singular", "indeterminate", "basis_degenerate")
+AT_ONCE_OF_LIMBS = ("doubtful", "may_stiffen")
 
 
 @dataclass(frozen=True)
@@ -275,8 +275,18 @@ def solution_of(
         found["weights_alone"] = _statics_of(robot, ".weights_alone", arrays)
     if robot.parts is not None:
         found["tangents"] = tuple(arrays[f".tangents.{k}"] for k in range(count_of_tangents(robot)))
-    found["unbalanced"] = unbalanced(arrays, arrays.__getitem__)
-    return Solution(statics=statics, **given(robot, frames, load, gravity, applied), **found)
+    first = ".unbalanced."
+    found["unbalanced"] = {path.removeprefix(first): arrays[path] for path in arrays if path.startswith(first)}
+    return Solution(
+        frames=frames,
+        load=load,
+        gravity=gravity,
+        assembly_errors=None,
+        errors=tuple(None for _ in robot.groups),
+        sources=sources_of(robot, applied),
+        statics=statics,
+        **found,
+    )
 
 
 def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Array]) -> tuple[Number, ...]:
@@ -303,26 +313,6 @@ def _applied_of(robot: RobotStatics, number: int, load: AppliedLoad, arrays: Map
     if load.kind != "load":
         load = AppliedLoad(load.name, by_place("wrenches"), by_place("points"), load.kind)
     return AppliedStatics(load, _statics_of(robot, f"{first}.statics", arrays), arrays[f"{first}.share"])
-
-
-def unbalanced(paths: Iterable[str], array: Callable[[str], Array]) -> dict[str, Array]:
-    """Return what is unbalanced, of the arrays at some paths."""
-    first = ".unbalanced."
-    return {path.removeprefix(first): array(path) for path in paths if path.startswith(first)}
-
-
-def given(
-    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, applied: Iterable[AppliedLoad] = ()
-) -> dict[str, Number]:
-    """Return of a solution what is given without assembly errors."""
-    return {
-        "frames": frames,
-        "load": load,
-        "gravity": gravity,
-        "assembly_errors": None,
-        "errors": tuple(None for _ in robot.groups),
-        "sources": sources_of(robot, applied),
-    }
 
 
 _LIMB_FIELDS = tuple(field.name for field in fields(LimbStatics) if field.name not in ("group", "loads"))

@@ -6,13 +6,16 @@ What is recorded is :func:`kinetostatics.statics.springs.solve_with_springs` its
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
-from kinetostatics.engine.later import LaterFrames, LaterSolution
+from kinetostatics.engine.frames import LaterFrames
 from kinetostatics.engine.record import (
     Place,
     Record,
@@ -33,7 +36,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import solve_with_springs
+from kinetostatics.statics.springs import solve_with_springs, sources_of
 
 
 class CompiledStatics:
@@ -115,21 +118,28 @@ class CompiledStatics:
         checked = [path for path in wanted if "unbalanced" not in path]  # which is rounding
         return all(agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
 
-    def solve(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> Solution:
+    def solve(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> FoundAtOnce | Solution:
         """Solve N poses; see :func:`solve_with_springs`. The ``applied`` loads act at the places that the code is for."""
-        N = load.shape[1]
-        truths, found = self._later(frames, load, gravity, applied)
-        if truths[0].all():
-            return found
-        doubtful = np.flatnonzero(~truths[0])
-        doubtful = doubtful[frames.take(doubtful).are_finite()]  # what is not reached has no numbers
-        if doubtful.size == 0:
-            return found
-        if doubtful.size == N:
-            return solve_with_springs(self.robot, frames, load, gravity, applied=applied)
-        mine = tuple(item.take(doubtful) for item in applied)
+        N, robot = load.shape[1], self.robot
+        few = N <= 2 * BLOCK
+        numbers, truths = self._computed(frames, load, gravity, applied, whole=few)
+        arrays = {path: place.of(numbers, truths, N) for path, place in self._at_once.items()}
+
+        def whole() -> Solution:
+            everything = (numbers, truths) if few else self._computed(frames, load, gravity, applied)
+            return self._solution(frames, load, gravity, applied, *everything, robot)
+
+        sources, doubtful = sources_of(robot, applied), np.flatnonzero(~truths[0])
+        if doubtful.size:
+            doubtful = doubtful[frames.take(doubtful).are_finite()]  # what is not reached has no numbers
+        if not doubtful.size:
+            return FoundAtOnce(sources, arrays, whole)
         here = frames.take(doubtful), load[:, doubtful], gravity[:, doubtful]
-        return _merged(self.robot, found, solve_with_springs(self.robot, *here, applied=mine), doubtful, applied)
+        careful = solve_with_springs(robot, *here, applied=tuple(item.take(doubtful) for item in applied))
+        if doubtful.size == N:
+            return careful
+        merged = _merged(arrays, arrays_of(careful), doubtful)
+        return FoundAtOnce(sources, merged, lambda: _merged_solution(robot, whole(), careful, doubtful, applied))
 
     def _computed(
         self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...], whole: bool = True
@@ -142,21 +152,6 @@ class CompiledStatics:
             rotation, position = frames.rotation.reshape(-1, N), frames.position.reshape(-1, N)
         inputs, rows = [rotation, position, load, gravity, *wrenches_of(applied)], self._rows if whole else self._soon
         return self._code.results(inputs, self._parameters, rows, self._truths, whole, before)
-
-    def _later(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> tuple[Mask, Solution]:
-        """Return the truth values, and a solution most of which is computed when it is asked for."""
-        N, robot = load.shape[1], self.robot
-        few = N <= 2 * BLOCK
-        numbers, truths = self._computed(frames, load, gravity, applied, whole=few)
-
-        def whole() -> Solution:
-            everything = (numbers, truths) if few else self._computed(frames, load, gravity, applied)
-            return self._solution(frames, load, gravity, applied, *everything, robot)
-
-        def array(path: str) -> Array:
-            return self._at_once[path].of(numbers, truths, N)
-
-        return truths, LaterSolution(robot, frames, load, gravity, self._at_once, array, whole, applied)
 
     def _solution(
         self,
@@ -187,11 +182,40 @@ def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
     return packed(table, llvm.module_of(*wanted, soon=record.soon))
 
 
-def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, applied: tuple[AppliedLoad, ...]) -> Solution:
-    """Return a solution whose poses ``which`` are those of another, under ``applied`` loads."""
-    careful = arrays_of(some)
-    arrays = {}
-    for path, array in arrays_of(whole).items():
-        arrays[path] = np.array(array)
-        arrays[path][..., which] = careful[path]
+def _merged(arrays: Mapping[str, Array], careful: Mapping[str, Array], which: Index) -> dict[str, Array]:
+    """Return arrays whose poses ``which`` are those of others."""
+    merged = {path: np.array(array) for path, array in arrays.items()}
+    for path, array in merged.items():
+        array[..., which] = careful[path]
+    return merged
+
+
+def _merged_solution(
+    robot: RobotStatics, whole: Solution, careful: Solution, which: Index, applied: tuple[AppliedLoad, ...]
+) -> Solution:
+    arrays = _merged(arrays_of(whole), arrays_of(careful), which)
     return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays, applied)
+
+
+class FoundAtOnce:
+    """What of the solution of many poses is there at once, see :class:`Solution`, and the whole when it is asked for.
+
+    Attributes:
+        sources, twists, singular, indeterminate, basis_degenerate, doubtful: as of a solution.
+    """
+
+    def __init__(self, sources: tuple[str, ...], arrays: Mapping[str, Array], whole: Callable[[], Solution]) -> None:
+        self.sources, self._whole, self.twists = sources, whole, arrays[".twists"]
+        self.singular, self.indeterminate, self.basis_degenerate = (
+            np.asarray(arrays[f".{name}"], dtype=bool) for name in ("singular", "indeterminate", "basis_degenerate")
+        )
+        limbs = [np.any(array, axis=0) for path, array in arrays.items() if path.startswith(".statics.")]
+        self.doubtful: Mask = np.logical_or.reduce([np.zeros_like(self.singular), *limbs])
+
+    @cached_property
+    def whole(self) -> Solution:
+        """The solution."""
+        return self._whole()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return replace, (self.whole,)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.description.loads import Payload
+from kinetostatics.engine.statics import FoundAtOnce
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
@@ -46,14 +47,14 @@ class Result(Told):
         configuration: Configuration,
         shape: tuple[int, ...],
         which: slice | Index,
-        solutions: tuple[Solution, ...],
+        found: tuple[FoundAtOnce | Solution, ...],
         reached: NDArray[np.bool_],
         payload: Payload | None = None,
     ) -> None:
         self.configuration: Configuration = configuration
         self.robot: Robot = robot_of(configuration)
         self.shape: tuple[int, ...] = shape
-        self.solutions = solutions
+        self._found = found
         self.payload: Payload | None = payload
         self._which, self._reached = which, reached
 
@@ -71,6 +72,16 @@ class Result(Told):
 
     # ---- turning chunks into batches --------------------------------------------------------------------------------
 
+    @property
+    def solutions(self) -> tuple[Solution, ...]:
+        """The equilibrium, chunk by chunk; what compiled code did not find at once is computed now."""
+        return tuple(item.whole for item in self._found)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the contributions to the twist."""
+        return self._found[0].sources
+
     @cached_property
     def _valid(self) -> NDArray[np.bool_]:
         return self._reached & ~self._any_pose(lambda s: s.singular)
@@ -79,12 +90,12 @@ class Result(Told):
     def _batch(self) -> Batch:
         return Batch(self.shape, self._valid)
 
-    def _any_pose(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    def _any_pose(self, pick: Callable[[FoundAtOnce | Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Return what is picked of every chunk (N,)."""
-        found = [pick(s) for s in self.solutions]
+        found = [pick(item) for item in self._found]
         return found[0] if len(found) == 1 else np.concatenate(found)
 
-    def _fact(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    def _fact(self, pick: Callable[[FoundAtOnce | Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Return what is picked of every chunk (…), False where there are no numbers."""
         return self._truth(self._valid & self._any_pose(pick))
 
@@ -95,7 +106,9 @@ class Result(Told):
 
     def _of(self, name: str) -> Array:
         """Return a quantity (…, *dims) that is a function of the equilibrium."""
-        return self._batch.public([COMPUTED[name](self.robot.statics, solution) for solution in self.solutions])
+        at_once = name in ("twist", "contributions")  # which are made of the solution's twists alone
+        found = [item if at_once else item.whole for item in self._found]
+        return self._batch.public([COMPUTED[name](self.robot.statics, item) for item in found])  # type: ignore[arg-type]
 
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
         """Return such a quantity by the labels of its first axis."""
@@ -148,7 +161,7 @@ class Result(Told):
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """Parts of the twist (…, 6) [m, rad]: load, platform weight, each limb's, loads on links, payload, assembly errors."""
-        return self._by("contributions", self.solutions[0].sources)
+        return self._by("contributions", self.sources)
 
     def at_point(self, point: ArrayLike) -> PointResult:
         """Return twist, contributions, stiffness and compliance as a point of the platform sees them, such as a tool's tip.
@@ -292,7 +305,7 @@ class Result(Told):
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
         chunks, order = self._joint_contributions, joints.joints_in_order(self.robot.statics)
-        sources = self.solutions[0].sources
+        sources = self.sources
         return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
 
     @cached_property
@@ -308,7 +321,7 @@ class Result(Told):
         """(…) what each contribution to the twist adds to each actuator's force, by actuator and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [joints.actuator_forces_from(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
-        sources = self.solutions[0].sources
+        sources = self.sources
         return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property

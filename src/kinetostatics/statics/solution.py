@@ -78,8 +78,13 @@ class Solution(ShortRepr):
 
     @property
     def whole(self) -> Solution:
-        """The same with all arrays computed: those of compiled code are when they are asked for."""
+        """This one: of many poses, compiled code finds only a part of it at once."""
         return self
+
+    @property
+    def doubtful(self) -> NDArray[np.bool_]:
+        """Where (N,) a limb may not be what it is elsewhere."""
+        return of_any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
 
     def statics_of_weights(self, number: int) -> LimbStatics:
         """Return a group of limbs under their own weights alone."""
@@ -323,7 +328,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
     twists, intensities = balance.solve(right, moved, sources[-1] == "misfit")
     applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
-    return replace(solution.whole, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
+    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
 
 
 def of_deformation(limb: str) -> str:

@@ -111,7 +111,7 @@ def _extract(
 ) -> dict[str, Values]:
     """Return the variables (cases…, N, …) that an analysis has; what no variable tells is not computed."""
     configuration, robot = result.configuration, result.robot
-    if result.solutions[0].sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
+    if result.sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
         raise ArgumentError(
             f"with {_say(spec.parameters(combination))} the robot has other limbs or actuators than with the first values of the "
             "parameters; sweep such robots one by one"
