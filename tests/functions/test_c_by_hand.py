@@ -12,6 +12,7 @@ from loop_robots import driven, frame, joint, robot
 from simple_machines import springs
 
 import kinetostatics as ks
+from kinetostatics.functions import c_export
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -133,6 +134,15 @@ def test_corrections_are_those_by_hand(corrected):
     assert np.max(np.abs(drives[:, 0])) > np.pi
     back = f(**at, load=load, gravity=gravity)
     assert np.array_equal(back["status"], status) and np.max(np.abs(back["actuators"] - drives)) < 1e-11
+
+
+def test_a_correction_that_is_not_finished_is_none(corrected, tmp_path, monkeypatch):
+    """After one step 1e-10 rad are left, to which the actuators would lead: more than what counts as corrected."""
+    monkeypatch.setattr(c_export, "MOST", 1)
+    program = c_programs.driver(corrected[0].export_c(tmp_path))
+    poses = np.zeros((2, 11))
+    poses[:, :2], poses[:, 3] = (HEIGHT, 0.5), np.array([1e-5, 1e-9]) * TURN / REACH  # turns of 1e-5 and 1e-9 rad
+    assert run(program, poses)[0].tolist() == [2, 0]
 
 
 def test_actuators_are_taken_where_followers_are_given(tmp_path):

@@ -15,7 +15,8 @@ import kinetostatics as ks
 from kinetostatics.functions.c_export import _references
 from kinetostatics.functions.c_parts import c_name, identifier
 from kinetostatics.functions.c_source import c_array
-from kinetostatics.functions.c_texts import STATUSES
+from kinetostatics.functions.c_texts import STATUSES, _words
+from kinetostatics.functions.values import Quantity
 
 POSES = 600
 
@@ -195,6 +196,23 @@ def test_what_cannot_be_exported_is_told(options, words, tmp_path):
 def test_names_in_c(name, alone, member):
     assert identifier(name) == alone and c_name(name) == member
     assert identifier("") == "robot_"
+
+
+@pytest.mark.parametrize(
+    ("shape", "axes", "words"),
+    [
+        (
+            (2, 3),
+            {"what": ("p", "q"), "of": ("x", "y", "z")},
+            "told; in the order x, y, z; row by row, 2 x 3, rows p, q [m, N m]",
+        ),
+        ((2, 2), {"what": ("x", "y"), "of": ("x", "y")}, "told; in the order x, y; row by row, 2 x 2 [m, N m]"),
+        ((2,), {"of": ("x", "y")}, "told; in the order x, y [m, N m]"),
+        ((), {}, "told [m, N m]"),
+    ],
+)
+def test_quantities_are_told_with_their_order(shape, axes, words):
+    assert _words(Quantity("some", shape, ("m", "N·m"), axes, "told")) == words
 
 
 @pytest.mark.parametrize(("reach", "part"), [(0.15, 0.15), (0.05, 0.05), (0.0, 0.015)])
