@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,6 +26,7 @@ _SPRING = {"stiffness": "N/m", "free_length": "m", "preload": "N"}
 
 #: Where a number stands in a description: names of attributes, keys and indices, one within the other.
 Path = tuple[str | int, ...]
+Part: TypeAlias = Any  # what stands there: parts of a robot and their fields, mappings, tuples and numbers
 
 
 @dataclass(frozen=True)
@@ -138,26 +139,26 @@ def _sizes(section: Section) -> dict[str, float]:
 # ---- places in descriptions ------------------------------------------------------------------------------------------------
 
 
-def _inside(item: Any, key: Any) -> Any:
+def _inside(item: Part, key: Part) -> Part:
     return item[key] if isinstance(item, (Mapping, tuple)) else getattr(item, key)
 
 
-def _found(item: Any, path: Path) -> Any:
+def _found(item: Part, path: Path) -> Part:
     for key in path:
         item = _inside(item, key)
     return item
 
 
-def _value(item: Any, path: Path) -> float:
+def _value(item: Part, path: Path) -> float:
     owner = _found(item, path[:-1])
     return 0.0 if isinstance(owner, Origin) else float(_inside(owner, path[-1]) or 0.0)
 
 
-def _changed(item: Any, path: Path, by: float) -> Any:
+def _changed(item: Part, path: Path, by: float) -> Part:
     """Return a copy in which the number at a place is larger by an amount."""
     if not path:
         return (item or 0.0) + by
-    key: Any = path[0]
+    key: Part = path[0]
     if isinstance(item, Origin):
         return _displaced(item, key, by)
     new = _changed(_inside(item, key), path[1:], by)
@@ -166,7 +167,7 @@ def _changed(item: Any, path: Path, by: float) -> Any:
     if isinstance(item, tuple):
         return tuple(new if k == key else value for k, value in enumerate(item))
     if isinstance(item, Section) and type(item) is not Section:
-        made: Any = type(item)
+        made: Part = type(item)
         return made.of(**{**_sizes(item), key: new})
     return replace(item, **{key: new})
 
