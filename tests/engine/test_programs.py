@@ -2,6 +2,7 @@
 
 import gc
 import weakref
+from contextlib import nullcontext
 
 import numpy as np
 import package_robots
@@ -41,6 +42,14 @@ def test_auto_goes_by_the_poses_of_the_call(made):
     programs.compiled_solver(robots[0], "auto", 10_000)
     programs.compiled_solver(robots[0], "auto", 10_000)
     assert made == ["looked"] * 3 + [robots[0]]
+
+
+def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
+    told, robot = [], robot_of(cantilever())
+    monkeypatch.setattr(programs, "waiting", lambda what: told.append(what) or nullcontext())
+    for poses in (999, 10_000, 10_000):
+        programs.compiled_solver(robot.statics, "auto", poses)
+    assert told == [f"compiling what {robot.name} needs, once on this computer"]
 
 
 def test_single_poses_never_wait_while_code_is_made(made):
