@@ -325,7 +325,7 @@ def test_mistakes(tmp_path):
     with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
         ks.compensate(pose, coordinates=("z", "rx", "tilt"))
     with pytest.raises(ks.CoordinatesError, match="x, rx, rz do not determine the pose"):
-        ks.compensate(pose, coordinates=("x", "rx", "rz"))
+        ks.compensate(pose, gravity=(0, 0, 0), coordinates=("x", "rx", "rz"))
     with pytest.raises(ks.ArgumentError, match="has no actuators"):
         ks.compensate(two_columns().assemble())
     with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):
