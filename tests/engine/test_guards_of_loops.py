@@ -43,6 +43,11 @@ def test_a_platform_half_a_turn_from_where_it_is_wanted_has_not_arrived(monkeypa
     found, reached = solver.newton(solver._own, start, target)
     np.testing.assert_array_equal(reached, good)
     np.testing.assert_allclose(found.x, wanted.x, rtol=0, atol=1e-12)
+    for k in range(9):  # and each by itself
+        one = solver.in_one_go(solver._own, robot.zero_poses, target[:, k : k + 1])
+        assert (one is not None) == good[k]
+        if one is not None:
+            np.testing.assert_allclose(one.x, wanted.x[:, k : k + 1], rtol=0, atol=1e-12)
 
     drop_guards(monkeypatch, tmp_path / "dropped")
     heedless = compiled(robot, "rotation_vector")
@@ -50,6 +55,21 @@ def test_a_platform_half_a_turn_from_where_it_is_wanted_has_not_arrived(monkeypa
     assert reached.tolist() == [True, True, True, True, True, True, False, False, True]
     off = robot.solver.values(heedless._own, found) - target
     np.testing.assert_allclose(np.abs(off[-1, [2, 4]]), np.pi)  # where it says that it has arrived
+
+
+def test_on_which_side_of_a_singular_pose_two_poses_are():
+    """Random pairs, some of them in doubt, against NumPy's determinants."""
+    robot = robot_named("planar_3rrr")
+    solver, random = compiled(robot, "rotation_vector"), np.random.default_rng(0)
+    start = robot.zero_poses.take(np.zeros(60, dtype=np.intp))
+    first, second = start.take(np.arange(60)), start.take(np.arange(60))
+    for poses in (first, second):
+        moved = random.uniform(-1.5, 1.5, (robot.solver.tree.nv, 60))
+        poses.x[:] = robot.solver.tree.integrate(start.x, moved)
+    target = np.zeros((solver._own.size, 60))
+    wanted = robot.solver.on_one_side(solver._own, first, second, target)
+    assert 5 < wanted.sum() < 55 and not np.all(solver._surely(solver._side, first, second)[wanted])
+    np.testing.assert_array_equal(solver.on_one_side(solver._own, first, second, target), wanted)
 
 
 def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):

@@ -1,0 +1,54 @@
+"""Which combinations of listed values are tried, and which values are the file's own."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from kinetostatics.design import search as module
+from kinetostatics.design.search import search
+from kinetostatics.design.sizes import Sizes
+from kinetostatics.design.variables import Choice, Range
+
+LENGTH = Range("length", 0.1, 0.5)
+ROWS = ((0.01, 0.002), (0.02, 0.001), (0.03, 0.004), (0.04, 0.001), (0.05, 0.002))
+
+
+@pytest.fixture
+def tried(monkeypatch):
+    """The combinations of listed values with which ranges are searched; where lists are ranges, 0.031 would be the best."""
+    combinations = []
+
+    def minimize(problem, ranges, fixed, place):
+        if len(ranges) > 1:
+            return {"length": 0.2, "diameter": 0.031}
+        combinations.append(fixed)
+        return {"length": 0.3}
+
+    monkeypatch.setattr(module, "_minimize", minimize)
+    monkeypatch.setattr(module, "rank", lambda point: 0)
+    return combinations
+
+
+def search_with(choice):
+    own = {"length": 0.2, "diameter": 0.02, "wall": 0.001}
+    return search(SimpleNamespace(at=lambda found: None), [LENGTH], [choice], own, 2)
+
+
+def test_all_rows_of_a_catalogue_are_tried_beside_a_range(tried):
+    """Nothing lies between tubes of which diameter and wall are told together."""
+    ends, how = search_with(Choice(("diameter", "wall"), ROWS))
+    assert tried == [{"diameter": a, "wall": b} for a, b in ROWS] and "5 of 5" in how
+    assert ends == [{"length": 0.3, **one} for one in tried]
+
+
+def test_of_a_list_the_values_around_the_best_one_are_tried_beside_a_range(tried):
+    ends, how = search_with(Choice(("diameter",), tuple(row[:1] for row in ROWS)))
+    assert sorted(one["diameter"] for one in tried) == [0.03, 0.04, 0.05] and "3 of 5" in how
+    assert ends == [{"length": 0.3, **one} for one in tried]
+
+
+@pytest.mark.parametrize(("values", "own"), [([0.02, 0.02], True), ([0.02, 0.03], False)])
+def test_numbers_that_are_to_be_alike_may_not_be_so_in_the_file(values, own):
+    alike = {"rod_*.diameter": [SimpleNamespace(value=value) for value in values], "length": [SimpleNamespace(value=0.5)]}
+    sizes = Sizes(None, alike)
+    assert sizes.are_own == own and sizes.own("rod_*.diameter") == pytest.approx(sum(values) / 2)
