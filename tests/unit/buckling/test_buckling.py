@@ -238,6 +238,33 @@ def test_elastic_actuators_yield_with_all_that_they_move(foot, times, from_the_t
         assert bool(found.buckles) == (part > 1)
 
 
+def test_a_hexapod_on_soft_actuators():
+    """Six springs between ball joints: K = Σ k t tᵀ of their unit motions t, K_G by N/l and by how forces turn the platform."""
+    description, k = package_robots.robot("gough_stewart").description, 1e5
+    for name in description.driven:
+        description = description.with_joint_stiffness(JointStiffness(name, drive=k))
+    found = ks.analyze(ks.Robot(description).assemble(), load=(200, 100, -1e4, 50, -30, 20), gravity=(0, 0, 0))
+    K, G, forces, arms = np.zeros((6, 6)), np.zeros((6, 6)), [], []
+    for leg in range(1, 7):
+        parts = [found.beams[f"{name}_{leg}"] for name in ("cylinder", "rod")]
+        foot, head = parts[0].points[0], parts[1].points[-1]
+        length = np.linalg.norm(head - foot)
+        u, arm, N = (
+            (head - foot) / length,
+            head - found.configuration.platform_frame[:3, 3],
+            float(parts[1].section_wrenches[0, 0]),
+        )
+        moved = np.hstack([np.eye(3), -finite_elements.skew(arm)])
+        soft = [float(part.length) / (part.description.youngs_modulus * part.description.section.area) for part in parts]
+        K += moved.T @ np.outer(u, u) @ moved / (1 / k + sum(soft))
+        G += moved.T @ (np.eye(3) - np.outer(u, u)) @ moved * N / length
+        forces.append(-N * u)
+        arms.append(arm)
+    G[3:, 3:] -= buckling_elements.work_of_turning(forces, arms)
+    expected = np.linalg.eigvals(-np.linalg.solve(K, G)).real.max()
+    assert worst(found) == pytest.approx(expected, rel=1e-6) and 0.5 < expected < 1
+
+
 def test_a_rail_on_the_column_turns_with_it():
     """A load that slides on a rail across the column's head, and does not go sideways itself: tan kl = −1 / kl.
 
