@@ -189,6 +189,7 @@ def test_test_programs_see_the_seventh_digit(derived, corrected):
         folder, name = exported.folder, exported.name
         code, told = answer(folder, f"{name}_test.c", f"{name}.c")
         assert code == 0 and told.startswith("0 of 40 poses differ\n")
+        assert float(told.splitlines()[1].split()[0]) < 30  # corrections of loops a call: no search goes on that has arrived
         (folder / "wrong.c").write_text(wrong((folder / f"{name}.c").read_text()))
         code, told = answer(folder, f"{name}_test.c", "wrong.c")
         assert code == 1 and told.startswith(f"{item} differs by")
