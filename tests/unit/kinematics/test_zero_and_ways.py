@@ -64,7 +64,7 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         return SolverState(np.stack([target[0], 2 * target[0]]), np.ones((3, count))), target[0] > 4, target[0] / 10
 
     monkeypatch.setattr(lines, "_follow_chunk", follow)
-    poses, arrived, gone = lines.follow(None, None, start, numbers[None], 0, origin)
+    poses, arrived, gone = lines.follow(SimpleNamespace(is_compiled=many_origins), None, start, numbers[None], 0, origin)
     assert len(seen) == 3 and sum(seen) == N and max(seen) <= 4
     np.testing.assert_array_equal(poses.x, [numbers, 2 * numbers])
     np.testing.assert_array_equal(poses.c, np.ones((3, N)))
