@@ -57,7 +57,7 @@ def test_results_have_its_axes_and_units(path, result, robot):
     if not isinstance(value, tuple):  # parts of a limb
         assert np.ndim(value) == len(dims) and all(np.shape(value)[k] == 6 for k, dim in enumerate(dims) if dim == "component")
     kind = {"": ks.Result, "limbs": ks.LimbResult, "beams": ks.BeamResult, "configuration": ks.Configuration}.get(owner)
-    doc = inspect.getdoc(getattr(kind, name, None)) if kind else None
+    doc = inspect.getdoc(getattr(kind, name)) if hasattr(kind, name) else None
     if doc and entry.units and name not in ("actuators", "q"):
         told = {item for found in re.findall(r"\[([^\]]+)\]", doc) for item in re.split(", | or ", found)}
         assert {*entry.units.split(", ")} <= told or {*entry.units.split(", ")} == {"1"}, doc
