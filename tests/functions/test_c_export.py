@@ -13,7 +13,7 @@ from c_programs import SANITIZED, around, compiled, rows, run
 
 import kinetostatics as ks
 from kinetostatics.functions.c_export import _references
-from kinetostatics.functions.c_parts import c_name, identifier
+from kinetostatics.functions.c_parts import c_names, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES, _words
 from kinetostatics.functions.values import Quantity
@@ -194,8 +194,14 @@ def test_what_cannot_be_exported_is_told(options, words, tmp_path):
     [("5 bars", "robot_5_bars", "robot_5_bars"), ("2", "robot_2", "robot_2"), ("a1-b", "a1_b", "a1_b"), ("a b", "a_b", "a_b")],
 )
 def test_names_in_c(name, alone, member):
-    assert identifier(name) == alone and c_name(name) == member
+    assert identifier(name) == alone and c_names([name]) == {name: member}
     assert identifier("") == "robot_"
+
+
+def test_members_of_structs_are_no_keywords_and_all_different():
+    assert c_names(["a_b", "a-b", "a b", "int", "class"]) == {
+        "a_b": "a_b", "a-b": "a_b_", "a b": "a_b__", "int": "int_", "class": "class_",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -46,6 +46,16 @@ class Exported(Protocol):
         """Return the outputs."""
 
 
+#: Those of C99 and C++17.
+_KEYWORDS = frozenset(
+    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const const_cast constexpr continue "
+    "decltype default delete do double dynamic_cast else enum explicit export extern false float for friend goto if inline int long "
+    "mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public register reinterpret_cast restrict "
+    "return short signed sizeof static static_assert static_cast struct switch template this thread_local throw true try typedef "
+    "typeid typename union unsigned using virtual void volatile wchar_t while xor xor_eq".split()
+)
+
+
 def asked_outputs(function: Exported) -> list[Quantity]:
     """Return the outputs that were asked for, but for those that have no entries."""
     return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
@@ -57,9 +67,15 @@ def identifier(name: str) -> str:
     return f"robot_{found}" if not found or found[0].isdigit() else found
 
 
-def c_name(name: str) -> str:
-    """Return the name of a coordinate as that of a member of a struct in C."""
-    return identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
+def c_names(names: Iterable[str]) -> dict[str, str]:
+    """Return the names of coordinates as those of members of a struct in C and C++, which are no keywords, and all different."""
+    found: dict[str, str] = {}
+    for name in names:
+        mine = identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
+        while mine in _KEYWORDS or mine in found.values():
+            mine += "_"
+        found[name] = mine
+    return found
 
 
 class Parts:
@@ -107,7 +123,7 @@ class Parts:
             ("frames", "load", "gravity"),
             (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0)),
         )
-        self.c_names = {name: c_name(name) for name in function.inputs if name not in LOADS}
+        self.c_names = c_names(name for name in function.inputs if name not in LOADS)
         self.jacobian = None
         if jacobian is not None:
             pairs = pairs_of(function.outputs, function.inputs, self.c_names, *jacobian)
