@@ -11,6 +11,7 @@ from tapes import prescribed_of
 
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.scalars import Tape
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 
 
 @pytest.fixture(autouse=True)
@@ -70,6 +71,10 @@ def test_on_which_side_of_a_singular_pose_two_poses_are():
     wanted = robot.solver.on_one_side(solver._own, first, second, target)
     assert 5 < wanted.sum() < 55 and not np.all(solver._surely(solver._side, first, second)[wanted])
     np.testing.assert_array_equal(solver.on_one_side(solver._own, first, second, target), wanted)
+    assert solver.on_one_side(solver._own, first.take(np.arange(0)), second.take(np.arange(0)), target[:, :0]).shape == (0,)
+    driven = robot.solver.on_one_side(robot.actuator_coordinates, first, second, target)
+    assert np.any(driven != wanted)
+    np.testing.assert_array_equal(solver.on_one_side(robot.actuator_coordinates, first, second, target), driven)
 
 
 def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
@@ -89,3 +94,22 @@ def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
     drop_guards(monkeypatch, tmp_path / "dropped")
     heedless = np.max(np.abs(compiled(robot, None).place(x).residual), axis=0)
     assert heedless[1] < 1e-12  # as if it were closed
+
+
+@pytest.mark.parametrize("given", [2, 1])
+def test_one_pose_is_found_in_one_go_where_newton_arrives_without_doubt(given):
+    """From open loops, from where Newton's method passes singular poses; with one actuator the other is a local freedom."""
+    robot, random, N = robot_named("five_bar"), np.random.default_rng(0), 300
+    prescribed = PrescribedCoordinates(robot.actuator_coordinates.columns[:given])
+    solver = CompiledSolver(robot.solver, prescribed, 2 - given, robot.generic_poses.take(np.array([0])))
+    start = robot.zero_poses.take(np.zeros(N, dtype=np.intp))
+    start.x[:] = robot.solver.tree.integrate(start.x, random.uniform(-0.8, 0.8, (4, N)))
+    target = robot.solver.values(prescribed, start) + random.uniform(-0.3, 0.3, (given, N))
+    found, good = robot.solver.newton(prescribed, start, target, 2 - given)
+    sure = good if given == 1 else good & robot.solver.surely_on_one_side(prescribed, start, found)
+    assert 10 < sure.sum() < N - 10 and (given == 1 or np.any(good & ~sure))
+    for k in range(N):
+        one = solver.in_one_go(prescribed, start.take(np.array([k])), target[:, k : k + 1], 2 - given)
+        assert (one is not None) == sure[k]
+        if one is not None:
+            np.testing.assert_allclose(one.x[:, 0], found.x[:, k], rtol=0, atol=1e-10)
