@@ -13,10 +13,13 @@ from kinetostatics.verification.frame import Actuator, FrameModel
 from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, series
 from kinetostatics.verification.turning import geometric_stiffness
 
-#: Compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS` holds a piece.
+#: Change of a compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS`
+#: holds a piece.
 LOOSE = 1e9
 #: Part of the largest geometric stiffness, or of a motion's size, that is none.
 NOTHING = 1e-6
+#: Part of the loads that follow the displacement by which these may change with the next, and how often they are put on.
+FOLLOWED, PASSES = 1e-12, 4
 
 
 def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
@@ -100,28 +103,34 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
 
     OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
     displacement without it, the pieces move by u = (1 + C K_G)⁻¹ u_0; −K_G u is put on them as further loads, under which they
-    move by u again, but for the rounding of C.
+    move by u again, but for the rounding of C: with the u that comes of it once more, until these loads change no more.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
     first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
     found = []
+    # only what the ground alone holds has a compliance that is not the same in both
+    of_ground = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
         K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
-        held = _held(raw["compliance"], K)
+        held = _held(of_ground, K)
         K, C = held @ K @ held, held @ raw["compliance"] @ held
         tangent = np.eye(len(K)) + C @ K
         moved = np.linalg.solve(tangent, held @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((moved[:6, 1:], np.linalg.solve(tangent, held), moved[:, 0], -K @ moved[:, 0]))
-    *_, first_guess, follows = found[0]
-    loads = model.loads.copy()
-    loads[pieces] += follows.reshape(-1, 6) * scale.wrench
+        found.append((moved[:6, 1:], np.linalg.solve(tangent, held), moved[:, 0], K))
+    *_, guess, K = found[0]
+    for _ in range(PASSES):
+        loads = model.loads.copy()
+        loads[pieces] -= (K @ guess).reshape(-1, 6) * scale.wrench
+        with_more = levels(replace(model, loads=loads), scale, pieces)
+        answered = [guess + solved @ (raw["twist"] - guess) for raw, (_, solved, *_) in zip(with_more, found, strict=True)]
+        step, guess = answered[0] - guess, answered[0]
+        if np.abs(K @ step).max(initial=0.0) <= FOLLOWED * np.abs(K @ guess).max(initial=0.0):
+            break
     answers = []
-    with_more = levels(replace(model, loads=loads), scale, pieces)
-    for raw, forces, (compliance, solved, *_) in zip(with_more, at_the_pose, found, strict=True):
-        moved = first_guess + solved @ (raw["twist"] - first_guess)
+    for raw, forces, moved, (compliance, *_) in zip(with_more, at_the_pose, answered, found, strict=True):
         turns = np.zeros((len(model.references), 3))
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
@@ -137,15 +146,19 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
     return answers[0], answers[1]
 
 
-def _held(C: Array, K: Array) -> Array:
+def _held(of_ground: Array, K: Array) -> Array:
     """Return the projection (n, n) onto what something holds, the platform, the first piece, in any case.
 
-    A strut that spins between two balls neither C nor K does; what is merely soft moves the platform.
+    A strut that spins between two balls neither C nor K does.
+
+    Args:
+        of_ground: (n, n) by how much C differs between two extrapolations, which what holds a merely soft motion does not.
+        K: (n, n) the geometric stiffness.
     """
-    values, vectors = np.linalg.eigh((C + C.T) / 2)
+    values, vectors = np.linalg.eigh((of_ground + of_ground.T) / 2)
     free = vectors[:, np.abs(values) > LOOSE]
     values, turned = np.linalg.eigh(free.T @ K @ free)
     spins = free @ turned[:, np.abs(values) <= NOTHING * np.abs(K).max(initial=0.0)]
     values, turned = np.linalg.eigh(spins[:6].T @ spins[:6])
     spins = spins @ turned[:, values <= NOTHING**2]
-    return np.asarray(np.eye(len(C)) - spins @ spins.T)
+    return np.asarray(np.eye(len(K)) - spins @ spins.T)
