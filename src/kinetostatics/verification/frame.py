@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import joined
 
 
 @dataclass(frozen=True)
@@ -153,9 +154,15 @@ class FrameModel:
     def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
         """Return the hinges that the analysis counts as one with a joint, or this alone, and the pieces at their ends."""
         names = next((run for run in self.runs if joint.name in run), {joint.name})
-        run = [joint] if len(names) == 1 else [item for item in self.joints if item.name in names]
+        if len(names) == 1:
+            return [joint], joint.pieces
+        run = [item for item in self.joints if item.name in names]
         pieces = [piece for item in run for piece in item.pieces]
-        first, last = (piece for piece in pieces if pieces.count(piece) == 1)
+        # there may be welds between them
+        rigid = [item for item in self.joints if np.all(item.blocked) and not item.springs and item.name not in names]
+        body_of = joined(range(len(self.references)), [item.pieces for item in rigid])
+        bodies = [body_of[piece] for piece in pieces]
+        first, last = (piece for piece, body in zip(pieces, bodies, strict=True) if bodies.count(body) == 1)
         return run, (first, last)
 
     @property
