@@ -113,3 +113,18 @@ def test_one_pose_is_found_in_one_go_where_newton_arrives_without_doubt(given):
         assert (one is not None) == sure[k]
         if one is not None:
             np.testing.assert_allclose(one.x[:, 0], found.x[:, k], rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("N", [0, 1, 20])
+def test_lines_from_one_pose_to_many_start_where_numpy_starts_them(N):
+    """Or each from a pose of its own."""
+    robot, random = robot_named("five_bar"), np.random.default_rng(2)
+    solver, poses = compiled(robot, None), robot.zero_poses.take(np.zeros(N, dtype=np.intp))
+    poses.x[:] += random.uniform(-0.5, 0.5, poses.x.shape)
+    target = random.uniform(-7.0, 7.0, (2, N))
+    assert solver._start is not None
+    for start in (poses, robot.generic_poses.take(np.array([0]))):
+        for found, wanted in zip(
+            solver.line(solver._own, start, target), robot.solver.line(solver._own, start, target), strict=True
+        ):
+            np.testing.assert_allclose(found, np.broadcast_to(wanted, (len(wanted), N)), rtol=0, atol=1e-12)
