@@ -88,6 +88,11 @@ def test_the_environment_says_what_auto_means(monkeypatch):
         programs.check_engine("auto")
 
 
+def test_many_calls_together_take_the_engine_of_all_their_poses():
+    found = {engine: [programs.engine_for(engine, poses) for poses in (9_999, 10_000)] for engine in programs.ENGINES}
+    assert found == {"auto": ["auto", "compiled"], "compiled": ["compiled"] * 2, "numpy": ["numpy"] * 2}
+
+
 def test_a_report_says_what_is_compiled():
     robot = robot_of(cantilever())
     report = ks.engine_report(robot)
