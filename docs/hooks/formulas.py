@@ -11,7 +11,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import Files
 from mkdocs.structure.pages import Page
 
-CODE = re.compile(r"<(pre|code|script)\b.*?</\1>", re.DOTALL)
+CODE = re.compile(r"<(pre|code|script|iframe)\b.*?</\1>", re.DOTALL)
 LEFT = re.compile(r"\$[^$<]*\\[a-z][^$<]*\$")
 FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 

@@ -112,9 +112,8 @@ def _run(kernel, threads):
         "PYTHONIOENCODING": "utf-8",
     }
     command = [sys.executable, __file__, "--print"]
-    for _ in range(
-        20
-    ):  # OpenBLAS 0.3.34 (NumPy 2.5.5) on a newer processor than its Haswell kernel's: solve() jumps to 0 at times
+    # NumPy 2.5.5's OpenBLAS 0.3.34 at times jumps to address 0 in solve(), where Haswell's kernel runs on a newer processor
+    for _ in range(20):
         done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", check=False)
         if done.returncode != -signal.SIGSEGV:
             break

@@ -64,7 +64,8 @@ def _tipping(result: Result) -> list[str]:
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
         C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale
-        held = f"the platform is held against {_motions(*np.linalg.eigh(C), 0, scale)}"
+        values, vectors = np.linalg.eigh(C)
+        held = f"the platform is held against {_motions(values, vectors, 0, scale)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
     push = f"springs and weights push at least as hard as {held}{at}"
