@@ -78,14 +78,6 @@ def test_sketches_are_drawn_for_any_robot(tmp_path):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_lists_of_parameters_are_those_of_the_files(name):
-    page = gallery.page_of(name).read_text(encoding="utf-8")
-    paragraph = page.partition("**Parameters.**")[2].partition("\n\n")[0]
-    listed = re.findall(r"`(\w+)`", re.sub(r"\([^)]*\)", "", paragraph))
-    assert sorted(listed) == sorted(re.findall(r'<xacro:arg name="(\w+)"', shipped_robots()[name].read_text(encoding="utf-8")))
-
-
-@pytest.mark.parametrize("name", ROBOTS)
 def test_every_source_that_is_named_is_there(name):
     page = gallery.page_of(name).read_text(encoding="utf-8")
     named = set(re.findall(r"\[([A-Z]\w+)\](?!\()", gallery.about(name, "Source of its dimensions")))
