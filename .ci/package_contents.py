@@ -8,7 +8,6 @@ from pathlib import Path
 
 #: Files of the clone that a wheel holds, and where.
 IN_WHEEL = {"src/kinetostatics/": "kinetostatics/", "robots/": "kinetostatics/robots/"}
-MANUAL_PAGE = "share/man/man1/kinetostatics.1"
 
 
 def tracked(archive: set[str]) -> set[str]:
@@ -29,12 +28,12 @@ def differences(wheel: set[str], archive: set[str], files: set[str]) -> list[str
         files: of the clone.
     """
     wanted = {to + name.removeprefix(start) for start, to in IN_WHEEL.items() for name in files if name.startswith(start)}
-    found = {name for name in wheel if ".dist-info/" not in name and ".data/" not in name}
+    found = {name for name in wheel if ".dist-info/" not in name}
     said = [f"the wheel lacks {name}" for name in sorted(wanted - found)]
     said += [f"the wheel holds {name}, which is no part of the package" for name in sorted(found - wanted)]
     said += [
         f"the wheel lacks {ending}"
-        for ending in (f".data/data/{MANUAL_PAGE}", ".dist-info/licenses/LICENSE", ".dist-info/entry_points.txt")
+        for ending in (".dist-info/licenses/LICENSE", ".dist-info/entry_points.txt")
         if not any(name.endswith(ending) for name in wheel)
     ]
     said += [f"the source archive lacks {name}" for name in sorted(files - archive)]

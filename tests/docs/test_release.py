@@ -1,17 +1,13 @@
-"""What is released: version, notes, packages, the manual page and the conda recipe."""
+"""What is released: version, notes, packages and the conda recipe."""
 
-import importlib
 import importlib.metadata
 import re
 import runpy
-import subprocess
 
-import manual_page
 import pytest
 from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.cli.main import COMMANDS, make_parser
 
 PROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
 notes = runpy.run_path(str(ROOT / ".ci" / "release_notes.py"))["notes"]
@@ -69,8 +65,8 @@ def test_source_that_is_not_installed_says_so(monkeypatch):
 
 def test_what_packages_lack_is_told():
     files = {"robots/a.urdf.xacro", "src/kinetostatics/b.py", "tests/c.py"}
-    data = {f"k-1.{rest}" for rest in ("data/data/share/man/man1/kinetostatics.1", "dist-info/licenses/LICENSE")}
-    whole = {"kinetostatics/robots/a.urdf.xacro", "kinetostatics/b.py", "k-1.dist-info/entry_points.txt", *data}
+    licence = "k-1.dist-info/licenses/LICENSE"
+    whole = {"kinetostatics/robots/a.urdf.xacro", "kinetostatics/b.py", "k-1.dist-info/entry_points.txt", licence}
     assert differences(whole, files | {"PKG-INFO"}, files) == []
     assert differences(whole - {"kinetostatics/robots/a.urdf.xacro"}, files, files) == [
         "the wheel lacks kinetostatics/robots/a.urdf.xacro"
@@ -79,10 +75,7 @@ def test_what_packages_lack_is_told():
         "the wheel holds tests/c.py, which is no part of the package",
         "the source archive lacks tests/c.py",
     ]
-    assert differences(whole - data, files, files) == [
-        "the wheel lacks .data/data/share/man/man1/kinetostatics.1",
-        "the wheel lacks .dist-info/licenses/LICENSE",
-    ]
+    assert differences(whole - {licence}, files, files) == ["the wheel lacks .dist-info/licenses/LICENSE"]
 
 
 def test_the_workflow_of_releases_calls_what_exists():
@@ -94,34 +87,6 @@ def test_the_workflow_of_releases_calls_what_exists():
     assert called == [".ci/release_notes.py", ".ci/packages"] and all((ROOT / name).exists() for name in called)
     assert ".ci/packages build/main" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert jobs["index"]["permissions"] == {"id-token": "write"}, "trusted publishing needs a token of its own"
-
-
-def test_the_manual_page_is_fresh():
-    page = manual_page.manual_page()
-    assert manual_page.PAGE.read_text(encoding="utf-8") == page, "stale: run python tests/support/manual_page.py"
-    assert f'"{manual_page.PAGE.relative_to(ROOT).as_posix()}" = "share/man/man1/kinetostatics.1"' in PROJECT
-
-
-def test_the_manual_page_has_every_option_of_every_command():
-    sections = dict(re.findall(r"^\.SS (\S+)\n(.*?)(?=^\.S[SH] )", manual_page.PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL))
-    assert list(sections) == list(COMMANDS)
-    for name, text in sections.items():
-        parser = make_parser([importlib.import_module(f"kinetostatics.cli.{name}")])
-        said = parser._subparsers._group_actions[0].choices[name].format_help()
-        options = set(re.findall(r"^  (--[\w-]+)", said, re.MULTILINE))
-        in_roff = re.findall(r"^(?:\\fB.*?, )?\\fB(\\-\\-.*?)\\fR", text, re.MULTILINE)
-        assert options and {found.replace("\\-", "-") for found in in_roff} == options
-
-
-def test_the_manual_page_is_what_man_understands():
-    try:
-        done = subprocess.run(
-            ["groff", "-man", "-Tutf8", "-k", "-ww", str(manual_page.PAGE)], capture_output=True, text=True, check=True
-        )
-    except FileNotFoundError:
-        pytest.skip("there is no groff")
-    assert done.stderr == ""
-    assert "kinetostatics robots --copy delta" in re.sub("\x1b\\[[0-9;]*m|.\b", "", done.stdout)
 
 
 def test_the_page_on_installing_lists_all_extras():

@@ -1,4 +1,4 @@
-"""Runs the blocks of the guide and writes its answers and the tables of messages: ``python tests/support/guide_pages.py``.
+"""Runs the blocks of the guide and writes its answers: ``python tests/support/guide_pages.py``.
 
 The pages of a story are read one after the other. A block of XML is merged into the story's file: what has the tag and name of
 something in the file replaces it, what is new goes before ``</robot>``. After ``<!-- lift: only once -->`` the file is as before
@@ -17,30 +17,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import guide_mistakes_of_architectures as of_architectures
-import guide_mistakes_of_designs as of_designs
-import guide_mistakes_of_files as of_files
-import guide_mistakes_of_measurements as of_measurements
-import guide_mistakes_of_robots as of_robots
-import guide_mistakes_of_units as of_units
-from guide_mistakes import ROOT, Mistake, provoke
 from page_code import DOCS, Block, blocks
+from places import ROOT
 
 from kinetostatics.cli.main import main
 
-MESSAGES = tuple(sorted((DOCS / "reference" / "messages").glob("*.md")))
-TABLES: dict[str, tuple[Mistake, ...]] = {
-    name: getattr(module, name)
-    for module, names in (
-        (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
-        (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
-        (of_units, ("UNITS",)),
-        (of_designs, ("DESIGN", "OPTIMA")),
-        (of_architectures, ("ARCHITECTURES",)),
-        (of_measurements, ("MEASUREMENTS",)),
-    )
-    for name in names
-}
 _START = re.compile(r"^  <(?!/)([\w:]+|!--)")
 _KEY = re.compile(r"^  <([\w:]+)(?: [\w:]+=\"[^\"]*\")*? ((?:name|link|joint)=\"[^\"]*\")", re.MULTILINE)
 
@@ -197,28 +178,6 @@ def answers(story: Story, folder: Path, run: Callable[[str], str] = run) -> tupl
     return found, file
 
 
-# ---- tables ----------------------------------------------------------------------------------------------------------------
-
-
-def table(rows: list[tuple[Mistake, list[str]]]) -> str:
-    """Return the table of some mistakes and the messages that answer them."""
-    lines = ["| what is written | what is answered | what helps |", "|---|---|---|"]
-    for mistake, messages in rows:
-        cells = (mistake.written, "<br>".join(_as_code(message) for message in messages), mistake.cure)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines) + "\n"
-
-
-def _as_code(message: str) -> str:
-    assert "`" not in message and "\n" not in message
-    return f"`{message}`"
-
-
-def marked(name: str) -> re.Pattern[str]:
-    """Return the pattern of the table called ``name`` in its page."""
-    return re.compile(rf"(?<=<!-- mistakes: {name} -->\n).*?(?=<!-- end -->)", re.DOTALL)
-
-
 def write_story(story: Story) -> str:
     """Write the answers into the pages of a story, and return the last state of its file."""
     with tempfile.TemporaryDirectory() as folder:
@@ -230,26 +189,12 @@ def write_story(story: Story) -> str:
     return file
 
 
-def write_messages() -> None:
-    """Write the tables of messages."""
-    for page in MESSAGES:
-        text = page.read_text(encoding="utf-8")
-        for name in re.findall(r"<!-- mistakes: (\w+) -->", text):
-            rows = []
-            for mistake in TABLES[name]:
-                with tempfile.TemporaryDirectory() as folder:
-                    rows.append((mistake, provoke(mistake, Path(folder))[0]))
-            text = marked(name).sub(lambda _, rows=rows: table(rows), text, count=1)
-        page.write_text(text, encoding="utf-8")
-
-
 def write() -> None:
     """Write all pages, and the guide's robot."""
     for story in STORIES:
         file = write_story(story)
         if story is GUIDE:
             (ROOT / "examples" / "guide_robot" / story.file).write_text(file, encoding="utf-8")
-    write_messages()
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
 """Whether all reports say the same, to the letter, on other processors: ``python tests/support/same_everywhere.py``.
 
 The linear algebra library has kernels for many processors, which round differently, and so does NumPy with and without
-processors' wide registers. Here the reports of all robots in ``robots/`` and of the odd ones of ``odd_robots.py``, the answers on
-the guide's pages and the messages about statics are printed by a process for each kernel, and for one of them with two threads,
-and compared. ``--print`` prints them in this process.
+processors' wide registers. Here the reports of all robots in ``robots/`` and of the odd ones of ``odd_robots.py`` and the
+answers on the guide's pages are printed by a process for each kernel, and for one of them with two
+threads, and compared. ``--print`` prints them in this process.
 """
 
 import argparse
@@ -74,9 +74,8 @@ def texts():
 
 
 def pages():
-    """Yield name and text of the guide's answers, and of the messages of which linear algebra decides."""
+    """Yield name and text of the guide's answers."""
     import guide_pages
-    from guide_mistakes import provoke
 
     def run(command):  # a page for the viewer costs as much as all the rest, and what the verification shows is rounding
         return "" if command.split()[2] in ("view", "verify") else guide_pages.run(command)
@@ -86,9 +85,6 @@ def pages():
             guide_pages.GUIDE.pages, guide_pages.answers(guide_pages.GUIDE, Path(folder), run)[0], strict=True
         ):
             yield page.stem, "\n".join(answer for _, answer in blocks)
-    for number, mistake in enumerate(guide_pages.TABLES["STATICS"]):
-        with tempfile.TemporaryDirectory() as folder:
-            yield f"message {number}", "\n".join(provoke(mistake, Path(folder))[0])
 
 
 def _print():
