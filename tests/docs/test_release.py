@@ -3,6 +3,7 @@
 import importlib.metadata
 import re
 import runpy
+import tomllib
 
 import pytest
 from places import ROOT
@@ -116,7 +117,6 @@ def requirements(lines):
 
 def test_the_conda_recipe_wants_what_the_package_wants():
     yaml = pytest.importorskip("yaml")
-    tomllib = pytest.importorskip("tomllib")
     recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     project = tomllib.loads(PROJECT)
     run = requirements(recipe["requirements"]["run"])

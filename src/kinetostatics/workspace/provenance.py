@@ -47,7 +47,7 @@ def text_digest(description: RobotDescription) -> str:
 
 def attributes(spec: SweepSpec, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:
     """Return the attributes of the Dataset; ``robot`` is the first one."""
-    now = datetime.datetime.now(datetime.timezone.utc).replace(microsecond=0).isoformat()
+    now = datetime.datetime.now(datetime.UTC).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
     found: dict[str, object] = {
         "Conventions": CONVENTIONS,
