@@ -340,7 +340,7 @@ WRONG = [
     ({"measurements": {"Fz": [1.0], "dz": [np.nan]}}, "there are no readings"),
     ({"measurements": {"Fz [kg]": [1.0], "dz": [0.0]}}, "'1.0kg' is not a force"),
     ({"measurements": {"Fz": ["a lot"], "dz": [0.0]}}, "row 0: Fz: 'a lot' is not a force"),
-    ({"measurements": {"dzz": [0.0]}}, "'dzz' is no coordinate, load"),
+    ({"measurements": {"dzz": [0.0]}}, "there is no column 'dzz'"),
     ({"measurements": [{"dz": 0.0, "z": 1.0}, {"dz": 0.1}]}, "row 1: z is missing"),
     ({"measurements": {"dz": [np.inf]}}, "row 0: dz: 'inf' is not a length"),
     ({"measurements": {"dz": [0.0], "dz [mm]": [0.0]}}, "'dz' is given twice"),
@@ -383,7 +383,7 @@ WRONG_FILES = [
     ("Fz [N],dz [um]\n1,2\n1,2 kN\n", r"mine.csv:3: dz: '2 kN' is not a length"),
     ("Fz [N],dz [um]\n1,two\n", r"mine.csv:2: dz: 'two' is not a length"),
     ("rx,dz\n,1\n", r"mine.csv:2: rx is missing: the cell is empty"),
-    ("Fz,dz,speed\n1,1,1\n", r"mine.csv:1: 'speed' is no coordinate"),
+    ("Fz,dz,speed\n1,1,1\n", r"mine.csv:1: there is no column 'speed'"),
     ("Fz\tdz\n1\t2\n", r"mine.csv:1: separate columns by commas, not by tabs"),
     ("drx [mm],Fz\n1,2\n", r"mine.csv:2: drx: '1mm' is not an angle"),
 ]
@@ -402,7 +402,7 @@ def test_mistakes_in_a_file(cantilever, tmp_path, text, said):
     ("text", "said"),
     [
         ("name\n", "a table of gauges has a line of titles"),
-        ("name,ux,uy,uz,colour\na,0,0,1,red\n", r":1: gauges have no 'colour'"),
+        ("name,ux,uy,uz,colour\na,0,0,1,red\n", r":1: there is no column 'colour'"),
         ("name,ux,uy\na,0,1\n", r":1: the column 'uz' is missing"),
         ("name,ux,uy,uz\na,0,0,1\na,0,1,0\n", r":3: a gauge has a name of its own, not 'a'"),
         ("name,ux,uy,uz,x,y,z\na,0,0,1,1,,2\n", r":2: of the point x, y, z a number is missing"),

@@ -347,7 +347,7 @@ def test_all_searches_are_counted(cantilever):
         ({"vary": {"diameter": "9mm"}}, "two different values"),
         ({"vary": {"diameter": "4cm:8kg"}}, r"vary: diameter is given in kg, but it is in m"),
         ({"vary": {"diameter": "4N,8N"}}, "diameter is given in N, but it is in m"),
-        ({"vary": {"diameter": "none.csv"}}, "the catalogue none.csv cannot be read"),
+        ({"vary": {"diameter": "none.csv"}}, "none.csv cannot be read"),
         ({"vary": {"diameter": "1mm..2mm"}}, "is not a number; a range is written 20mm:120mm, values 20mm,25mm$"),
         ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),
         ({"vary": {"diameter": "9mm:12mm", ("diameter", "wall"): "standard_tubes"}}, "varied twice"),

@@ -7,7 +7,6 @@ from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.argument_checks import whole_number
-from kinetostatics.files.tables import check_brackets
 
 RPS, VARY, OVER = ROBOTS / "3rps.urdf.xacro", {"rod_diameter": "5cm:6cm"}, {"z": 0.5, "rx": 0.0, "ry": 0.0}
 
@@ -44,9 +43,3 @@ def test_seeds_are_whole_numbers_too():
     ):
         with pytest.raises(ks.ArgumentError, match=r"^seed is -1; it must be a whole number from 0 on$"):
             call()
-
-
-def test_units_stand_in_square_brackets():
-    check_brackets("file:1", ["z [mm]", "a(1)", "dz"], ["a(1)"])
-    with pytest.raises(ks.ArgumentError, match=r"^file:1: 'dz \(mm\)': units stand in square brackets, as in dz \[mm\]$"):
-        check_brackets("file:1", ["z", "dz (mm)"])

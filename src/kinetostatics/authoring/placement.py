@@ -12,8 +12,9 @@ import numpy as np
 from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.skeleton import Skeleton
+from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import table_rows
+from kinetostatics.files.csv_tables import read_csv
 
 Point = tuple[float, float, float]
 
@@ -21,7 +22,8 @@ Point = tuple[float, float, float]
 ARRANGEMENTS = SYMMETRIC, PLANAR, CARTESIAN, SPHERICAL = ("symmetric", "planar", "cartesian", "spherical")
 #: Directions in words, of guides and of revolute axes.
 DIRECTIONS = ("vertical", "radial", "tangential")
-COLUMNS = ("base", "platform", "axis", "guide")
+#: Columns of a table, and kinds of their numbers.
+COLUMNS = {"base": "length", "platform": "length", "axis": "number", "guide": "number"}
 ROW = '{"base": (0.3, 0, 0), "platform": (0.2, 0, 0)}, with "axis" of its revolute joints and "guide" of its carriage if need be'
 
 
@@ -212,34 +214,25 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
 
 
 def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
-    """Read a table of placements from a CSV file.
+    """Read a CSV table of placements, one limb a row, in the order of the notation.
 
-    Its first line names the columns: ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, where they are needed,
-    ``axis_x, …`` and ``guide_x, …`` [m]; each further line is a limb, in the order of the notation.
+    Its columns are ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, where they are needed, ``axis_x, …`` and
+    ``guide_x, …``; lengths in metres, or with their unit.
 
     Raises:
-        ArgumentError: it cannot be read; the message names file and line.
+        ArgumentError: it cannot be read; the message has file and line.
     """
-    name, known = os.fsdecode(path), [f"{column}_{letter}" for column in COLUMNS for letter in "xyz"]
-    rows = table_rows(name, f"the first line names the columns, {', '.join(known[:6])}; each further line is a limb")
-    header = [cell.strip() for cell in rows[0][1]]
-    for column in header:
-        if column not in known:
-            raise ArgumentError(f"{name}:1: the column {column!r} is unknown; {near_names(column, known)}")
-    missing = [column for column in known[:6] if column not in header]
-    if missing:
-        raise ArgumentError(f"{name}:1: the columns {', '.join(missing)} are missing; the first line names the columns")
+    kinds = {f"{column}_{letter}": kind for column, kind in COLUMNS.items() for letter in "xyz"}
+    points = list(kinds)[:6]
+    table = read_csv(path, f"the first line names the columns, {', '.join(points)}; each further line is a limb", kinds, points)
     found = []
-    for line, cells in rows[1:]:
-        row: dict[str, list[float]] = {}
-        for column, cell in zip(header, cells, strict=True):
-            try:
-                row.setdefault(column[:-2], [0.0, 0.0, 0.0])["xyz".index(column[-1])] = float(cell)
-            except ValueError:
-                raise ArgumentError(
-                    f"{name}:{line}: {cell.strip()!r} in the column {column} is not a number; lengths are in metres"
-                ) from None
-        found.append({column: _point(vector) for column, vector in row.items()})
+    for line, row in table.rows:
+        numbers = {
+            name: parse_number(cell, kinds[name], f"{table.where(line)}: {name}")
+            for name, cell in zip(table.names, row, strict=True)
+        }
+        given = [column for column in COLUMNS if any(f"{column}_{letter}" in numbers for letter in "xyz")]
+        found.append({column: _point([numbers.get(f"{column}_{letter}", 0.0) for letter in "xyz"]) for column in given})
     return found
 
 

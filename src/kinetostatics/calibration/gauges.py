@@ -9,9 +9,9 @@ import numpy as np
 
 from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, finite_numbers, positive
 from kinetostatics.description.gauges import COMPONENTS, Gauge
-from kinetostatics.design.requirements import parse_number
-from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import check_brackets, table_rows, title_of
+from kinetostatics.description.units import parse_number
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.csv_tables import read_csv, with_unit
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
@@ -19,7 +19,7 @@ from kinetostatics.robot import robot_of
 
 #: Columns of a table of gauges, and kinds of their numbers; None: words.
 COLUMNS = {
-    **{"name": None, "frame": None, "measures": None, "sigma": ""},
+    **{"name": None, "frame": None, "measures": None, "sigma": "length"},
     **dict.fromkeys(("x", "y", "z"), "length"),
     **dict.fromkeys(("ux", "uy", "uz"), "number"),
 }
@@ -60,29 +60,16 @@ def _checked(where: str, gauge: object) -> Gauge:
 
 def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     """Return names and gauges by the places where they are written."""
-    rows = table_rows(path, "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each")
-    place, titles = rows[0][0], [title_of(cell) or (cell.strip(), "") for cell in rows[0][1]]
-    check_brackets(f"{path}:{place}", dict(titles))
-    for name, _ in titles:
-        if name not in COLUMNS:
-            raise ArgumentError(f"{path}:{place}: gauges have no {name!r}: {near_names(name, COLUMNS)}")
-    if missing := [name for name in ("name", "ux", "uy", "uz") if name not in dict(titles)]:
-        raise ArgumentError(
-            f"{path}:{place}: the column {missing[0]!r} is missing: gauges have a name and a direction ux, uy, uz"
-        )
+    example = "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each"
+    table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
     found: dict[str, tuple[str, Gauge]] = {}
-    for number, row in rows[1:]:
-        where = f"{path}:{number}"
-        cells: dict[str, Keyword] = {}
-        for (name, unit), cell in zip(titles, row, strict=True):
-            kind = COLUMNS[name]
-            if not cell.strip():
-                continue
-            if name == "sigma":
-                kind = (
-                    "angle" if dict(zip(dict(titles), row, strict=True)).get("measures", "").strip() == "rotation" else "length"
-                )
-            cells[name] = cell.strip() if kind is None else number_in(cell, unit, kind, f"{where}: {name}")
+    for line, row in table.rows:
+        where, texts = table.where(line), {name: cell for name, cell in zip(table.names, row, strict=True) if cell}
+        kinds = {**COLUMNS, "sigma": "angle" if texts.get("measures") == "rotation" else "length"}
+        cells: dict[str, Keyword] = {
+            name: cell if (kind := kinds[name]) is None else parse_number(cell, kind, f"{where}: {name}")
+            for name, cell in texts.items()
+        }
         name = str(cells.pop("name", ""))
         if not name or any(name == known for known, _ in found.values()):
             raise ArgumentError(f"{where}: a gauge has a name of its own, not {name!r}")
@@ -101,11 +88,7 @@ def number_in(cell: object, unit: str, kind: str, what: str) -> float:
         ArgumentError: it is none, or of another kind.
     """
     text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
-    try:
-        plain = not unit or float(text) is None
-    except ValueError:
-        plain = True
-    return parse_number(text if plain else f"{text}{unit}", kind, what)
+    return parse_number(with_unit(text, unit), kind, what)
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:

@@ -13,8 +13,8 @@ import numpy as np
 from kinetostatics.calibration.gauges import number_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.units import PLATFORM_KINDS
-from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import check_brackets, table_rows, title_of
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.csv_tables import check_columns, column_name, read_csv
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
@@ -79,17 +79,10 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
         **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS},
     }
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
-    named = [title_of(title) or (title.strip(), "") for title in titles]
+    place = where(None).removesuffix(": ")
+    named = [column_name(title, place) for title in titles]
     names = [name for name, _ in named]
-    check_brackets(where(None).removesuffix(": "), names, kinds)
-    for name in names:
-        if name not in kinds and name != NOTE:
-            raise ArgumentError(
-                f"{where(None)}{name!r} is no coordinate, load (Fx … Mz), component of the twist (dx … drz) or gauge that is "
-                f"described: {near_names(name, kinds)}"
-            )
-        if names.count(name) > 1:
-            raise ArgumentError(f"{where(None)}{name!r} is given twice")
+    check_columns(place, names, [*kinds, NOTE])
     columns: dict[str, list[float]] = {name: [] for name in names if name != NOTE}
     numbers = []
     for number, row in rows:
@@ -125,9 +118,8 @@ def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"
-        lines = table_rows(path, what)
-        first = lines[0][0]
-        return (lambda n: f"{path}:{first if n is None else n}: "), lines[0][1], list(lines[1:])
+        table = read_csv(path, what)
+        return (lambda n: f"{table.place if n is None else table.where(n)}: "), list(table.names), list(table.rows)
     if hasattr(given, "data_vars") and hasattr(given, "variables"):
         given = _columns_of(given.variables)
     elif hasattr(given, "columns") and hasattr(given, "to_dict"):  # a pandas DataFrame
@@ -159,7 +151,5 @@ def _columns_of(variables: Mapping[object, xr.Variable]) -> dict[str, object]:
     names = [str(name) for name, array in variables.items() if array.dtype.kind in "iuf"]
     spread = xr.broadcast(*(xr.DataArray(array) for array in arrays))
     units = [array.attrs.get("units", "") for array in arrays]
-    titles = [
-        f"{name} [{unit}]" if unit and title_of(name) == (name, "") else name for name, unit in zip(names, units, strict=True)
-    ]
+    titles = [f"{name} [{unit}]" if unit and "[" not in name else name for name, unit in zip(names, units, strict=True)]
     return {title: array.values.ravel() for title, array in zip(titles, spread, strict=True)}

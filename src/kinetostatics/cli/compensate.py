@@ -7,8 +7,9 @@ import math
 from typing import TYPE_CHECKING
 
 from kinetostatics.cli import answers, arguments, poses
+from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import check_brackets, table_rows, title_of
+from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.printing.waiting import waiting
 
 if TYPE_CHECKING:
@@ -121,24 +122,15 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
     Raises:
         ArgumentError: a title or a cell makes no sense; the message names file and line.
     """
-    rows = table_rows(path, "a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose")
-    titles = []
-    for cell in rows[0][1]:
-        title = title_of(cell)
-        if title is None:
-            raise ArgumentError(f"{path}:{rows[0][0]}: {cell.strip()!r} is not a name, or a name with its unit: z [mm]")
-        titles.append(title)
-    names = [name for name, _ in titles]
-    check_brackets(f"{path}:{rows[0][0]}", names, robot.description.driven)
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ArgumentError(f"{path}:{rows[0][0]}: {twice!r} is given twice")
-    option = "--actuators" if any(name in robot.description.driven for name in names) else "--platform"
-    columns: dict[str, list[float]] = {name: [] for name in names}
-    for number, row in rows[1:]:
-        for (name, unit), cell in zip(titles, row, strict=True):
-            if not cell.strip():
-                raise ArgumentError(f"{path}:{number}: {name} is missing: a cell is empty")
-            text = cell.strip() if arguments.unit_of(cell) is not None else f"{cell.strip()}{unit}"
-            kind = poses.coordinate_kind(robot, option, name)
-            columns[name] += arguments.parse_coordinates(f"{path}:{number}", name, [text], kind)
+    example = "a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose"
+    table = read_csv(path, example, (*robot.description.driven, *PLATFORM_KINDS))
+    option = "--actuators" if any(name in robot.description.driven for name in table.names) else "--platform"
+    columns: dict[str, list[float]] = {name: [] for name in table.names}
+    for line, row in table.rows:
+        for name, cell in zip(table.names, row, strict=True):
+            if not cell:
+                raise ArgumentError(f"{table.where(line)}: {name} is missing: a cell is empty")
+            columns[name] += arguments.parse_coordinates(
+                table.where(line), name, [cell], poses.coordinate_kind(robot, option, name)
+            )
     return option, columns

@@ -15,6 +15,8 @@ import re
 from dataclasses import dataclass
 from functools import cache
 
+from kinetostatics.exceptions import ArgumentError
+
 #: Exponents of m, kg, s, K and rad.
 Dimension = tuple[int, int, int, int, int]
 
@@ -148,6 +150,24 @@ def typed_number(text: str) -> tuple[float, str] | None:
     """Return the number that a text such as ``-1.5kN`` is, and what stands behind it for a unit; None if it is no number."""
     match = _TYPED.fullmatch(text)
     return None if match is None else (float(match[1]), match[2] or "")
+
+
+def parse_number(text: str, kind: str, what: str) -> float:
+    """Return a number that may carry a unit, in SI.
+
+    Raises:
+        ArgumentError: it is none, or of another kind.
+    """
+    found = typed_number(text)
+    own = find_unit(found[1]) if found and found[1] else None
+    wanted = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
+    if found is None or (found[1] and own is None):
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+    if own is None:
+        return found[0]
+    if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+    return own.in_si(found[0])
 
 
 def sized_name(text: str) -> tuple[str, str | None]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.units import KINDS, article, find_unit, sized_example, sized_name, typed_number, unit
+from kinetostatics.description.units import KINDS, parse_number, sized_example, sized_name, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
@@ -130,24 +130,6 @@ class Requirement:
         """Return how far values are from the limit, as parts of it: negative where they break it, −1 where there is none."""
         found = 1 - values / self.limit if self.below else values / self.limit - 1
         return np.where(np.isnan(found), -1.0, np.minimum(found, 1e3))
-
-
-def parse_number(text: str, kind: str, what: str) -> float:
-    """Return a number that may carry a unit, in SI.
-
-    Raises:
-        ArgumentError: it is none, or of another kind.
-    """
-    found = typed_number(text)
-    own = find_unit(found[1]) if found and found[1] else None
-    wanted = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
-    if found is None or (found[1] and own is None):
-        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
-    if own is None:
-        return found[0]
-    if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
-        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
-    return own.in_si(found[0])
 
 
 def typed_unit(text: str) -> str:

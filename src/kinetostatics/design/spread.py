@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
+from kinetostatics.description.units import parse_number
 from kinetostatics.design.many_robots import WANTED, ManyRobots
-from kinetostatics.design.requirements import parse_number, typed_unit
+from kinetostatics.design.requirements import typed_unit
 from kinetostatics.design.sensitivities import numbers_of, quantities_of, slopes_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at

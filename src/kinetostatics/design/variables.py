@@ -11,10 +11,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.description.units import find_unit
-from kinetostatics.design.requirements import parse_number, typed_unit
+from kinetostatics.description.units import parse_number
+from kinetostatics.design.requirements import typed_unit
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import check_brackets, check_separators, numbered_rows, title_of
+from kinetostatics.files.csv_tables import read_csv
 
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
@@ -119,21 +119,10 @@ def _values(what: str, value: object) -> Choice:
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     """Return the rows of a catalogue: its columns with the parameters' names, or the sizes that these end with, for titles."""
-    if name in CATALOGUES:
-        text = (files("kinetostatics.design") / f"{name}.csv").read_text(encoding="utf-8")
-    else:
-        try:
-            with open(name, encoding="utf-8-sig") as file:
-                text = file.read()
-        except (OSError, UnicodeDecodeError) as error:
-            raise ArgumentError(f"the catalogue {name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    lines = numbered_rows(text.splitlines())
-    if len(lines) < 3:
-        raise ArgumentError(f"{name}: a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least")
-    check_separators(f"{name}:{lines[0][0]}", lines[0][1])
-    titles = [title_of(cell) or ("", "") for cell in lines[0][1]]
-    known = [name for name, _ in titles]
-    check_brackets(f"{name}:{lines[0][0]}", known, names)
+    path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
+    example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
+    table = read_csv(path, example, least=2)
+    known = table.names
     keys = [item.rpartition(".")[2] for item in names]  # of a part's number, its own name
     sizes = [_size(title) for title in known]
     hole = None
@@ -145,24 +134,17 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
         found = [known.index(key)] if key in known else [j for j, own in enumerate(sizes) if own == size]
         if len(found) != 1 or found[0] in columns:
             titled = ", ".join(title for title in known if title)
-            raise ArgumentError(f"{name}:{lines[0][0]}: the titles {titled} do not tell which column is {key!r}: title it so")
+            raise ArgumentError(f"{table.place}: the titles {titled} do not tell which column is {key!r}: title it so")
         columns += found
     rows = []
     typed: list[list[str]] = [[] for _ in columns]
-    for number, row in lines[1:]:
-        if len(row) != len(known):
-            raise ArgumentError(f"{name}:{number}: {len(row)} cells below {len(known)} titles")
+    for line, row in table.rows:
         values = []
         for units, column in zip(typed, columns, strict=True):
-            unit = titles[column][1]
-            if unit and find_unit(unit) is None:
-                raise ArgumentError(f"{name}:{lines[0][0]}: {unit!r} is no unit")
-            values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
-            units.append(typed_unit(f"{row[column].strip()}{unit}"))
+            values.append(parse_number(row[column], "", table.where(line)))
+            units.append(typed_unit(row[column]))
         if hole is not None:
-            column = sizes.index("outer_diameter")
-            outer = parse_number(f"{row[column].strip()}{titles[column][1]}", "", f"{name}:{number}")
-            values[hole] = outer - 2 * values[hole]
+            values[hole] = parse_number(row[sizes.index("outer_diameter")], "", table.where(line)) - 2 * values[hole]
         rows.append(tuple(values))
     return Choice(names, tuple(dict.fromkeys(rows)), tuple(map(tuple, typed)))
 

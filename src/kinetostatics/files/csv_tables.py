@@ -1,0 +1,107 @@
+"""CSV tables of users: a line of column names, which may have units such as ``z [mm]``, and rows of as many cells."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+from kinetostatics.exceptions import ArgumentError, near_names
+
+
+@dataclass(frozen=True)
+class CsvTable:
+    """A table as it stands in a file.
+
+    Attributes:
+        place: file and line of the column names.
+        names: of the columns, without units.
+        rows: line number and cells of each row; a number without a unit of its own has that of its column: ``500mm``.
+    """
+
+    place: str
+    names: tuple[str, ...]
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+
+    def where(self, line: int) -> str:
+        """Return file and line of a row."""
+        return f"{self.place.rpartition(':')[0]}:{line}"
+
+
+def read_csv(
+    path: str | os.PathLike[str], example: str, known: Collection[str] | None = None, needed: Sequence[str] = (), least: int = 1
+) -> CsvTable:
+    """Read a CSV file.
+
+    Args:
+        path: of the file.
+        example: what such a table looks like, for the error of one with fewer than ``least`` rows.
+        known: names that columns may have; None: any.
+        needed: names of columns that must be there.
+        least: number of rows.
+
+    Raises:
+        ArgumentError: the file cannot be read, or is no such table; the message has file and line.
+    """
+    name = os.fspath(path)
+    try:
+        with open(name, newline="", encoding="utf-8-sig") as file:
+            lines = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise ArgumentError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(lines) <= least:
+        raise ArgumentError(f"{name}: {example}")
+    (first, titles), *rows = lines
+    place = f"{name}:{first}"
+    if len(titles) == 1 and (sign := re.search("[\t;]", titles[0])):
+        reason = "tabs" if sign[0] == "\t" else "semicolons, and write 0.5, not 0,5"
+        raise ArgumentError(f"{place}: separate columns by commas, not by {reason}")
+    named = [column_name(title, place) for title in titles]
+    names = tuple(column for column, _ in named)
+    check_columns(place, names, known)
+    if missing := [column for column in needed if column not in names]:
+        raise ArgumentError(f"{place}: the column {missing[0]!r} is missing; needed are {', '.join(needed)}")
+    for number, row in rows:
+        if len(row) != len(names):
+            raise ArgumentError(f"{name}:{number}: {len(row)} cells below {len(names)} titles")
+    units = [unit for _, unit in named]
+    return CsvTable(place, names, tuple((number, tuple(map(with_unit, map(str.strip, row), units))) for number, row in rows))
+
+
+def column_name(title: str, place: str) -> tuple[str, str]:
+    """Return name and unit, or "", of a column's title.
+
+    Raises:
+        ArgumentError: it has brackets elsewhere than around a unit at its end.
+    """
+    found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
+    if found is None:
+        raise ArgumentError(f"{place}: {title.strip()!r} is not a name, or a name with its unit: z [mm]")
+    return found[1], found[2] or ""
+
+
+def check_columns(place: str, names: Sequence[str], known: Collection[str] | None) -> None:
+    """Check the names of columns.
+
+    Raises:
+        ArgumentError: one is not ``known`` (None: any may be), has a unit in round brackets, or is given twice.
+    """
+    for name in names:
+        bracketed = re.fullmatch(r"([^()]+?)\s*\(([^()]+)\)", name)
+        if bracketed and name not in (known or ()):
+            raise ArgumentError(f"{place}: {name!r}: units stand in square brackets, as in {bracketed[1]} [{bracketed[2]}]")
+        if known is not None and name not in known:
+            raise ArgumentError(f"{place}: there is no column {name!r}; {near_names(name, known)}")
+        if name and names.count(name) > 1:
+            raise ArgumentError(f"{place}: the column {name!r} is given twice")
+
+
+def with_unit(cell: str, unit: str) -> str:
+    """Return the text of a number with a unit behind it, unless it has one of its own."""
+    try:
+        float(cell)
+    except ValueError:
+        return cell
+    return cell + unit
