@@ -1,5 +1,7 @@
 """What is recorded of the loops is what NumPy computes, of every robot of the package."""
 
+from dataclasses import replace
+
 import numpy as np
 import package_robots
 import pytest
@@ -83,3 +85,11 @@ def test_placements_are_parameters_of_the_loops():
     wanted = other.solver.place(state.x).residual
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)
     assert np.max(np.abs(wrong - wanted)) > 1e-3
+
+
+def test_code_on_disk_is_found_whatever_was_asked_of_the_coordinates_before():
+    """Their hash is remembered, and another one in each process."""
+    robot = package_robots.robot("3rps")
+    prescribed, local = prescribed_of(robot, "XYZ")
+    plain = structure_of(robot.solver, replace(prescribed), local).key
+    assert hash(prescribed) and structure_of(robot.solver, prescribed, local).key == plain

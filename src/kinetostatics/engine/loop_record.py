@@ -41,6 +41,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     Couplings: ("count", "columns", "items", "_gradient"),
     SphericalRun: ("axes", "orientation"),
     TreeJoint: ("kind", "first_q", "first_v"),
+    PrescribedCoordinates: ("columns", "loops", "positions", "angles", "orientation", "fixed_dofs"),
 }
 
 
