@@ -133,11 +133,7 @@ def test_things_of_another_kind(call, message, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-def test_options_of_other_commands_and_pages_that_are_none(capsys, tmp_path):
-    assert main(["check", "3rps", "--tool", "0", "0", "1"]) == 2
-    assert "unrecognized arguments: --tool 0 0 1; --tool belongs to analyze, compensate, " in capsys.readouterr().err
-    assert main(["check", "3rps", "--rod-diameter", "1"]) == 2
-    assert "given by --set rod_diameter=1 (see" in capsys.readouterr().err
+def test_pages_that_are_none(capsys, tmp_path):
     assert main(["view", "3rps", "--html", str(tmp_path / "page.txt")]) == 2
     assert "is an HTML page, which a browser prints as PDF; name it 'page.html'" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
@@ -208,18 +204,6 @@ def test_those_that_are_named_do(name, orientation):
         values = robot.assemble().platform_coordinates(orientation)
         pose = robot.assemble(platform={name: values[name] for name in names}, orientation=orientation)
         np.testing.assert_allclose(pose.platform_frame, robot.assemble().platform_frame, atol=1e-9)
-
-
-def test_a_command_that_is_not_there(capsys):
-    for word, answer in (
-        ("analyse", "did you mean 'analyze'?"),
-        ("veiw", "did you mean 'view' or"),
-        ("xyzzy", "known: analyze, "),
-    ):
-        assert main([word, "3rps"]) == 2
-        out, err = capsys.readouterr()
-        assert out == "" and err.startswith(f"kinetostatics: error: there is no command {word!r}: ")
-        assert answer in err and err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

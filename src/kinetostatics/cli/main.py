@@ -8,18 +8,17 @@ Every command is a module of :mod:`kinetostatics.cli` with ``HELP``, ``DESCRIPTI
 from __future__ import annotations
 
 import argparse
-import difflib
 import importlib
 import os
 import re
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from types import ModuleType
 from typing import NoReturn
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.exceptions import KinetostaticsError, near_names
+from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
@@ -48,8 +47,6 @@ environment:
 
 #: A negative number, which argparse would take for an option if it has an exponent or a unit.
 NEGATIVE = re.compile(r"-\.?\d")
-#: What looks like a file's name, and not like a number with its unit.
-FILE_NAME = re.compile(r"\.[a-z]\w{0,4}$")
 
 
 class UsageError(Exception):
@@ -127,7 +124,7 @@ def _run(arguments: list[str]) -> int:
     # Only the wanted command is imported; help and misspelled commands need all of them.
     wanted = arguments[:1] if arguments[:1] and arguments[0] in COMMANDS else list(COMMANDS)
     if arguments[:1] and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        raise UsageError(f"there is no command {arguments[0]!r}: {near_names(arguments[0], COMMANDS)}")
+        raise UsageError(f"there is no command {arguments[0]!r}; commands are {', '.join(COMMANDS)}")
     if arguments[:1] == ["--version"]:
         wanted = []
     modules = [importlib.import_module(f"kinetostatics.cli.{name}") for name in wanted]
@@ -137,7 +134,8 @@ def _run(arguments: list[str]) -> int:
         parser = make_parser(modules)
         args, rest = parser.parse_known_args(guarded)
         if rest:
-            raise UsageError(_unrecognized(parser, arguments[0], rest))
+            given = " ".join(item.strip() for item in rest)
+            raise UsageError(f"unrecognized arguments: {given} (see kinetostatics {arguments[0]} --help)")
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
@@ -146,38 +144,6 @@ def _run(arguments: list[str]) -> int:
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = _warn
         return int(args.run(args))
-
-
-def _unrecognized(parser: argparse.ArgumentParser, command: str, rest: Sequence[str]) -> str:
-    """Say which arguments a command does not have, and which are like them."""
-    text = f"unrecognized arguments: {' '.join(item.strip() for item in rest)}"
-    name, _, value = next((item for item in rest if item.startswith("--")), "").partition("=")
-    known: dict[str, argparse.Action] = {}
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction) and command in action.choices:
-            known = action.choices[command]._option_string_actions
-    if name:
-        following = rest[rest.index(name) + 1 :] if name in rest else []
-        value = value or next((item for item in following if not item.startswith("--")), "VALUE").strip()
-        files = [option for option, action in known.items() if str(action.metavar).startswith("FILE") and len(option) > 2]
-        names_file = bool(files) and FILE_NAME.search(value) is not None
-        near = difflib.get_close_matches(name, files if names_file else known, n=2, cutoff=0.75)
-        if names_file and not near:
-            text += f"; a file is given by {' or '.join(files)}"
-        elif near:
-            text += f"; did you mean {' or '.join(near)}?"
-        elif others := [item for item in COMMANDS if item != command and name in _options(item)]:
-            text += f"; {name} belongs to {', '.join(others[:4])}{', …' * (len(others) > 4)}"
-        elif "--set" in known:
-            text += f"; values of a robot's file are given by --set {name[2:].replace('-', '_')}={value}"
-    return f"{text} (see kinetostatics {f'{command} ' if known else ''}--help)"
-
-
-def _options(command: str) -> Mapping[str, argparse.Action]:
-    """Return the options of a command, by their names."""
-    parser = argparse.ArgumentParser()
-    importlib.import_module(f"kinetostatics.cli.{command}").add_arguments(parser)
-    return parser._option_string_actions
 
 
 def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
