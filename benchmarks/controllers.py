@@ -67,7 +67,7 @@ def compared(f: ks.Function, exported: ks.CExport, outputs: Sequence[str], poses
         expected = wanted[name][here]
         part = found[here, first : first + expected.shape[1]]
         first += expected.shape[1]
-        if name != "remaining":  # whose size is that of rounding where everything can be corrected
+        if name != "residual_error":  # whose size is that of rounding where everything can be corrected
             size = np.max(np.abs(expected), axis=1)
             worst = max(worst, float(np.max(np.max(np.abs(part - expected), axis=1) / size)))
     return f"{int(np.sum(~np.isfinite(found).all(axis=1))):,}", f"{int(np.sum(status != python))}", f"{worst:.0e}"
@@ -76,7 +76,7 @@ def compared(f: ks.Function, exported: ks.CExport, outputs: Sequence[str], poses
 def row(name: str) -> list[str]:
     """Measure a robot."""
     robot, _, corrected = name.partition(" ")
-    outputs = ("actuators", "actuator_forces", "remaining") if corrected else ("twist", "actuator_forces", "actuators")
+    outputs = ("actuators", "actuator_forces", "residual_error") if corrected else ("twist", "actuator_forces", "actuators")
     platform = PLATFORM.get(robot, ("z", "rx", "ry"))
     f = ks.compile(ks.load_robot(robot), platform, orientation="XYZ", outputs=outputs, compensate=bool(corrected))
     poses = POSES_CORRECTED if corrected else POSES

@@ -30,7 +30,7 @@ HEIGHT = 0.3  # m
 REACHES = np.linspace(0.5, 1.15, 14)  # m, from the base's axis
 
 #: Gears that give way too [N·m/rad]: of our own, the order of magnitude of strain wave gears of this size.
-SOFT_GEARS = {"shoulder_drive_stiffness": 6e4, "elbow_drive_stiffness": 3e4, "wrist_drive_stiffness": 1e4}
+SOFT_GEARS = {"shoulder_actuator_stiffness": 6e4, "elbow_actuator_stiffness": 3e4, "wrist_actuator_stiffness": 1e4}
 
 FILE = ROOT / "robots" / "ur10.urdf.xacro"
 ARM = ks.load_robot(FILE)

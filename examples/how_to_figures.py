@@ -46,7 +46,7 @@ def draw_correction(path: Path) -> None:
     for column, found in enumerate((names["found"], names["other"])):
         for row, what in zip(rows, ("displacement", "rotation"), strict=True):
             ks.plot.compensation(found, what, ax=row[column])
-        rows[0, column].set_title(f"corrected: {', '.join(found.coordinates)}", pad=38)
+        rows[0, column].set_title(f"corrected: {', '.join(found.controlled)}", pad=38)
     for axes in rows.flat:
         axes.label_outer()
     ks.plot.save(figure, path, dpi=150)

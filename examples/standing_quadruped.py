@@ -72,7 +72,7 @@ def main() -> None:
     print_feet(result)
 
     print(f"The same with springs of {SPRINGS:g} N·m/rad in all twelve actuators, as series elastic actuators have them")
-    print_feet(ks.analyze(stand(ks.load_robot(FILE, {"drive_stiffness": SPRINGS}))))
+    print_feet(ks.analyze(stand(ks.load_robot(FILE, {"actuator_stiffness": SPRINGS}))))
 
     print("The trunk shifts forwards over feet that stay where they are")
     shifts = np.linspace(-0.1, 0.1, 9)

@@ -4,6 +4,8 @@
     python tests/reference.py compare FOLDER              # the present code against it; exit 1 where anything differs
     python tests/reference.py compare FOLDER 3rps case:   # only what begins with one of these names
 
+FOLDER/renamed.json, if it is there, says how parts of places in the stored results are called now: {"old": "new", …}.
+
 Stored are, of the robots of the package, of ``tests/cases`` and of random robots: what ``check`` tells; zero pose; poses by
 actuators and by every kind of orientation, from near to out of reach; all that analyses tell, under loads, payload and assembly
 errors, by both engines; functions and Jacobians; maps; sensitivities, variation, tolerances, compensation, calibration. Texts and
@@ -43,7 +45,7 @@ CLOSE, LEAST, NOISE = 1e-11, 1e-15, 100.0
 ORIENTATIONS = (None, "XYZ", "zyx", "tilt_torsion")
 _TILT = {"rx": "tilt", "ry": "azimuth", "rz": "torsion"}
 #: What says how a result was made, not what it is.
-_NOT_COMPARED = ("units", "file", "date", "history", "robot_files", "robot_path")
+_NOT_COMPARED = ("units", "file", "date", "history", "robot_files", "robot_path", "arguments", "sweep_sha256")
 
 #: What was found: texts, numbers as arrays, and what rounding of the pose makes of these, by place.
 Found = dict[str, object]
@@ -149,7 +151,7 @@ def poses(out: Found, robot: ks.Robot, facts: dict, zero: ks.Configuration | Non
                 out,
                 where,
                 lambda arguments=arguments, engine=engine: robot.assemble(
-                    **arguments, tolerance=1e-6, on_failure="nan", engine=engine
+                    **arguments, closure_tolerance=1e-6, on_failure="nan", engine=engine
                 ),
             )
             if found is not None:
@@ -169,7 +171,7 @@ def analyses(out: Found, place: str, robot: ks.Robot, configuration: ks.Configur
             "point": (0.1, 0, 0),
             "frame": "platform",
         },
-        "errors": {"gravity": gravity, "misfits": errors},
+        "errors": {"gravity": gravity, "assembly_errors": errors},
     }
     for kind, arguments in options.items():
         if kind == "errors" and not errors:
@@ -188,7 +190,7 @@ def analyses(out: Found, place: str, robot: ks.Robot, configuration: ks.Configur
             -4, 5, q.shape
         )
         try:
-            again = robot.configuration(moved, tolerance=1.0, on_failure="nan")
+            again = robot.configuration(moved, closure_tolerance=1.0, on_failure="nan")
             found = ks.analyze(again, load=load, gravity=gravity, on_failure="nan", engine="numpy").to_dict()
         except ks.KinetostaticsError:
             return
@@ -244,11 +246,15 @@ def computed(names: list[str]) -> Iterator[tuple[str, Found]]:
 def compare(folder: Path, names: list[str]) -> int:
     """Print what differs from what is stored; return how many places do."""
     total = 0
+    table = folder / "renamed.json"
+    renamed = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
     for name, found in computed(names):
         safe = name.replace(":", "__")
         stored: Found = json.loads((folder / f"{safe}.json").read_text(encoding="utf-8"))
         with np.load(folder / f"{safe}.npz") as arrays:
             stored |= {key.replace("|", "/"): arrays[key] for key in arrays.files}
+        for old, new in renamed.items():
+            stored = {key.replace(old, new): value for key, value in stored.items()}
         differences = list(differing(stored, found))
         total += len(differences)
         print(f"{name}: {len(differences)} of {len(found)} differ" if differences else f"{name}: the same", flush=True)
@@ -263,7 +269,7 @@ def compare(folder: Path, names: list[str]) -> int:
 def differing(stored: Found, found: Found) -> Iterator[str]:
     """Yield what differs, in words."""
     for key in sorted({*stored, *found}):
-        if key.startswith("noise "):
+        if key.startswith("noise ") or key.rpartition("/")[2] in _NOT_COMPARED:
             continue
         if key not in stored or key not in found:
             yield f"{key}: only {'found now' if key in found else 'stored'}"

@@ -44,7 +44,7 @@ def analyze(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, object] | None = None,
+    assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
     on_failure: str | None = None,
@@ -59,11 +59,12 @@ def analyze(
         point: (…, 3) where the force acts [m]; default o. In the axes and from the origin of ``frame``.
         frame: "world": ``load`` is in world axes and ``point`` a point of the world; "platform": both in the platform's axes,
             ``point`` from o.
-        misfits: what joints and beams are off by when nothing is loaded, by name; see
+        assembly_errors: errors of joints and beams in the unloaded robot, by name; see
             :mod:`kinetostatics.statics.assembly_errors`. A joint's is a twist (…, 6) [m, rad]: by how much its platform side is
             displaced relative to its base side, at the joint's centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the
             axes of the joint's own frame. A slide's centre is its origin on the platform side, as of its wrench. A beam's is
-            ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is the contribution "misfit".
+            ``{"length": …, "temperature": …}``: too long by [m], warmer by [K].
+            Their effect is the contribution "assembly_errors".
         loads: what acts on links, by the link's name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's
             origin, or a :class:`LinkLoad`, which acts at any point and may follow the link's axes, or a list of several. Of an
             elastic link it must be the end of a beam. Each is the contribution "load on LINK".
@@ -110,7 +111,7 @@ def analyze(
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
     robot = robot_of(configuration)
-    errors = None if misfits is None else parse_assembly_errors(robot.statics, misfits)
+    errors = None if assembly_errors is None else parse_assembly_errors(robot.statics, assembly_errors)
     on_links = parse_link_loads(robot.statics, loads, payload)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     arrays += [] if on_links is None else on_links.arrays()
@@ -136,7 +137,7 @@ def analyze(
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
-    engine = "numpy" if misfits is not None else engine
+    engine = "numpy" if assembly_errors is not None else engine
 
     def solved(part: slice) -> list[FoundAtOnce | Solution]:
         chunk = frames.take(part if isinstance(which, slice) else which[part])

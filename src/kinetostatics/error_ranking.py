@@ -39,7 +39,8 @@ def tolerances(
     """Rank what errors of joints and beams do: pose errors, and forces locked into an overconstrained robot.
 
     Loads and a payload are no arguments, because they would change no number: what errors do is added to what loads do. Both
-    together are ``analyze(pose, load, misfits=…, payload=…)``. Tolerances of sizes and materials, whose effect does depend on the
+    together are ``analyze(pose, load, assembly_errors=…, payload=…)``.
+    Tolerances of sizes and materials, whose effect does depend on the
     load, are :func:`kinetostatics.spread`.
 
     Args:
@@ -91,12 +92,12 @@ def tolerances(
         else:
             twist = found.setdefault(name, {}).setdefault("twist", np.zeros((len(errors), 6)))
             twist[row, COMPONENTS.index(error)] = amount
-    misfits = {name: {**own, "frame": "joint"} if "twist" in own else own for name, own in found.items()}
-    result = analyze(configuration, gravity=gravity, misfits=misfits, on_failure="nan")
+    assembly_errors = {name: {**own, "frame": "joint"} if "twist" in own else own for name, own in found.items()}
+    result = analyze(configuration, gravity=gravity, assembly_errors=assembly_errors, on_failure="nan")
     loose = np.any(result.indeterminate)
     # of these alone: springs pull without any load
-    twists = seen(result, place).contributions["misfit"]
-    wrenches = np.stack([parts["misfit"] for parts in result.joint_contributions.values()], axis=1)
+    twists = seen(result, place).contributions["assembly_errors"]
+    wrenches = np.stack([parts["assembly_errors"] for parts in result.joint_contributions.values()], axis=1)
     forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
     if loose:
         forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
@@ -126,7 +127,7 @@ def tolerances(
                 "" if no_force[row] or not forces[row, worst] else names[worst],
                 0.0 if no_force[row] else float(moments[row].max()),
                 {
-                    actuator: 0.0 if no_force[row] else float(parts["misfit"][row])
+                    actuator: 0.0 if no_force[row] else float(parts["assembly_errors"][row])
                     for actuator, parts in result.actuator_contributions.items()
                 },
             )

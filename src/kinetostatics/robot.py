@@ -157,7 +157,7 @@ class Robot(Shown, RobotKinematics):
         platform: Mapping[str, ArrayLike] | None = None,
         orientation: str | None = None,
         near: Configuration | None = None,
-        tolerance: float = 1e-10,
+        closure_tolerance: float = 1e-10,
         on_failure: str | None = None,
         engine: str = "auto",
     ) -> Configuration:
@@ -174,7 +174,7 @@ class Robot(Shown, RobotKinematics):
             orientation: what ``rx ry rz`` mean: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or "xyz"
                 (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
             near: where the straight line starts, a pose or a batch of the same shape; what turns goes the shorter way from there.
-            tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need a larger one; their
+            closure_tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need more; their
                 loops are then closed in the least-squares sense. It does not excuse mistakes: where no motion closes the loops
                 and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover
                 that gap too, and counts up to 1e-3 of the size (1e-3 rad).
@@ -186,19 +186,19 @@ class Robot(Shown, RobotKinematics):
             AssemblyError: the pose cannot be reached; the message says which loop stays open and by how much.
         """
         chosen = compiled_loops(check_engine(engine))
-        found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure, chosen)
+        found = assembly.assemble(self, actuators, platform, orientation, near, closure_tolerance, on_failure, chosen)
         for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
             warn(hint)
         return found
 
-    def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
+    def configuration(self, q: ArrayLike, *, closure_tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.
 
         Raises:
             ArgumentError: the size is wrong.
-            AssemblyError: the loops are open by more than ``tolerance`` [m, rad].
+            AssemblyError: the loops are open by more than ``closure_tolerance`` [m, rad].
         """
-        return assembly.configuration_at(self, q, tolerance, on_failure)
+        return assembly.configuration_at(self, q, closure_tolerance, on_failure)
 
 
 def robot_of(configuration: Configuration) -> Robot:

@@ -25,19 +25,19 @@ def calls(robot, pose, folder):
     """Return functions of one argument each: all arguments of the public functions."""
     found = {
         f"assemble({name}=)": lambda v, name=name: robot.assemble(**{name: v})
-        for name in ("platform", "actuators", "orientation", "near", "tolerance", "on_failure")
+        for name in ("platform", "actuators", "orientation", "near", "closure_tolerance", "on_failure")
     }
     found |= {
         f"configuration({name}=)": lambda v, name=name: robot.configuration(**{"q": pose.q, name: v})
-        for name in ("q", "tolerance", "on_failure")
+        for name in ("q", "closure_tolerance", "on_failure")
     }
     found |= {
         f"analyze({name}=)": lambda v, name=name: ks.analyze(**{"configuration": pose, name: v})
-        for name in ("configuration", "load", "gravity", "point", "frame", "misfits", "on_failure")
+        for name in ("configuration", "load", "gravity", "point", "frame", "assembly_errors", "on_failure")
     }
     found |= {
         f"compensate({name}=)": lambda v, name=name: ks.compensate(**{"configuration": pose, name: v})
-        for name in ("configuration", "load", "gravity", "coordinates", "orientation", "on_failure", "tolerance")
+        for name in ("configuration", "load", "gravity", "controlled", "orientation", "on_failure", "closure_tolerance")
     }
     for name in ("platform", "actuators", "outputs"):
         found[f"compile({name}=)"] = lambda v, name=name: ks.compile(robot, **{name: v})
@@ -64,14 +64,16 @@ def calls(robot, pose, folder):
     }
     found |= {
         f"sweep({name}=)": lambda v, name=name: ks.sweep(**{"robot": robot if name != "parameters" else "3rps", name: v})
-        for name in ("robot", "platform", "actuators", "orientation", "load", "gravity", "point", "frame", "misfits",
-                     "parameters", "tolerance", "chunks")
+        for name in ("robot", "platform", "actuators", "orientation", "load", "gravity", "point", "frame", "assembly_errors",
+                     "parameters", "closure_tolerance", "chunks")
     }  # fmt: skip
     return found | {
-        "a misfit of a beam": lambda v: ks.analyze(pose, misfits={"rod_1": v}),
-        "a misfit of a joint": lambda v: ks.analyze(pose, misfits={"prismatic_1": v}),
-        "a beam's length": lambda v: ks.analyze(pose, misfits={"rod_1": {"length": v}}),
-        "a misfit's frame": lambda v: ks.analyze(pose, misfits={"prismatic_1": {"twist": np.zeros(6), "frame": v}}),
+        "an assembly error of a beam": lambda v: ks.analyze(pose, assembly_errors={"rod_1": v}),
+        "an assembly error of a joint": lambda v: ks.analyze(pose, assembly_errors={"prismatic_1": v}),
+        "a beam's length": lambda v: ks.analyze(pose, assembly_errors={"rod_1": {"length": v}}),
+        "an assembly error's frame": lambda v: ks.analyze(
+            pose, assembly_errors={"prismatic_1": {"twist": np.zeros(6), "frame": v}}
+        ),
         "load_robot": ks.load_robot,
         "read_robot_file": ks.read_robot_file,
         "import_robot": ks.import_robot,
@@ -159,7 +161,7 @@ def test_paths_to_write_to(path):
         ("actuators", [0, 0, 0], r"actuators is \[0, 0, 0\]; it must be a mapping .* such as \{'prismatic_1': 0.02\}"),
         ("platform", {2: 0.5}, r"platform has the key 2; keys are names, as in \{\"z\": 0.5\}"),
         ("platform", {"z": None, "rx": 0, "ry": 0}, "z = None is not"),
-        ("tolerance", "small", r"tolerance is 'small'; it must be a positive length \[m\] and angle \[rad\]"),
+        ("closure_tolerance", "small", r"closure_tolerance is 'small'; it must be a positive length \[m\] and angle \[rad\]"),
         ("orientation", 3, "orientation is 3; it must be a name"),
         ("on_failure", "rise", "on_failure is 'rise'; it must be one of 'raise', 'nan'"),
         ("near", {"z": 0.5}, "near= wants a pose"),

@@ -354,7 +354,7 @@ def test_another_pose_may_begin_the_way(capsys):
         ("analyze 3rps --load 0 0 -1e3 0 0 5mm", "a moment is needed"),
         ("analyze 3rps --gravity 0 0 down", "--gravity: 'down' is not a number"),
         ("analyze 3rps --frame tool", "invalid choice: 'tool'"),
-        ("analyze 3rps --tolerance -1e-3", "must be a positive length"),
+        ("analyze 3rps --closure-tolerance -1e-3", "must be a positive length"),
         ("analyze 3rps --near z=5deg rx=0 ry=0", "--near: z: '5deg' is an angle, but a length is needed"),
         ("analyze 3rps --near prism_1=0", "--near: no driven joint 'prism_1'"),
         ("analyze 2pru_upr --platform z=0.6 rx=0 ry=0 --near z=3 rx=0 ry=0", "--near: '2pru_upr' (mobility 3) cannot reach"),

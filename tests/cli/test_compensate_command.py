@@ -24,10 +24,10 @@ def test_one_pose(capsys):
     arguments = ("3rps", "--platform", "z=500mm", "rx=0.05", "ry=0", *LOAD)
     code, out, _ = run(capsys, *arguments)
     assert code == 0 and out.strip() == str(found)
-    code, out, _ = run(capsys, *arguments, "--json", "--coordinates", "z", "rx", "ry")
+    code, out, _ = run(capsys, *arguments, "--json", "--controlled", "z", "rx", "ry")
     read = json.loads(out)
     assert code == 0 and read["actuators"]["prismatic_1"] == pytest.approx(float(found.actuators["prismatic_1"]), abs=1e-15)
-    assert read["coordinates"] == ["z", "rx", "ry"] and read["status"] == "OK" and read["warnings"] == []
+    assert read["controlled"] == ["z", "rx", "ry"] and read["status"] == "OK" and read["warnings"] == []
 
 
 def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
@@ -47,7 +47,7 @@ def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
     drives = tmp_path / "drives.csv"
     drives.write_text("prismatic_1 [mm],prismatic_2,prismatic_3\n-10,0,10mm\n", encoding="utf-8")
     code, out, _ = run(capsys, "3rps", "--table", drives, "--json")
-    assert code == 0 and json.loads(out)["shape"] == [1] and json.loads(out)["coordinates"] == ["z", "rx", "ry"]
+    assert code == 0 and json.loads(out)["shape"] == [1] and json.loads(out)["controlled"] == ["z", "rx", "ry"]
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
         monkeypatch.setattr(f"kinetostatics.report_page.chapters.{name}", lambda *_: "drawn elsewhere")
     file, load, tool = tmp_path / "tip.html", ["--load", *map(str, LOAD)], ["--tool", "50mm", "0", "200mm"]
     at = ["--platform", "z=500mm", "rx=3deg", "ry=0", "--sweep", "rx=0:3deg:2"]
-    assert main(["report", "3rps", *at, *load, *tool, "--coordinates", "x", "y", "z", "--out", str(file)]) == 0
+    assert main(["report", "3rps", *at, *load, *tool, "--controlled", "x", "y", "z", "--out", str(file)]) == 0
     html = file.read_text(encoding="utf-8")
     tip = ks.analyze(pose, LOAD).at_point((0.05, 0, 0.2))
     sag = float(np.linalg.norm(tip.twist[:3]))

@@ -190,13 +190,13 @@ def test_elastic_drives_and_joints():
     true = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=3e4))
     twist = ks.analyze(stiffened(true, {"arm_1": 1.2}).assemble(), load).twist
     rows |= {"dx": twist[:, 0], "dz": twist[:, 2]}
-    for name in ("turn_1", "drives:turn_1"):
+    for name in ("turn_1", "actuators:turn_1"):
         found = ks.calibrate(robot, rows, ["arm_1", name])
         assert values(found) == pytest.approx({"arm_1": 1.2, name: 0.75}, rel=1e-8)
     # the same as numbers of parts: E grows as the stiffness, at equal ν
     modulus = description.beams["arm_1"].youngs_modulus
-    found = ks.calibrate(robot, rows, ["arm_1.youngs_modulus", "turn_1.drive_stiffness"])
-    assert values(found) == pytest.approx({"arm_1.youngs_modulus": 1.2 * modulus, "turn_1.drive_stiffness": 3e4}, rel=1e-8)
+    found = ks.calibrate(robot, rows, ["arm_1.youngs_modulus", "turn_1.actuator_stiffness"])
+    assert values(found) == pytest.approx({"arm_1.youngs_modulus": 1.2 * modulus, "turn_1.actuator_stiffness": 3e4}, rel=1e-8)
     assert [estimate.unit for estimate in found.estimates.values()] == ["Pa", "N·m/rad"]
 
 

@@ -14,7 +14,7 @@ from simple_machines import two_columns
 import kinetostatics as ks
 from kinetostatics.compensation.search import Search
 from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.results.compensation import deviation, loaded_frame, wanted_frame
+from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
 
 LOAD = np.array([20.0, -30, -200, 4, -5, 6])
 #: Soft robots, which carry less.
@@ -43,7 +43,7 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
     load = LOAD * SOFT.get(name, 1.0)
     found = ks.compensate(pose, load)
     assert found.status in (ks.Status.OK, ks.Status.LIMIT_EXCEEDED)
-    assert len(found.coordinates) == robot.mobility.platform
+    assert len(found.controlled) == robot.mobility.platform
     driven = robot.assemble(actuators=found.actuators, near=pose)
     result = ks.analyze(driven, load)
     o, R = stands_at(driven, result.twist)
@@ -51,19 +51,19 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
     turn = R.as_rotvec()
     wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(o - wanted[:3, 3]), *(turn - wanted_turn)], strict=True))
-    assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
+    assert max(abs(off[coordinate]) for coordinate in found.controlled) < 1e-12
     # what the correction itself moves the unloaded platform by has no part in directions that no actuator moves
     scale = np.repeat([robot.length, 1.0], 3)
-    moved = deviation(wanted_frame(pose, None), wanted_frame(driven, None))[:, 0] / scale
+    moved = pose_error(target_frame(pose, None), target_frame(driven, None))[:, 0] / scale
     parts = (found.uncorrectable_directions / scale[:, None]).T @ moved
     np.testing.assert_allclose(parts, 0, atol=10 * np.linalg.norm(moved) ** 2 + 1e-12)
     # what is told to remain is what is left, and without correction it was not so
-    np.testing.assert_allclose(found.remaining[:3], o - wanted[:3, 3], atol=1e-12)
+    np.testing.assert_allclose(found.residual_error[:3], o - wanted[:3, 3], atol=1e-12)
     left = (R * Rotation.from_matrix(wanted[:3, :3]).inv()).as_rotvec()
-    np.testing.assert_allclose(found.remaining[3:], left, atol=1e-12)
+    np.testing.assert_allclose(found.residual_error[3:], left, atol=1e-12)
     before = ks.analyze(pose, load)
     assert max(abs(before.twist)) > 1e-9
-    np.testing.assert_allclose(found.deviation, before.twist, rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(found.uncorrected_error, before.twist, rtol=1e-3, atol=1e-12)
     for drive, force in result.actuator_forces.items():
         assert found.actuator_forces[drive] == pytest.approx(float(force), rel=1e-7, abs=1e-7)
         assert found.corrections[drive] == pytest.approx(float(driven.actuators[drive] - pose.actuators[drive]), abs=1e-11)
@@ -80,9 +80,9 @@ def test_finite_elements_stand_there_too(name):
     assert theirs.verified
     o, R = stands_at(found.configuration, theirs.finite_elements.twist)
     angles = R.as_euler("XYZ")
-    scatter = max(theirs.scatter["twist"], 1e-9) * np.linalg.norm(found.deviation[:3])
+    scatter = max(theirs.scatter["twist"], 1e-9) * np.linalg.norm(found.uncorrected_error[:3])
     assert abs(o[2] - pose.platform["z"]) < scatter and abs(angles[0] - 0.05) < scatter and abs(angles[1] + 0.06) < scatter
-    assert found.coordinates == ("z", "rx", "ry") and scatter < 1e-10
+    assert found.controlled == ("z", "rx", "ry") and scatter < 1e-10
 
 
 @pytest.mark.smoke
@@ -106,23 +106,23 @@ def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
     """Three freedoms: the tip's place, or its height and two angles; actuators alone lead there."""
     robot, tool, load = package_robots.robot(name), np.array([0.05, -0.04, 0.2]), LOAD * SOFT.get(name, 1.0)
     pose = tripod() if name == "3rps" else robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
-    found = ks.compensate(pose, load, coordinates=given, tool=tool)
+    found = ks.compensate(pose, load, controlled=given, tool=tool)
     driven = robot.assemble(actuators=found.actuators, near=pose)
     tip, R = tip_of(driven, ks.analyze(driven, load).twist, tool)
     wanted, wanted_R = tip_of(pose, np.zeros(6), tool)
     turn = R.as_rotvec() - wanted_R.as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(tip - wanted), *turn], strict=True))
-    assert found.coordinates == (("z", "rx", "ry") if name == "3rps" and given is None else ("x", "y", "z"))
-    assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
-    np.testing.assert_allclose(found.remaining[:3], tip - wanted, atol=1e-12)
+    assert found.controlled == (("z", "rx", "ry") if name == "3rps" and given is None else ("x", "y", "z"))
+    assert max(abs(off[coordinate]) for coordinate in found.controlled) < 1e-12
+    np.testing.assert_allclose(found.residual_error[:3], tip - wanted, atol=1e-12)
     before, _ = tip_of(pose, found.uncorrected.twist, tool)
-    np.testing.assert_allclose(found.deviation[:3], before - wanted, atol=1e-15)
+    np.testing.assert_allclose(found.uncorrected_error[:3], before - wanted, atol=1e-15)
     # o itself is corrected to another place
     of_o = ks.compensate(pose, load)
     differences = [abs(float(found.actuators[drive] - of_o.actuators[drive])) for drive in found.actuators]
     assert max(differences) > 1e-3 * max(abs(float(shift)) for shift in of_o.corrections.values())
     assert found.to_dict()["tool"] == tool.tolist() and "the tool's tip misses" in repr(found)
-    assert ("of the tool's tip. Left" in str(found)) and found.to_dict()["units"]["remaining"]
+    assert ("of the tool's tip. Left" in str(found)) and found.to_dict()["units"]["residual_error"]
 
 
 def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():
@@ -133,26 +133,26 @@ def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():
     of_tip, of_o = (ks.compensate(pose, LOAD, tool=tool) for tool in ((0.1, 0, 0.3), None))
     for drive, value in of_o.actuators.items():
         assert of_tip.actuators[drive] == pytest.approx(float(value), abs=1e-12)
-    assert np.max(np.abs(of_tip.remaining)) < 1e-11 < 1e-8 < np.max(np.abs(of_tip.deviation))
+    assert np.max(np.abs(of_tip.residual_error)) < 1e-11 < 1e-8 < np.max(np.abs(of_tip.uncorrected_error))
 
 
 def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
     robot = package_robots.robot("3rps")
     path = robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": [0.0, 0.1, 0.2]}, orientation="tilt_torsion")
     found = ks.compensate(path, LOAD, tool=(0, 0, 0.2))
-    assert found.coordinates == ("z", "azimuth", "tilt") and np.max(np.abs(found.remaining[:, 2])) < 1e-12
+    assert found.controlled == ("z", "azimuth", "tilt") and np.max(np.abs(found.residual_error[:, 2])) < 1e-12
     assert "displacement of the tool's tip" in str(found) and "Corrected: z, azimuth and tilt of the tool's tip" in str(found)
     one = ks.compensate(
         robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": 0.2}, orientation="tilt_torsion"), LOAD, tool=(0, 0, 0.2)
     )
-    np.testing.assert_allclose(found.remaining[2], one.remaining, atol=1e-14)
+    np.testing.assert_allclose(found.residual_error[2], one.residual_error, atol=1e-14)
     # at o itself no actuator moves the upright tripod sideways
     with pytest.raises(ks.CoordinatesError, match="cannot set x, y and z of the tool's tip"):
-        ks.compensate(tripod(rx=0.0, ry=0.0), LOAD, coordinates=("x", "y", "z"), tool=(0, 0, 0))
+        ks.compensate(tripod(rx=0.0, ry=0.0), LOAD, controlled=("x", "y", "z"), tool=(0, 0, 0))
     with pytest.raises(ks.CoordinatesError, match="mobility"):
-        ks.compensate(tripod(), LOAD, coordinates=("x", "y"), tool=(0, 0, 0.2))
+        ks.compensate(tripod(), LOAD, controlled=("x", "y"), tool=(0, 0, 0.2))
     with pytest.raises(ks.CoordinatesError, match="no platform coordinate 'u'"):
-        ks.compensate(tripod(), LOAD, coordinates=("x", "y", "u"), tool=(0, 0, 0.2))
+        ks.compensate(tripod(), LOAD, controlled=("x", "y", "u"), tool=(0, 0, 0.2))
 
 
 def test_a_correction_is_more_than_minus_the_twist():
@@ -160,7 +160,7 @@ def test_a_correction_is_more_than_minus_the_twist():
     robot = package_robots.robot("3rps", rod_diameter=0.004)
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1})
     found = ks.compensate(pose, LOAD)
-    first = {name: pose.platform[name] - found.remaining_coordinates[name] for name in found.coordinates}
+    first = {name: pose.platform[name] - found.residual_error_coordinates[name] for name in found.controlled}
     before = ks.analyze(pose, LOAD).twist
     naive = robot.assemble(platform={"z": 0.5 - before[2], "rx": 0.1 - before[3], "ry": -0.1 - before[4]}, near=pose)
     missed = naive.platform["z"] + ks.analyze(naive, LOAD).twist[2] - 0.5
@@ -172,14 +172,14 @@ def test_batches_of_poses_and_loads():
     poses = robot.assemble(platform={"x": 0.01, "y": [0.28, 0.3, 3.0, 0.32]})
     loads = np.stack([LOAD, 2 * LOAD])[:, None] / 10
     found, drive = ks.compensate(poses, loads), robot.description.driven[1]
-    assert found.shape == (2, 4) and found.remaining.shape == (2, 4, 6)
+    assert found.shape == (2, 4) and found.residual_error.shape == (2, 4, 6)
     one = ks.compensate(robot.assemble(platform={"x": 0.01, "y": 0.32}), 0.2 * LOAD)
     np.testing.assert_allclose(found.actuators[drive][1, 3], one.actuators[drive], atol=1e-14)
-    np.testing.assert_allclose(found.remaining[1, 3], one.remaining, atol=1e-14)
+    np.testing.assert_allclose(found.residual_error[1, 3], one.residual_error, atol=1e-14)
     failed = ~poses.reached
     assert failed.tolist() == [False, False, True, False] and np.array_equal(found.status[0] == ks.Status.UNREACHABLE, failed)
-    assert np.isnan(found.actuators[drive][:, failed]).all() and np.isnan(found.remaining[:, failed]).all()
-    assert not found.remaining.flags.writeable and not found.actuators[drive].flags.writeable
+    assert np.isnan(found.actuators[drive][:, failed]).all() and np.isnan(found.residual_error[:, failed]).all()
+    assert not found.residual_error.flags.writeable and not found.actuators[drive].flags.writeable
     assert "2 poses" not in str(found) and "UNREACHABLE" in str(found) and "batch shape (2, 4)" in repr(found)
 
 
@@ -189,7 +189,7 @@ def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
     start = robot.assemble(actuators=dict.fromkeys(robot.description.driven, upper - 1e-6))
     found = ks.compensate(start, [0, 0, -2000, 0, 0, 0])
     assert start.status == ks.Status.OK and found.status == ks.Status.LIMIT_EXCEEDED
-    assert found.actuators["prismatic_1"] > upper and abs(found.remaining[2]) < 1e-12
+    assert found.actuators["prismatic_1"] > upper and abs(found.residual_error[2]) < 1e-12
     assert "beyond" in str(found) and "prismatic_1 is beyond its limits" in str(found)
 
 
@@ -203,13 +203,13 @@ def test_few_steps_correct_what_hardly_bends(monkeypatch):
 
 def off_by(found, load, gravity=(0, 0, -9.81)):
     """Return by how much (N,) the controlled coordinates are off where the actuators lead from the wanted poses."""
-    driven = found.wanted.robot.assemble(actuators=found.actuators, near=found.wanted)
+    driven = found.target.robot.assemble(actuators=found.actuators, near=found.target)
     result = ks.analyze(driven, load, gravity, on_failure="nan")
-    orientation, angles = found.wanted.orientation, found.wanted.orientation.coordinates(wanted_frame(found.wanted, None)[0])
-    rows = [*(loaded_frame(result, None)[1] - wanted_frame(found.wanted, None)[1])]
+    orientation, angles = found.target.orientation, found.target.orientation.coordinates(target_frame(found.target, None)[0])
+    rows = [*(loaded_frame(result, None)[1] - target_frame(found.target, None)[1])]
     rows += [*(orientation.coordinates(loaded_frame(result, None)[0], near=angles) - angles)]
     off = dict(zip(orientation.pose_names, rows, strict=True))
-    return np.max([np.abs(off[name]) for name in found.coordinates], axis=0)
+    return np.max([np.abs(off[name]) for name in found.controlled], axis=0)
 
 
 def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
@@ -258,32 +258,32 @@ def test_out_of_reach():
     edge = robot.configuration(far.q[last])
     pull = [0, -4e5, 0, 0, 0, 0]
     with pytest.raises(ks.AssemblyError, match=r"no actuator positions .* wanted in x, y; unloaded it .* cannot reach"):
-        ks.compensate(edge, pull, coordinates=("x", "y"))
-    found = ks.compensate(edge, pull, coordinates=("x", "y"), on_failure="nan")
-    assert found.status == ks.Status.UNREACHABLE and np.isnan(found.remaining).all()
+        ks.compensate(edge, pull, controlled=("x", "y"))
+    found = ks.compensate(edge, pull, controlled=("x", "y"), on_failure="nan")
+    assert found.status == ks.Status.UNREACHABLE and np.isnan(found.residual_error).all()
     assert "no actuator positions" in str(found)
     assert ks.compensate(inside, [0, -40, 0, 0, 0, 0]).status == ks.Status.OK
 
 
 def test_coordinates_are_those_of_the_pose_or_those_that_tell_most():
     robot = package_robots.robot("3rps")
-    assert ks.compensate(tripod()).coordinates == ("z", "rx", "ry")
+    assert ks.compensate(tripod()).controlled == ("z", "rx", "ry")
     tilted = robot.assemble(platform={"z": 0.5, "azimuth": 0.4, "tilt": 0.0}, orientation="tilt_torsion")
     found = ks.compensate(tilted, LOAD)
-    assert found.coordinates == ("z", "azimuth", "tilt")
+    assert found.controlled == ("z", "azimuth", "tilt")
     # tilt 0 has no azimuth; what is meant is where the platform's normal points
     normal = (stands_at(found.configuration, found.result.twist)[1]).apply([0, 0, 1])
     np.testing.assert_allclose(normal, [0, 0, 1], atol=1e-12)
     drives = robot.assemble(actuators={"prismatic_1": 0.0, "prismatic_2": 0.01, "prismatic_3": -0.01})
-    assert drives.prescribed == () and ks.compensate(drives).coordinates == ("z", "rx", "ry")
+    assert drives.prescribed == () and ks.compensate(drives).controlled == ("z", "rx", "ry")
     assert best_choice(robot, drives.orientation, drives.poses) == ("z", "rx", "ry")
-    other = ks.compensate(drives, LOAD, coordinates=["x", "y", "z"], orientation="XYZ")
-    assert np.abs(other.remaining[:3]).max() < 1e-12 < np.abs(other.remaining[3:]).max()
-    assert set(other.remaining_coordinates) == {"x", "y", "z", "rx", "ry", "rz"}
+    other = ks.compensate(drives, LOAD, controlled=["x", "y", "z"], orientation="XYZ")
+    assert np.abs(other.residual_error[:3]).max() < 1e-12 < np.abs(other.residual_error[3:]).max()
+    assert set(other.residual_error_coordinates) == {"x", "y", "z", "rx", "ry", "rz"}
 
 
 def test_coordinates_of_another_orientation_are_those_that_it_has():
-    assert ks.compensate(tripod(), orientation="tilt_torsion").coordinates == ("z", "azimuth", "tilt")
+    assert ks.compensate(tripod(), orientation="tilt_torsion").controlled == ("z", "azimuth", "tilt")
 
 
 def test_where_nothing_is_reached_nothing_is_corrected():
@@ -291,16 +291,16 @@ def test_where_nothing_is_reached_nothing_is_corrected():
     robot = package_robots.robot("five_bar")
     apart = robot.assemble(actuators={"shoulder_1": [0.9, 1.0], "shoulder_2": [-0.9, -1.0]}, on_failure="nan")
     found = ks.compensate(apart)
-    assert not apart.reached.any() and found.coordinates == ("x", "y")
-    assert np.all(found.status == ks.Status.UNREACHABLE) and np.isnan(found.remaining).all()
+    assert not apart.reached.any() and found.controlled == ("x", "y")
+    assert np.all(found.status == ks.Status.UNREACHABLE) and np.isnan(found.residual_error).all()
 
 
 def test_loops_may_stay_open_as_far_as_those_of_the_pose_or_as_it_is_said():
-    pose = odd_robots.rounded_angles().assemble(tolerance=1e-3)
+    pose = odd_robots.rounded_angles().assemble(closure_tolerance=1e-3)
     found = ks.compensate(pose, [5, 0, -10, 0, 0, 0])
     assert 1e-10 < found.configuration.residual < 1e-3 and found.status == ks.Status.OK
     with pytest.raises(ks.AssemblyError, match="do not close"):
-        ks.compensate(pose, [5, 0, -10, 0, 0, 0], tolerance=1e-12)
+        ks.compensate(pose, [5, 0, -10, 0, 0, 0], closure_tolerance=1e-12)
 
 
 def test_more_arguments_of_analyze_are_passed_on():
@@ -308,7 +308,7 @@ def test_more_arguments_of_analyze_are_passed_on():
     at_tool = ks.compensate(pose, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
     expected = ks.analyze(at_tool.configuration, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
     np.testing.assert_allclose(at_tool.result.twist, expected.twist, atol=1e-16)
-    length = ks.compensate(pose, gravity=(0, 0, 0), misfits={"rod_1": {"length": 1e-4}})
+    length = ks.compensate(pose, gravity=(0, 0, 0), assembly_errors={"rod_1": {"length": 1e-4}})
     # a rod that is too long by 0.1 mm is driven back by that, nearly: it stands askew
     assert length.corrections["prismatic_1"] == pytest.approx(-1e-4, rel=2e-2)
     assert max(abs(length.corrections[f"prismatic_{k}"]) for k in (2, 3)) < 5e-6
@@ -319,13 +319,13 @@ def test_mistakes(tmp_path):
     with pytest.raises(ks.ArgumentError, match="wants a pose"):
         ks.compensate(pose.robot)
     with pytest.raises(ks.CoordinatesError, match="give exactly 3"):
-        ks.compensate(pose, coordinates=("z", "rx"))
+        ks.compensate(pose, controlled=("z", "rx"))
     with pytest.raises(ks.ArgumentError, match="sequence of names"):
-        ks.compensate(pose, coordinates="z")
+        ks.compensate(pose, controlled="z")
     with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
-        ks.compensate(pose, coordinates=("z", "rx", "tilt"))
+        ks.compensate(pose, controlled=("z", "rx", "tilt"))
     with pytest.raises(ks.CoordinatesError, match="x, rx, rz do not determine the pose"):
-        ks.compensate(pose, gravity=(0, 0, 0), coordinates=("x", "rx", "rz"))
+        ks.compensate(pose, gravity=(0, 0, 0), controlled=("x", "rx", "rz"))
     with pytest.raises(ks.ArgumentError, match="has no actuators"):
         ks.compensate(two_columns().assemble())
     with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):
@@ -350,7 +350,7 @@ def test_files(tmp_path):
     assert len(rows) == 6 and {row["status"] for row in rows} == {"OK"}
     assert float(rows[4]["prismatic_1 [m]"]) == pytest.approx(found.actuators["prismatic_1"][1, 1], abs=1e-15)
     assert float(rows[4]["force of prismatic_1 [N]"]) == pytest.approx(found.actuator_forces["prismatic_1"][1, 1])
-    assert float(rows[5]["remaining x [m]"]) == pytest.approx(found.remaining[1, 2, 0])
+    assert float(rows[5]["residual_error x [m]"]) == pytest.approx(found.residual_error[1, 2, 0])
     assert float(rows[5]["z [m]"]) == 0.5 and float(rows[5]["rx [rad]"]) == pytest.approx(0.1)
     found.save(tmp_path / "grid.nc", {"z": z, "rx": rx})
     with xr.open_dataset(tmp_path / "grid.nc", engine="h5netcdf") as ds:
@@ -371,7 +371,7 @@ def test_extremes_before_and_after_are_of_the_same_poses():
     load[1, 2] = 1e9
     found = ks.compensate(path, load)
     assert list(found.status) == [ks.Status.OK, ks.Status.UNREACHABLE, ks.Status.OK]
-    assert np.linalg.norm(found.deviation[1, :3]) > 0.1
+    assert np.linalg.norm(found.uncorrected_error[1, :3]) > 0.1
     line = next(line for line in str(found).splitlines() if "displacement of o, uncorrected" in line)
     assert line.split()[-3] == "nm"
 
@@ -396,7 +396,7 @@ def motions_of_drives(pose, tool):
 @pytest.mark.parametrize("tool", [None, (0.03, 0.0, 0.2)])
 def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
     found = ks.compensate(tripod(), LOAD, tool=tool)
-    directions, scale = found.uncorrectable_directions, np.repeat([found.wanted.robot.length, 1.0], 3)
+    directions, scale = found.uncorrectable_directions, np.repeat([found.target.robot.length, 1.0], 3)
     assert directions.shape == (6, 3) and found.uncorrectable_parts.shape == (3,)
     unit = directions / scale[:, None]
     np.testing.assert_allclose(unit.T @ unit, np.eye(3), atol=1e-12)
@@ -404,29 +404,29 @@ def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
     assert np.linalg.matrix_rank(moves, 1e-3) == 3
     np.testing.assert_allclose(unit.T @ (moves / np.linalg.norm(moves, axis=0)), 0, atol=1e-8)
     # what is left besides, the actuators could move: which part of it they do is the choice of coordinates
-    rest = (found.remaining - directions @ found.uncorrectable_parts) / scale
+    rest = (found.residual_error - directions @ found.uncorrectable_parts) / scale
     fit = moves @ np.linalg.lstsq(moves, rest, rcond=None)[0]
-    np.testing.assert_allclose(fit, rest, atol=1e-8 * np.linalg.norm(found.remaining / scale))
+    np.testing.assert_allclose(fit, rest, atol=1e-8 * np.linalg.norm(found.residual_error / scale))
 
 
 def test_what_remains_in_uncorrectable_directions_was_there_before_and_is_whatever_is_corrected():
     pose = tripod()
     scale = np.repeat([pose.robot.length, 1.0], 3)
-    both = [ks.compensate(pose, LOAD, coordinates=names) for names in (("z", "rx", "ry"), ("z", "y", "ry"))]
+    both = [ks.compensate(pose, LOAD, controlled=names) for names in (("z", "rx", "ry"), ("z", "y", "ry"))]
     size = np.linalg.norm(both[0].uncorrectable_parts)
-    assert np.abs(both[0].remaining - both[1].remaining).max() > 0.1 * np.abs(both[0].remaining).max()
+    assert np.abs(both[0].residual_error - both[1].residual_error).max() > 0.1 * np.abs(both[0].residual_error).max()
     np.testing.assert_allclose(both[0].uncorrectable_parts, both[1].uncorrectable_parts, atol=1e-3 * size)
-    before = (both[0].uncorrectable_directions / scale[:, None]).T @ (both[0].deviation / scale)
+    before = (both[0].uncorrectable_directions / scale[:, None]).T @ (both[0].uncorrected_error / scale)
     np.testing.assert_allclose(both[0].uncorrectable_parts, before, atol=1e-3 * size)
 
 
 def test_upright_the_tripod_is_corrected_in_all_that_its_drives_can_do():
     """There height and two turns are the actuators' motions themselves: nothing remains along these."""
     found = ks.compensate(tripod(rx=0.0, ry=0.0), LOAD)
-    rest = found.remaining - found.uncorrectable_directions @ found.uncorrectable_parts
-    assert np.abs(found.remaining).max() > 1e-7
-    np.testing.assert_allclose(rest, 0, atol=1e-4 * np.abs(found.remaining).max())
-    before = found.deviation - found.uncorrectable_directions @ found.uncorrectable_parts
+    rest = found.residual_error - found.uncorrectable_directions @ found.uncorrectable_parts
+    assert np.abs(found.residual_error).max() > 1e-7
+    np.testing.assert_allclose(rest, 0, atol=1e-4 * np.abs(found.residual_error).max())
+    before = found.uncorrected_error - found.uncorrectable_directions @ found.uncorrectable_parts
     assert np.abs(before).max() > 1e-8
 
 

@@ -40,8 +40,8 @@ def test_a_path_has_before_and_after_of_every_coordinate(path, what, names, unit
     assert ax.get_xlabel() == "rx [°]"
     for (name, line), other in zip(named.items(), dashed, strict=True):
         np.testing.assert_allclose(line.get_xdata(), np.degrees(TILTS), atol=1e-9)
-        np.testing.assert_allclose(line.get_ydata(), unit * path.remaining_coordinates[name], rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(other.get_ydata(), unit * path.deviation_coordinates[name], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(line.get_ydata(), unit * path.residual_error_coordinates[name], rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(other.get_ydata(), unit * path.uncorrected_error_coordinates[name], rtol=1e-12, atol=1e-12)
 
 
 def test_drives_have_corrections_and_forces(path):
@@ -49,7 +49,7 @@ def test_drives_have_corrections_and_forces(path):
     assert list(named) == list(path.corrections) and not dashed
     sizes = {float(np.round(line.get_ydata()[0] / path.corrections[name][0], 3)) for name, line in named.items()}
     assert len(sizes) == 1 and sizes <= {1e6, 1e9}
-    np.testing.assert_allclose(named["prismatic_1"].get_xdata(), 1e3 * path.wanted.platform["y"], atol=1e-9)
+    np.testing.assert_allclose(named["prismatic_1"].get_xdata(), 1e3 * path.target.platform["y"], atol=1e-9)
     ax = ks.plot.compensation(path, "force", actuators=["prismatic_2"])
     named, (weights,) = drawn(ax)
     np.testing.assert_allclose(named["prismatic_2"].get_ydata(), path.actuator_forces["prismatic_2"], rtol=1e-12)
@@ -64,7 +64,8 @@ def test_poses_that_are_no_path_are_bars():
     ax = ks.plot.compensation(found)
     heights = np.array([bar.get_height() for bar in ax.patches]).reshape(3, 2)  # of x, y, z: before, after
     before, after = (
-        [1e6 * np.abs(off[name]).max() for name in "xyz"] for off in (found.deviation_coordinates, found.remaining_coordinates)
+        [1e6 * np.abs(off[name]).max() for name in "xyz"]
+        for off in (found.uncorrected_error_coordinates, found.residual_error_coordinates)
     )
     np.testing.assert_allclose(heights, np.stack([before, after], axis=1), rtol=1e-12, atol=1e-12)
     assert ax.get_xlabel() == "largest magnitude of 4 poses"

@@ -387,12 +387,12 @@ def test_loops_may_stay_open_by_the_tolerance(tmp_path):
     boom.write_text(text.replace(meeting, meeting.replace("0 0 0.2", "0 1e-6 0.2")), encoding="utf-8")
     off = {"diameter": [0.08, 0.1]}
     assert not ks.optimize(boom, off, over={"motor": 0.1}).feasible
-    best = ks.optimize(boom, off, over={"motor": 0.1}, tolerance=1e-5)
+    best = ks.optimize(boom, off, over={"motor": 0.1}, closure_tolerance=1e-5)
     assert best.feasible and best.parameters["diameter"] == 0.08
     with pytest.raises(ks.StaticsError):
         ks.pareto(boom, off, over={"motor": 0.1})
-    assert ks.pareto(boom, off, over={"motor": 0.1}, tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
-    command = ["optimize", str(boom), "--vary", "diameter=80mm,100mm", "--actuators", "motor=0.1", "--tolerance"]
+    assert ks.pareto(boom, off, over={"motor": 0.1}, closure_tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
+    command = ["optimize", str(boom), "--vary", "diameter=80mm,100mm", "--actuators", "motor=0.1", "--closure-tolerance"]
     assert main([*command, "10um"]) == 0 and main([*command, "1nm"]) == 1
 
 

@@ -91,7 +91,9 @@ def test_exact_derivatives_are_differences_of_analyses(cantilever):
     assert all(cantilever[name].exact for name in cantilever)
     pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.1, "ry": -0.05})
     exact = ks.sensitivities(pose, ["platform_radius"], load=LOAD)["platform_radius"]
-    found = ks.sensitivities(pose, ["platform_radius"], load=LOAD, misfits={})["platform_radius"]  # which are not differentiated
+    found = ks.sensitivities(pose, ["platform_radius"], load=LOAD, assembly_errors={})[
+        "platform_radius"
+    ]  # which are not differentiated
     assert exact.exact and not found.exact
     for name in ("twist", "stiffness", "compliance", "mass"):
         one, other = getattr(exact, name), getattr(found, name)
@@ -130,7 +132,7 @@ def test_the_tip_of_a_tool_turns_with_the_platform():
     pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
     options = {"load": LOAD, "tool": (0.3, 0.2, -0.1)}
     exact = ks.sensitivities(pose, ["base_radius"], **options)["base_radius"]
-    found = ks.sensitivities(pose, ["base_radius"], misfits={}, **options)["base_radius"]
+    found = ks.sensitivities(pose, ["base_radius"], assembly_errors={}, **options)["base_radius"]
     assert exact.exact and not found.exact
     for name in ("twist", "stiffness", "compliance"):
         one, other = getattr(exact, name), getattr(found, name)
@@ -259,7 +261,10 @@ def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exact
     """It is the same as beside all else; the rest is neither recorded nor in tables, and told to be missing."""
     recorded, plain = [], derivatives.Derivatives
     monkeypatch.setattr(derivatives, "Derivatives", lambda *given: recorded.append(given[5]) or plain(*given))
-    pose, options = cantilever.result.configuration, {"load": [10, 0, -300, 0, 0, 0], **({} if exactly else {"misfits": {}})}
+    pose, options = (
+        cantilever.result.configuration,
+        {"load": [10, 0, -300, 0, 0, 0], **({} if exactly else {"assembly_errors": {}})},
+    )
     for of in (["mass"], ["twist"], ["stiffness", "actuator_forces"], ("mass", "compliance", "actuators")):
         s = ks.sensitivities(pose, ["diameter", "tip_mass"], of, **options)
         assert s.of == tuple(name for name in QUANTITIES if name in of) == tuple(s["diameter"].derivatives)
@@ -385,7 +390,7 @@ def test_what_makes_no_robot_a_little_off_is_skipped():
 def test_files_with_rounded_angles_keep_the_tolerance_of_their_pose():
     """Five digits of everything: derivatives and spreads are those of the exact robot, to some digits."""
     rounded, exact = odd_robots.rounded_angles(), odd_robots.small.robot_of(odd_robots.small.pru2_upr())
-    poses = [rounded.assemble(tolerance=1e-3), exact.assemble()]
+    poses = [rounded.assemble(closure_tolerance=1e-3), exact.assemble()]
     name, how = "rod_1.youngs_modulus", {"load": LOAD, "point": (0, 0, 0)}  # which is done by differences
     one, other = (ks.sensitivities(pose, [name], ["twist"], **how)[name].twist for pose in poses)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())

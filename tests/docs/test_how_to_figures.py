@@ -27,11 +27,11 @@ def test_feedforward():
 def test_correction():
     names = how_to_figures.page_names("correct_a_machine")
     found, other = names["found"], names["other"]
-    assert found.coordinates == ("z", "rx", "ry") and not found.status.any()
+    assert found.controlled == ("z", "rx", "ry") and not found.status.any()
     for which in (found, other):
-        assert max(np.abs(which.remaining_coordinates[name]).max() for name in which.coordinates) < 1e-12
-    assert np.abs(found.remaining_coordinates["y"]).max() > np.abs(found.deviation_coordinates["y"]).max() > 1e-5
-    assert np.abs(other.remaining_coordinates["rx"]).max() > 1e-4
+        assert max(np.abs(which.residual_error_coordinates[name]).max() for name in which.controlled) < 1e-12
+    assert np.abs(found.residual_error_coordinates["y"]).max() > np.abs(found.uncorrected_error_coordinates["y"]).max() > 1e-5
+    assert np.abs(other.residual_error_coordinates["rx"]).max() > 1e-4
 
 
 @pytest.mark.slow

@@ -55,12 +55,12 @@ def test_the_folders_of_the_code_are_those_that_the_page_names():
     assert all(list(source.glob(f"{name}*")) for name in named), named
 
 
-def test_the_example_of_misfits_runs(monkeypatch, capsys):
+def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     code = (ROOT / "docs" / "how_to" / "tolerances.md").read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
     names = {}
     exec(compile(code, "tolerances.md", "exec"), names)  # the page's own text
-    assert abs(names["result"].contributions["misfit"][0]) > 1e-5
+    assert abs(names["result"].contributions["assembly_errors"][0]) > 1e-5
     assert "prismatic_1" in capsys.readouterr().out
 
 

@@ -102,13 +102,13 @@ def test_a_report_says_what_is_compiled():
     assert CompiledStatics.kept(robot.statics).operations == report.operations
 
 
-def test_misfits_are_left_to_numpy(made):
+def test_assembly_errors_are_left_to_numpy(made):
     robot = package_robots.robot("2pru_upr")
     pose = robot.assemble()
-    misfits = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
-    found = ks.analyze(pose, misfits=misfits, engine="compiled")
+    assembly_errors = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
+    found = ks.analyze(pose, assembly_errors=assembly_errors, engine="compiled")
     assert made == []
-    np.testing.assert_array_equal(found.twist, ks.analyze(pose, misfits=misfits, engine="numpy").twist)
+    np.testing.assert_array_equal(found.twist, ks.analyze(pose, assembly_errors=assembly_errors, engine="numpy").twist)
 
 
 def test_whatever_analyses_closes_its_loops_by_the_same_engine(monkeypatch):

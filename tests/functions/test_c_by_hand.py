@@ -84,7 +84,7 @@ def derived(tmp_path_factory):
 @pytest.fixture(scope="module")
 def corrected(tmp_path_factory):
     """The function that compensates, and what was exported."""
-    f = ks.compile(turntable(), ("z", "rz"), outputs=("actuators", "actuator_forces", "remaining"), compensate=True)
+    f = ks.compile(turntable(), ("z", "rz"), outputs=("actuators", "actuator_forces", "residual_error"), compensate=True)
     return f, f.export_c(tmp_path_factory.mktemp("corrected"), name="5 tables")
 
 
@@ -125,10 +125,10 @@ def test_corrections_are_those_by_hand(corrected):
     at, load, gravity = some(200, 2)
     status, found = run(c_programs.driver(exported, SANITIZED), rows(f, at, load, gravity))
     wanted = [by_corrections(at["rz"][k], at["z"][k], load[k], gravity[k]) for k in range(200)]
-    drives, forces, remaining = (np.array(part) for part in zip(*wanted, strict=True))
+    drives, forces, residual_error = (np.array(part) for part in zip(*wanted, strict=True))
     np.testing.assert_allclose(found[:, :2], drives, atol=1e-11)
     np.testing.assert_allclose(found[:, 2:4], forces, atol=1e-9)
-    np.testing.assert_allclose(found[:, 4:10], remaining, atol=1e-11)
+    np.testing.assert_allclose(found[:, 4:10], residual_error, atol=1e-11)
     beyond = (drives[:, 1] < LOWER) | (drives[:, 1] > UPPER)
     assert np.array_equal(status, np.where(beyond, 1, 0)) and 5 < beyond.sum() < 100
     assert np.max(np.abs(drives[:, 0])) > np.pi

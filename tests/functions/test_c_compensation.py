@@ -13,7 +13,7 @@ from kinetostatics.compensation.search import enough
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
-OUTPUTS = ("actuators", "actuator_forces", "remaining")
+OUTPUTS = ("actuators", "actuator_forces", "residual_error")
 TRIPOD, HEXAPOD = ("z", "rx", "ry"), ("x", "y", "z", "rx", "ry", "rz")
 #: Robot, coordinates, orientation, how far around the zero pose [m and rad], poses, flags of the compiler.
 ROBOTS = [
@@ -49,7 +49,7 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
     for item, part in zip(OUTPUTS, np.split(found[valid], ends, axis=1), strict=False):
         expected = wanted[item][valid]
         allowed = 1e-9 * np.max(np.abs(expected), axis=1)
-        if item == "remaining":  # differences of coordinates: what counts as corrected cannot be told from nothing
+        if item == "residual_error":  # differences of coordinates: what counts as corrected cannot be told from nothing
             allowed = allowed + enough(f.robot.length)
         assert np.all(np.max(np.abs(part - expected), axis=1) <= allowed), item
     assert np.all(np.isnan(found[~valid]))
@@ -71,11 +71,11 @@ def test_the_function_is_compensate():
     at, load = {"z": [0.5, 2.0], "rx": 0.1, "ry": -0.05}, [20, 0, -500, 3, 0, 0]
     values = f(**at, load=load)
     found = ks.compensate(f.robot.assemble(platform=at), load)
-    assert found.coordinates == TRIPOD and np.array_equal(values["status"], found.status)
+    assert found.controlled == TRIPOD and np.array_equal(values["status"], found.status)
     for item, wanted in (("actuators", found.actuators), ("actuator_forces", found.actuator_forces)):
         np.testing.assert_allclose(values[item], np.stack(list(wanted.values()), axis=-1), rtol=1e-12)
-    np.testing.assert_allclose(values["remaining"], found.remaining, atol=1e-15)
-    assert abs(values["remaining"][0, 2]) < 1e-12 < abs(found.deviation[0, 2])
+    np.testing.assert_allclose(values["residual_error"], found.residual_error, atol=1e-15)
+    assert abs(values["residual_error"][0, 2]) < 1e-12 < abs(found.uncorrected_error[0, 2])
     assert values.pose.platform["z"][0] == pytest.approx(0.5)
 
 
@@ -83,8 +83,8 @@ def test_what_does_not_go_with_compensation_is_told(tmp_path):
     robot = package_robots.robot("3rps")
     with pytest.raises(ks.ArgumentError, match=r"compensate=True \(--compensate\) wants platform= \(--platform\), the names"):
         ks.compile(robot, compensate=True)
-    with pytest.raises(ks.ArgumentError, match=r"'remaining' is of functions that compensate"):
-        ks.compile(robot, TRIPOD, outputs="remaining")
+    with pytest.raises(ks.ArgumentError, match=r"'residual_error' is of functions that compensate"):
+        ks.compile(robot, TRIPOD, outputs="residual_error")
     with pytest.raises(ks.ArgumentError, match="has no derivatives"):
         function("3rps", TRIPOD).jacobian("actuators", "z")
 

@@ -89,7 +89,7 @@ def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
     for drive in (None, np.inf, 1e7):
         stiffness = JointStiffness("prismatic_1", linear=(1e8, 2e8, 1e9) if drive is None else None, drive=drive)
         names = set(numbers_of_parts(ks.Robot(robot.description.with_joint_stiffness(stiffness))))
-        assert ("prismatic_1.drive_stiffness" in names) is (drive == 1e7)
+        assert ("prismatic_1.actuator_stiffness" in names) is (drive == 1e7)
         assert ("prismatic_1.linear_stiffness" in names) is (drive is None)
 
 
@@ -127,7 +127,7 @@ def by_other_robots(f, at, name, k):
         ("five_bar", "tool.mass", 0),
         ("2pru_upr", "rod_2.outer_diameter", 0),
         pytest.param("ur10", "elbow_joint.placement", 1, marks=pytest.mark.slow),
-        ("tripteron", "rail_1.drive_stiffness", 0),
+        ("tripteron", "rail_1.actuator_stiffness", 0),
     ],
 )
 def test_derivatives_by_the_robots_numbers(name, parameter, k):
@@ -182,7 +182,7 @@ def test_motions_that_hardly_close_loops_are_free(size, gain):
 def test_quantities_have_the_shapes_units_and_components_of_numbers(compensate):
     outputs = ("twist", "contributions", "stiffness", "compliance", "actuator_forces", "actuators")
     f = ks.compile(
-        package_robots.robot("five_bar"), ("x", "y"), outputs=(*outputs, *["remaining"] * compensate), compensate=compensate
+        package_robots.robot("five_bar"), ("x", "y"), outputs=(*outputs, *["residual_error"] * compensate), compensate=compensate
     )
     values = f(x=[0.0, 0.01, 0.02], y=0.3, load=[3.0, -4.0, 0, 0, 0, 0], gravity=(0, 0, -9.81))
     for item in (*f.outputs.values(), *f.inputs.values()):

@@ -142,7 +142,7 @@ def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
     """In mm and N every index is the same quantity: no eigenvalue mixes metres and radians."""
     C, twist, L = random_compliances(6), np.random.default_rng(7).standard_normal((5, 6)) * 1e-5, 0.31
     metres = map_of(
-        {"z": (np.arange(5.0), "m")}, compliance=C, twist=twist, length=L, forces={"a": np.arange(5.0) + 1}, remaining=twist
+        {"z": (np.arange(5.0), "m")}, compliance=C, twist=twist, length=L, forces={"a": np.arange(5.0) + 1}, residual_error=twist
     )
     s = np.array([1e3] * 3 + [1.0] * 3)
     millimetres = map_of(
@@ -151,7 +151,7 @@ def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
         twist=twist * s,
         length=L * 1e3,
         forces={"a": np.arange(5.0) + 1},
-        remaining=twist * s,
+        residual_error=twist * s,
     )
     factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N m/rad": 1e3, "1": 1.0, "N": 1.0}[indices.INDICES[name].units]
     close(indices.quantity(millimetres, name), factor * indices.quantity(metres, name), 1e-7)
@@ -252,7 +252,7 @@ def test_only_valid_poses_have_numbers(name):
         compliance=np.eye(6) * 1e-6,
         twist=np.ones(6),
         forces={"a": 1.0},
-        remaining=np.ones(6),
+        residual_error=np.ones(6),
         status=[int(item) for item in STATUSES],
     )
     good = np.array([item.name in ("OK", "INDETERMINATE", "BASIS_DEGENERATE") for item in STATUSES])

@@ -88,7 +88,7 @@ def test_maps_have_its_axes_units_and_words(name, ds, robot):
         assert dim not in entry.dims or tuple(ds[dim].values) == labels
 
 
-@pytest.mark.parametrize("name", [name for name in PATHS if name != "remaining"])
+@pytest.mark.parametrize("name", [name for name in PATHS if name != "residual_error"])
 def test_functions_and_exported_c_have_its_axes_units_and_words(name, robot):
     output = ks.compile(robot, tuple(POSE), outputs=name, engine="numpy").outputs[name]
     entry = QUANTITIES[PATHS[name]]

@@ -276,11 +276,11 @@ def test_tilt_and_torsion():
     assert float(ds["platform_pose"].sel(at).sel(platform_coordinate="tilt")) == pytest.approx(at["tilt"])
 
 
-def test_misfits_are_a_contribution(robot):
-    misfits = {"rod_1": {"length": 1e-4}}
-    ds = ks.sweep(robot, {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}, misfits=misfits)
-    result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": 0.0, "ry": 0.0}), misfits=misfits)
-    assert "misfit" in ds["source"].values and json.loads(ds.attrs["arguments"])["misfits"] == misfits
+def test_assembly_errors_are_a_contribution(robot):
+    assembly_errors = {"rod_1": {"length": 1e-4}}
+    ds = ks.sweep(robot, {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}, assembly_errors=assembly_errors)
+    result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": 0.0, "ry": 0.0}), assembly_errors=assembly_errors)
+    assert "assembly_errors" in ds["source"].values and json.loads(ds.attrs["arguments"])["assembly_errors"] == assembly_errors
     check_pose(ds, {"z": 0.6}, result)
 
 
@@ -464,7 +464,7 @@ def test_what_a_worker_complains_about_is_raised(tmp_path):
         ),
         ({"gravity": [0, 0, np.inf]}, "not finite"),
         ({"frame": "flange"}, "must be one of 'world', 'platform'"),
-        ({"misfits": {"rod": {"length": 1.0}}}, "no joint or beam 'rod'"),
+        ({"assembly_errors": {"rod": {"length": 1.0}}}, "no joint or beam 'rod'"),
         ({"workers": 0}, "workers is 0; it must be a whole number from 1 on"),
         ({"out": "map.csv"}, r"must end in .nc"),
         ({"out": "no/such/folder/map.nc"}, "there is no folder"),
@@ -746,7 +746,7 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     assert f"up to {TRIED} of them" in page.replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page, re.MULTILINE))))
     wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
-    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "remaining"}
+    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "residual_error"}
     wanted |= {"spring_force"}
     assert set(names["ds"].data_vars) | wanted == described
 

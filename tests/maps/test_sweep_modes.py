@@ -12,7 +12,7 @@ from kinetostatics.workspace.assembly_modes import repair as finishing
 from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
 
-#: orientation, load, gravity, point, frame, misfits, parameters and beams of a sweep that asks for nothing more
+#: orientation, load, gravity, point, frame, assembly_errors, parameters and beams of a sweep that asks for nothing more
 NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None, False)
 
 
@@ -22,7 +22,7 @@ def cross(a, b):
 
 def bends(robot, q):
     """Return on which side each elbow of a five-bar is bent, and the wrist: twice the areas of triangles [m²]."""
-    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
+    pose = robot.configuration(q, closure_tolerance=np.inf, on_failure="nan")
     points = (pose.frame(link)[..., :2, 3] for link in ("proximal_1", "distal_1", "proximal_2", "distal_2", "tool"))
     A1, B1, A2, B2, C = points
     return cross(B1 - A1, C - B1), cross(B2 - A2, C - B2), cross(C - B1, C - B2)
@@ -131,7 +131,7 @@ def other_elbow(robot, ds, which):
     start[:, names.index("shoulder_1")] += 2 * turn
     bend = np.arctan2(cross(B - A, C - B), np.sum((B - A) * (C - B), axis=-1))
     start[:, names.index("elbow_1")] -= 2 * bend
-    near = robot.configuration(start, tolerance=np.inf, on_failure="nan")
+    near = robot.configuration(start, closure_tolerance=np.inf, on_failure="nan")
     found = robot.assemble(platform=values, near=near)
     assert np.all(np.sign(bends(robot, found.q)[0]) == -np.sign(a)) and b
     return found.q

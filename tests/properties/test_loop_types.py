@@ -106,7 +106,7 @@ def test_the_opening_is_the_known_amount(kind, seed):
     one = floating(kind, P, S)
     q = q_of(one, P @ X @ np.linalg.inv(S))
     metres, radians = opening(kind, X)
-    pose = one.configuration(q, tolerance=10)
+    pose = one.configuration(q, closure_tolerance=10)
     assert [float(x[0]) for x in pose.openings["closing"]] == pytest.approx([metres, radians], abs=1e-13)
     assert pose.residual == pytest.approx(max(metres, radians), abs=1e-13)
     with pytest.raises(ks.AssemblyError) as caught:
@@ -171,7 +171,7 @@ def test_a_loop_that_is_open_a_little_closes_within_a_tolerance(kind):
         one.assemble()
     assert caught.value.residuals["closing"] == pytest.approx((metres, radians), rel=1e-6, abs=1e-12)
     assert f"loop 'closing' stays {metres:.3g} m" in str(caught.value)
-    pose = one.assemble(tolerance=1e-4)
+    pose = one.assemble(closure_tolerance=1e-4)
     assert pose.residual == pytest.approx(max(metres, radians), rel=1e-6)
     np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
 

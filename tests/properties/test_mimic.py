@@ -288,7 +288,7 @@ def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_
         twist = sum(parts.values())
         moved = rates(robot, at, lambda pose, link=link: pose.frame(link)) @ wound_up
         np.testing.assert_allclose(twist, moved, atol=1e-7 * np.abs(found.twist).max(), err_msg=link)
-    parts = found.source_contributions["drives"]
+    parts = found.source_contributions["actuators"]
     np.testing.assert_allclose(sum(parts.values()), found.twist, atol=1e-10 * np.abs(found.twist).max())
     compiled = ks.analyze(robot.assemble(actuators=at), engine="compiled")
     np.testing.assert_allclose(compiled.twist, ks.analyze(robot.assemble(actuators=at), engine="numpy").twist, rtol=1e-9)
@@ -306,11 +306,11 @@ def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
     found = ks.analyze(pose, load)
     way = -found.actuator_forces["prismatic_1"] / 3e6
     slides = {"prismatic_1": way, "prismatic_3": -0.4 * way}
-    misfits = {
+    assembly_errors = {
         name: {"twist": [*(size * np.array(description.joints[name].axis)), 0, 0, 0], "frame": "joint"}
         for name, size in slides.items()
     }
-    expected = ks.analyze(held, load, misfits=misfits)
+    expected = ks.analyze(held, load, assembly_errors=assembly_errors)
     np.testing.assert_allclose(found.twist, expected.twist, rtol=1e-9, atol=1e-15)
     for name, force in found.actuator_forces.items():
         assert force == pytest.approx(expected.actuator_forces[name], rel=1e-9)
@@ -431,6 +431,6 @@ def test_of_turns_that_fit_alike_the_fewest_are_meant(miss: float, turns: int) -
         )
     text = text.replace('<link name="jaw_1"/><link name="jaw_2"/>', "")
     robot = ks.Robot(parse_robot_text(text))
-    pose = robot.assemble(actuators={"wrist": 0.3 + 6 * np.pi}, tolerance=1e-8)
-    found = robot.configuration(pose.q, tolerance=1e-8)
+    pose = robot.assemble(actuators={"wrist": 0.3 + 6 * np.pi}, closure_tolerance=1e-8)
+    found = robot.configuration(pose.q, closure_tolerance=1e-8)
     assert found.actuators["wrist"] == pytest.approx(0.3 + 2 * np.pi * turns, abs=1e-9)

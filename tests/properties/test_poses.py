@@ -166,7 +166,7 @@ def test_near_chooses_the_assembly_mode():
     values = {"head_1": turn, "foot_2": follower}
     for joint, value in values.items():
         q[one.model.joints[names.index(joint)].idx_q] = value
-    other = one.configuration(q, tolerance=1e-9)
+    other = one.configuration(q, closure_tolerance=1e-9)
     assert other.residual < 1e-9
     near = one.assemble(actuators={"foot_1": 0.05}, near=other)
     far = one.assemble(actuators={"foot_1": 0.05})
@@ -324,7 +324,7 @@ def test_an_untilted_pose_has_any_azimuth():
     np.testing.assert_allclose(pose.platform_frame[:3, :3], np.eye(3), atol=1e-12)
 
 
-@pytest.mark.parametrize("arguments", [{"tolerance": 0}, {"tolerance": -1e-6}, {"on_failure": "skip"}])
+@pytest.mark.parametrize("arguments", [{"closure_tolerance": 0}, {"closure_tolerance": -1e-6}, {"on_failure": "skip"}])
 def test_other_bad_arguments(arguments):
     with pytest.raises(ks.ArgumentError):
         robot("3rps").assemble(**arguments)
@@ -337,7 +337,7 @@ def test_configurations_that_do_not_close():
     q[0] += 1e-3
     with pytest.raises(ks.AssemblyError, match="spherical_"):
         one.configuration(q)
-    assert one.configuration(q, tolerance=1e-2).residual > 1e-5
+    assert one.configuration(q, closure_tolerance=1e-2).residual > 1e-5
     assert one.configuration([q, q]).status.tolist() == [ks.Status.UNREACHABLE] * 2
     with pytest.raises(ks.ArgumentError, match="nq = "):
         one.configuration([0, 0])
@@ -396,7 +396,7 @@ def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
         one.assemble()
     assert "rounded" in str(caught.value) and "tolerance" in str(caught.value)
     assert 1e-8 < caught.value.residual < 1e-4
-    pose = one.assemble(tolerance=1e-4)
+    pose = one.assemble(closure_tolerance=1e-4)
     assert pose.residual == pytest.approx(caught.value.residual, rel=1e-3)
     found = ks.analyze(pose, gravity=(0, 0, 9.8))
     np.testing.assert_allclose(found.twist, exact.twist, rtol=0, atol=1e-4 * np.abs(exact.twist).max())
@@ -404,7 +404,7 @@ def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
         assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-4)
     assert [limb.labels for limb in found.limbs.values()] == [limb.labels for limb in exact.limbs.values()]
     assert one.mobility.platform == 3 and one.mobility.redundant_constraints == 3
-    many = one.assemble(platform={"z": [0.45, 0.55], "rx": 0.1, "ry": [0.05, -0.1]}, orientation="XYZ", tolerance=1e-4)
+    many = one.assemble(platform={"z": [0.45, 0.55], "rx": 0.1, "ry": [0.05, -0.1]}, orientation="XYZ", closure_tolerance=1e-4)
     assert many.status.tolist() == [ks.Status.OK] * 2
 
 
@@ -431,7 +431,7 @@ def test_a_right_angle_written_1_5708():
     with pytest.raises(ks.AssemblyError, match="rounded"):
         robot_of_text(text).assemble(actuators={"b1": 0.3})
     one = robot_of_text(text)
-    pose = one.assemble(actuators={"b1": 0.3}, tolerance=1e-4)
+    pose = one.assemble(actuators={"b1": 0.3}, closure_tolerance=1e-4)
     assert 0 < pose.residual < 1e-4
     exact = robot_of_text(text.replace("1.5708", repr(np.pi / 2)))
     good = ks.analyze(exact.assemble(actuators={"b1": 0.3}), load=(1, 2, 3, 4, 5, 6))
@@ -888,7 +888,7 @@ def test_rounding_does_not_change_the_assembly_mode(rounded):
     with pytest.raises(ks.AssemblyError, match="rounded"):
         robot.assemble()
     for drives in ({"A1": 0, "A2": 0}, {"A1": 0.2, "A2": -0.1}):
-        found = ks.analyze(robot.assemble(actuators=drives, tolerance=2e-3))
+        found = ks.analyze(robot.assemble(actuators=drives, closure_tolerance=2e-3))
         wanted = ks.analyze(exact.assemble(actuators=drives))
         np.testing.assert_allclose(found.configuration.platform_frame, wanted.configuration.platform_frame, atol=2e-3)
         np.testing.assert_allclose(found.twist, wanted.twist, atol=1e-2 * np.abs(wanted.twist).max())

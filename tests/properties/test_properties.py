@@ -446,7 +446,7 @@ def test_millimetres_and_metres(name, seed):
     spec = sr.in_millimetres(case.spec) if name not in TELESCOPIC else sr.in_millimetres(with_y_axes(case.spec))
     turns = [joint.name for limb in case.spec.limbs for joint in limb.joints if joint.kind == "R"]
     targets = {joint: value * (1 if joint in turns else 1000) for joint, value in case.actuators.items()}
-    pose = sr.robot_of(spec).assemble(actuators=targets, tolerance=1e-8)
+    pose = sr.robot_of(spec).assemble(actuators=targets, closure_tolerance=1e-8)
     found = ks.analyze(pose, case.load * [1, 1, 1, 1000, 1000, 1000], case.gravity * 1000)
     same_twist(found.twist * [1e-3, 1e-3, 1e-3, 1, 1, 1], case.result.twist)
     units = np.outer([1e3, 1e3, 1e3, 1, 1, 1], [1, 1, 1, 1e-3, 1e-3, 1e-3])

@@ -1,4 +1,4 @@
-"""Robots with hybrid limbs, elastic joints and misfits, random and small ones, against finite elements.
+"""Robots with hybrid limbs, elastic joints and assembly errors, random and small ones, against finite elements.
 
 ``hybrid_robots.random_hybrid`` grows them; two programs of finite elements judge: that of ``finite_elements`` with multipliers,
 and OpenSees. A few by default;
@@ -33,9 +33,9 @@ CLOSE = 1e-6
 
 
 class Case:
-    """A written mechanism under loads and misfits at its zero pose, and what the finite elements say of it."""
+    """A written mechanism under loads and assembly errors at its zero pose, and what the finite elements say of it."""
 
-    def __init__(self, mechanism, file, load, gravity, misfits):
+    def __init__(self, mechanism, file, load, gravity, assembly_errors):
         self.mechanism, self.file, self.load, self.gravity = mechanism, file, load, gravity
         at_zero = hr.AtZero(file)
         rings = finite_elements.solve(mechanism, file, at_zero).rings
@@ -43,16 +43,18 @@ class Case:
         # and those of fixed joints within base or platform are refused
         groups = hr.welded(mechanism)
         within = {edge.joint.name for edge in mechanism.edges if any({edge.inner, edge.outer} <= group for group in groups)}
-        self.misfits = {name: misfit for name, misfit in misfits.items() if name not in rings and name not in within}
-        self.answer = finite_elements.solve(mechanism, file, at_zero, load, gravity, self.misfits)
-        self.options = {"misfits": hr.as_arguments(self.misfits, file)} if self.misfits else {}
+        self.assembly_errors = {
+            name: assembly_error for name, assembly_error in assembly_errors.items() if name not in rings and name not in within
+        }
+        self.answer = finite_elements.solve(mechanism, file, at_zero, load, gravity, self.assembly_errors)
+        self.options = {"assembly_errors": hr.as_arguments(self.assembly_errors, file)} if self.assembly_errors else {}
 
     @classmethod
     def random(cls, seed):
         mechanism, file = hr.write_randomly(hr.random_hybrid(seed), seed)
         rng = np.random.default_rng(seed)
         load, gravity = rng.standard_normal(6) * 50, rng.standard_normal(3) * 5
-        return cls(mechanism, file, load, gravity, hr.random_misfits(mechanism, rng) if rng.random() < 0.5 else {})
+        return cls(mechanism, file, load, gravity, hr.random_assembly_errors(mechanism, rng) if rng.random() < 0.5 else {})
 
     @property
     def unsure(self):
@@ -70,7 +72,7 @@ class Case:
             with pytest.raises((ks.SingularPoseError, ks.LimbEquilibriumError)):
                 ks.analyze(pose, self.load, self.gravity, **self.options)
             return
-        if answer.contradiction > 1e-6:  # rigid pieces cannot follow the misfits
+        if answer.contradiction > 1e-6:  # rigid pieces cannot follow the assembly errors
             try:
                 result = ks.analyze(pose, self.load, self.gravity, **self.options)
             except ks.KinetostaticsError:
@@ -84,7 +86,9 @@ class Case:
     def compare(self, result):
         answer, unit6 = self.answer, np.repeat([1.0, result.robot.length], 3)
         softness = float(np.linalg.norm(answer.compliance * np.outer(unit6, unit6)))
-        off = [1e-4 if isinstance(value, tuple) else float(np.linalg.norm(value * unit6)) for value in self.misfits.values()]
+        off = [
+            1e-4 if isinstance(value, tuple) else float(np.linalg.norm(value * unit6)) for value in self.assembly_errors.values()
+        ]
         # what a newton moves, and a thousandth of what is off, are small
         moved = max(float(np.linalg.norm(answer.twist * unit6)), 0.1 * softness, 1e-3 * max(off, default=0.0), 1e-12)
         assert np.linalg.norm((result.twist - answer.twist) * unit6) < CLOSE * moved
@@ -137,12 +141,12 @@ KNOWN = [
     191,  # bridges through which much flows one way, and little the other
     835,
     1304,  # hinges with parallel axes, which rounding lets meet far away
-    53067,  # free, and misfits that contradict one another besides
+    53067,  # free, and assembly errors that contradict one another besides
     12064842,  # rigid limbs, one of which sags by rounding
     1000000,  # rigid throughout: beams beside the rigid limb are bent by the rounding of its forces
     1359628,  # one of them hangs on the platform by an elastic limb
     369,  # a ring of rigid links between elastic limbs, whose strain is rounding alone
-    368176,  # misfits that a rigid ring cannot follow, in a limb that is partly rigid besides
+    368176,  # assembly errors that a rigid ring cannot follow, in a limb that is partly rigid besides
     826,  # a rigid limb with elastic links, whose compliance is nothing but rounding
 ]
 
@@ -302,9 +306,9 @@ SMALL = {
     "long bridge": (long_bridge(), {}),
     "elastic weld on the base": (plate(Stiffness(about(AXIS), (1e6, 2e6, 3e6), (1e4, 2e4, 3e4))), {}),
     "heated": (cantilevered(), {"rod": ("temperature", 10.0)}),
-    "misfit of what hangs": (cantilevered(*ARM, beams=[beam("arm")]), {"arm_1": BENT}),
-    "misfit that two hinges contradict": (hinged(RIGID), {"one": ALONG}),
-    "misfit that two hinges can follow": (hinged(RIGID), {"one": ALONG, "two": ALONG}),
+    "assembly error of what hangs": (cantilevered(*ARM, beams=[beam("arm")]), {"arm_1": BENT}),
+    "assembly error that two hinges contradict": (hinged(RIGID), {"one": ALONG}),
+    "assembly error that two hinges can follow": (hinged(RIGID), {"one": ALONG, "two": ALONG}),
 }  # fmt: skip
 
 
@@ -312,15 +316,15 @@ SMALL = {
 @pytest.mark.parametrize("name", SMALL)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_small_hybrids_agree_with_finite_elements(name, seed):
-    mechanism, misfits = SMALL[name]
+    mechanism, assembly_errors = SMALL[name]
     file = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(seed)), twirl=seed, flip=bool(seed % 2))
-    Case(mechanism, file, np.array([100.0, 30, 20, 5, 6, 7]), np.array([1.0, 2, -9]), misfits).check()
+    Case(mechanism, file, np.array([100.0, 30, 20, 5, 6, 7]), np.array([1.0, 2, -9]), assembly_errors).check()
 
 
 @pytest.mark.parametrize("at", ["base", "platform"])
-def test_misfits_within_base_and_platform_are_refused(at):
+def test_assembly_errors_within_base_and_platform_are_refused(at):
     machine = ks.Robot(
         parse_robot_text(write_mechanism(plate(at=at), cuts=random_cuts(plate(at=at), np.random.default_rng(0))).text)
     )
     with pytest.raises(ks.ArgumentError, match="'weld' lies within the rigid base or platform"):
-        ks.analyze(machine.assemble(), misfits={"weld": BENT})
+        ks.analyze(machine.assemble(), assembly_errors={"weld": BENT})

@@ -72,7 +72,7 @@ def displaced(robot, rng):
     zero = robot.configuration(pin.neutral(robot.model))
     actuators = {name: 0.05 * rng.standard_normal(4) for name in robot.description.driven}
     try:
-        return robot.assemble(actuators=actuators, on_failure="nan", tolerance=1e-12)
+        return robot.assemble(actuators=actuators, on_failure="nan", closure_tolerance=1e-12)
     except ks.KinetostaticsError:
         return zero
 

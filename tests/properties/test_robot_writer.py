@@ -120,7 +120,7 @@ def plain(result: ks.Result) -> dict:
 
 def same_results(one: ks.Robot, other: ks.Robot) -> None:
     """Both robots give the same numbers, to the last bit, in the zero pose and with a load."""
-    first, second = (robot.configuration(pin.neutral(robot.model), tolerance=1e-6) for robot in (one, other))
+    first, second = (robot.configuration(pin.neutral(robot.model), closure_tolerance=1e-6) for robot in (one, other))
     np.testing.assert_array_equal(first.q, second.q)
     load = (10, 20, -30, 1, 2, 3)
     try:

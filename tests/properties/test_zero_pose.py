@@ -65,7 +65,7 @@ def test_check_says_every_gap_and_the_frame_and_fails(capsys):
 def test_analyze_says_the_same_and_no_tolerance_helps(tolerance, capsys):
     main(["check", str(FRAME_OFF)])
     checked = " ".join(capsys.readouterr().out.split())
-    assert main(["analyze", str(FRAME_OFF), *(["--tolerance", tolerance] if tolerance else [])]) == 2
+    assert main(["analyze", str(FRAME_OFF), *(["--closure-tolerance", tolerance] if tolerance else [])]) == 2
     said = " ".join(capsys.readouterr().err.split()).removeprefix("kinetostatics: error: ")
     assert said in checked and "0.1 m open" in said and "rounded" not in said
 
@@ -74,11 +74,11 @@ def test_analyze_says_the_same_and_no_tolerance_helps(tolerance, capsys):
 def test_no_pose_of_it_is_all_right(frame_off, tolerance):
     zero = dict.fromkeys(frame_off.description.driven, 0.0)
     with pytest.raises(ks.AssemblyError, match="moving the origin of joint 'rail_1'"):
-        frame_off.assemble(tolerance=tolerance)
-    batch = frame_off.assemble(actuators={**zero, "rail_1": [0.0, 0.01]}, tolerance=tolerance)
+        frame_off.assemble(closure_tolerance=tolerance)
+    batch = frame_off.assemble(actuators={**zero, "rail_1": [0.0, 0.01]}, closure_tolerance=tolerance)
     assert batch.status.tolist() == [ks.Status.UNREACHABLE] * 2
     q = frame_off.model_q(frame_off.zero_poses)[:, 0]
-    assert frame_off.configuration(q, tolerance=tolerance, on_failure="nan").status == ks.Status.UNREACHABLE
+    assert frame_off.configuration(q, closure_tolerance=tolerance, on_failure="nan").status == ks.Status.UNREACHABLE
 
 
 def test_what_is_proposed_closes_it(frame_off):
@@ -122,7 +122,7 @@ def test_a_displaced_frame_is_found(seed):
         assert largest_gap(ks.Robot(moved(wrong, item.joint, item.link, item.shift, item.turn))) < 2e-5
     if displaced.has_wrong_zero:
         with pytest.raises(ks.AssemblyError, match="A frame in the file is wrong"):
-            displaced.assemble(tolerance=1e-3)
+            displaced.assemble(closure_tolerance=1e-3)
     else:  # the joints close it: another machine, but one that exists
         assert displaced.closing_error < 1e-9 or displaced.closing_error < 1e-5
 
@@ -134,7 +134,7 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
     robot = ks.Robot(moved(exact, "universal_2", exact.loops["universal_2"].successor, shift))
     assert 1e-5 < robot.closing_error < 1e-4 and robot.has_wrong_zero
     with pytest.raises(ks.AssemblyError, match=r"universal_2.*moving"):
-        robot.assemble(tolerance=1e-3)
+        robot.assemble(closure_tolerance=1e-3)
 
 
 # ---- a joint on a wrong link ---------------------------------------------------------------------------------------------
@@ -201,8 +201,8 @@ def test_another_zero_and_rounded_angles_are_no_mistake(joint):
     loop = description.loops["universal_2"]
     robot = ks.Robot(moved(description, "universal_2", loop.predecessor, (0, 0, 0), (50 * rounded, 50 * rounded, 50 * rounded)))
     assert 1e-9 < robot.closing_error < 1e-5 and not robot.has_wrong_zero
-    assert max(map(abs, robot.assemble(tolerance=1e-5).actuators.values())) < 1e-12  # a motion would close no better
-    pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-5)
+    assert max(map(abs, robot.assemble(closure_tolerance=1e-5).actuators.values())) < 1e-12  # a motion would close no better
+    pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-5)
     assert pose.status == ks.Status.OK
     with pytest.raises(ks.AssemblyError, match="rounded or wrong") as caught:
         robot.configuration(pose.q)
@@ -222,10 +222,10 @@ def test_a_tolerance_excuses_a_thousandth_of_the_size_at_most(gap, accepted):
     assert ("accept the gap with a tolerance" in str(caught.value)) == (gap < 1e-4)
     assert ("moving the origin" in str(caught.value)) == (gap > 1e-4)
     assert ("rounded" in str(caught.value)) == (gap < 1e-3)
-    result = robot.assemble(tolerance=2e-3, on_failure="nan")
+    result = robot.assemble(closure_tolerance=2e-3, on_failure="nan")
     assert result.status == (ks.Status.OK if accepted else ks.Status.UNREACHABLE)
     if 1e-4 < gap < 1e-3:  # less than the gap does not do, even where the loops are open by less
-        assert robot.assemble(tolerance=0.8 * gap * size, on_failure="nan").status == ks.Status.UNREACHABLE
+        assert robot.assemble(closure_tolerance=0.8 * gap * size, on_failure="nan").status == ks.Status.UNREACHABLE
 
 
 def test_two_mistakes_have_no_single_remedy():

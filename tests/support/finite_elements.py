@@ -164,7 +164,7 @@ class Answer:
         ends: displacements (2, 6) of the beams' ends.
         sections: (2, 6) what the outer part of a beam puts on its inner at both ends, about them.
         free: whether the platform can move though the actuators are locked.
-        unbalanced, contradiction: part of the loads that nothing balances, of the misfits that rigid pieces cannot follow.
+        unbalanced, contradiction: parts of loads that nothing balances, of errors that rigid pieces cannot follow.
         gap: ratio between the smallest singular value kept and the largest dropped.
         sure: what no local freedom or self-stress changes.
         inward: the joints whose outer side, in the robot, is the inner one of their edge.
@@ -281,14 +281,14 @@ class Frame:
         self.rings = {name for kind, name in edges if 0 in found[kind, name]}
 
 
-def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, -9.81), misfits=None):
+def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, -9.81), assembly_errors=None):
     """Analyze one pose of a robot of :mod:`small_robots` or :mod:`mechanisms`.
 
     Errors are by the names of the spec: of a joint what its outer side is displaced relative to its inner one in the robot, at
     its centre, world axes; of a beam ``("length", value)`` or ``("temperature", value)``.
     """
     mechanism = spec if isinstance(spec, Mechanism) else mechanism_of(spec)
-    gravity, misfits = np.asarray(gravity, dtype=float), misfits or {}
+    gravity, assembly_errors = np.asarray(gravity, dtype=float), assembly_errors or {}
     frame = Frame(mechanism, written, configuration)
     positions, blocks = frame.positions, []
     forces, thrusts = ([np.zeros(6) for _ in positions] for _ in range(2))
@@ -331,7 +331,7 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
         own = np.concatenate([f, m, f, -m]) + np.kron(np.eye(4), R) @ even_moment(
             R.T @ np.cross(lever, mass * gravity) / L, L, GA, b.E * s.I_y, b.E * s.I_z
         )
-        kind, value = misfits.get(b.name, ("length", 0.0))
+        kind, value = assembly_errors.get(b.name, ("length", 0.0))
         longer = value if kind == "length" else b.thermal_expansion * value * L
         thrust = np.concatenate([-x, np.zeros(3), x, np.zeros(3)]) * b.E * s.area / L * longer
         for node, part, push in ((start, own[:6], thrust[:6]), (end, own[6:], thrust[6:])):
@@ -355,15 +355,15 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
             turn = frame.now.get(owner, np.eye(4))[:3, :3] @ np.array(joint.stiffness.axes)
             S, C = elasticity(joint, S, turn, axis)
         U, _, _ = np.linalg.svd(S, full_matrices=True)
-        misfit = np.asarray(misfits.get(joint.name, np.zeros(6)), dtype=float)
-        constraints.append((joint.name, inner, outer, centre, U[:, S.shape[1] :], C, misfit))
+        assembly_error = np.asarray(assembly_errors.get(joint.name, np.zeros(6)), dtype=float)
+        constraints.append((joint.name, inner, outer, centre, U[:, S.shape[1] :], C, assembly_error))
     n = 6 * len(positions)
     K, f = np.zeros((n, n)), np.concatenate(forces)
     for start, end, block in blocks:
         rows = np.r_[6 * start : 6 * start + 6, 6 * end : 6 * end + 6]
         K[np.ix_(rows, rows)] += block
     rows, at, springs, gaps = [], {}, [], []
-    for name, inner, outer, centre, N, compliance, misfit in constraints:
+    for name, inner, outer, centre, N, compliance, assembly_error in constraints:
         C = np.zeros((N.shape[1], n))
         if outer is not None:
             C[:, 6 * outer : 6 * outer + 6] += N.T @ to_point(centre - positions[outer])
@@ -372,7 +372,7 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
         at[name] = (n + sum(len(r) for r in rows), N, centre)
         rows.append(C)
         springs.append(N.T @ compliance @ N)
-        gaps.append(N.T @ misfit)
+        gaps.append(N.T @ assembly_error)
     C = np.concatenate(rows)
     size = np.median(np.diag(K)[np.diag(K) > 0]) if blocks else 1.0
     A = np.block([[K / size, C.T], [C, np.zeros((len(C), len(C)))]])

@@ -305,7 +305,7 @@ class AtZero:
         return self.written.frames["platform"] @ description.platform_origin.matrix
 
 
-# ---- elastic joints and misfits -----------------------------------------------------------------------------------------
+# ---- elastic joints and assembly errors
 
 #: Freedoms of a joint that slide and turn.
 FREEDOMS = {"R": (0, 1), "P": (1, 0), "U": (0, 2), "S": (0, 3), "C": (1, 1), "F": (0, 0), "E": (2, 1), "X": (3, 3)}
@@ -347,7 +347,7 @@ def with_springs(joint, rng):
     return replace(joint, stiffness=Stiffness(tuple(map(tuple, axes)), linear, angular, drive))
 
 
-def random_misfits(mechanism, rng):
+def random_assembly_errors(mechanism, rng):
     """Return assembly errors of some joints and beams, as :func:`finite_elements.solve` takes them."""
     found = {}
     for edge in mechanism.edges:
@@ -361,11 +361,11 @@ def random_misfits(mechanism, rng):
     return found
 
 
-def as_arguments(misfits, written):
-    """Return misfits as :func:`kinetostatics.analyze` takes them, by the names in the written file."""
+def as_arguments(assembly_errors, written):
+    """Return assembly errors as :func:`kinetostatics.analyze` takes them, by the names in the written file."""
     return {
         written.runs[name][-1] if name in written.runs else name: dict([value]) if isinstance(value, tuple) else value
-        for name, value in misfits.items()
+        for name, value in assembly_errors.items()
     }
 
 

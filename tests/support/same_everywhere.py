@@ -52,7 +52,7 @@ def texts_of(robot):
         tolerance = 1e-9 + 1e3 * robot.closing_error
 
         try:
-            pose = robot.configuration(q, tolerance=tolerance)
+            pose = robot.configuration(q, closure_tolerance=tolerance)
             found = ks.analyze(pose, load=[10, -20, -30, 1, 2, 3], on_failure="nan")
         except ks.KinetostaticsError as error:
             yield f"---- {name}\n{type(error).__name__}: {error}"

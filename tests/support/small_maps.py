@@ -20,7 +20,7 @@ def map_of(
     length=1.0,
     pose=None,
     contribution=None,
-    remaining=None,
+    residual_error=None,
 ):
     """Return a map over coordinates ``{name: (values, units)}``; all arrays batch first.
 
@@ -34,7 +34,7 @@ def map_of(
         length: the characteristic length.
         pose: (…, 6).
         contribution: {source: (…, 6)}.
-        remaining: (…, 6) what no actuator corrects.
+        residual_error: (…, 6) what no actuator corrects.
     """
     dims = tuple(coordinates)
     shape = tuple(len(values) for values, _ in coordinates.values())
@@ -46,8 +46,12 @@ def map_of(
     data["status"] = (dims, status, {"flag_values": [int(item) for item in ks.Status], "flag_meanings": meanings})
     twist = np.zeros((*shape, 6)) if twist is None else twist
     data["twist"] = ((*dims, "component"), np.broadcast_to(twist, (*shape, 6)), {"unit_coordinate": "component_unit"})
-    if remaining is not None:
-        data["remaining"] = ((*dims, "component"), np.broadcast_to(remaining, (*shape, 6)), {"unit_coordinate": "component_unit"})
+    if residual_error is not None:
+        data["residual_error"] = (
+            (*dims, "component"),
+            np.broadcast_to(residual_error, (*shape, 6)),
+            {"unit_coordinate": "component_unit"},
+        )
     if compliance is not None:
         compliance = np.broadcast_to(compliance, (*shape, 6, 6))
         matrix = (*dims, "component", "component_2")

@@ -61,9 +61,9 @@ def bundled(name, seed, springs=None, rigid=True, stiffer=1.0):
     description = with_stiff_drives(replace(one.description, beams={} if rigid else beams, joint_stiffness={}), rng, stiffer)
     poses = one.model_q(one.generic_poses)
     q = poses[:, int(rng.integers(poses.shape[1]))]
-    at = ks.Robot(description).configuration(q, tolerance=1e-9)
+    at = ks.Robot(description).configuration(q, closure_tolerance=1e-9)
     count = int(rng.integers(1, 4)) if springs is None else springs
-    return ks.Robot(with_random_springs(description, rng, may_be_loaded(at), count)).configuration(q, tolerance=1e-9)
+    return ks.Robot(with_random_springs(description, rng, may_be_loaded(at), count)).configuration(q, closure_tolerance=1e-9)
 
 
 def serial(kinds, seed, springs=None, rigid=True):
@@ -90,4 +90,4 @@ def hybrid(seed, springs=3):
     robot = file.robot()
     at = robot.configuration(pin.neutral(robot.model))
     description = with_random_springs(robot.description, np.random.default_rng(seed), may_be_loaded(at), springs)
-    return ks.Robot(description).configuration(at.q, tolerance=1e-9)
+    return ks.Robot(description).configuration(at.q, closure_tolerance=1e-9)

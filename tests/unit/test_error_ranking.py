@@ -25,7 +25,7 @@ def test_the_table_of_tolerances():
             twist = np.zeros(6)
             twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
             amount = {"twist": twist, "frame": "joint"}
-        one = ks.analyze(pose, gravity=STILL, misfits={row.name: amount})
+        one = ks.analyze(pose, gravity=STILL, assembly_errors={row.name: amount})
         np.testing.assert_allclose(row.twist, one.twist, rtol=1e-9, atol=1e-15)
         forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
         assert row.force == pytest.approx(max(forces.values()), rel=1e-6, abs=1e-4)
@@ -66,7 +66,7 @@ def test_tolerances_tell_the_largest_moment_and_all_of_the_motion():
             continue
         twist = np.zeros(6)
         twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
-        one = ks.analyze(pose, gravity=STILL, misfits={row.name: {"twist": twist, "frame": "joint"}})
+        one = ks.analyze(pose, gravity=STILL, assembly_errors={row.name: {"twist": twist, "frame": "joint"}})
         moments = {name: np.linalg.norm(wrench[3:]) for name, wrench in one.joint_wrenches.items()}
         forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
         assert row.moment == pytest.approx(max(moments.values()), rel=1e-6, abs=1e-4)
@@ -106,6 +106,6 @@ def test_forces_that_rigid_parts_leave_open_do_not_count():
     pose = ks.Robot(description).assemble()
     (row, *_) = table = ks.tolerances(pose)
     assert all(np.all(np.isfinite([row.force, row.moment, *row.twist])) for row in table)
-    one = ks.analyze(pose, gravity=STILL, misfits={row.name: {"twist": [row.amount, 0, 0, 0, 0, 0], "frame": "joint"}})
+    one = ks.analyze(pose, gravity=STILL, assembly_errors={row.name: {"twist": [row.amount, 0, 0, 0, 0, 0], "frame": "joint"}})
     forces = [np.linalg.norm(wrench[:3]) for wrench in one.joint_wrenches.values()]
     assert np.any(np.isnan(forces)) and row.error == "x" and row.force == pytest.approx(np.nanmax(forces), rel=1e-6)

@@ -250,7 +250,7 @@ def test_sag_of_the_stretched_arm_is_the_sum_of_cantilever_formulas():
 
 def test_soft_gears_add_what_the_torques_turn_them():
     gears = dict(zip(ARM, [6e4, 6e4, 3e4, 1e4, 1e4, 1e4], strict=True))
-    soft = robot("ur10", shoulder_drive_stiffness=6e4, elbow_drive_stiffness=3e4, wrist_drive_stiffness=1e4)
+    soft = robot("ur10", shoulder_actuator_stiffness=6e4, elbow_actuator_stiffness=3e4, wrist_actuator_stiffness=1e4)
     stiff_pose, q = arm_pose(2)
     stiff = ks.analyze(stiff_pose, load=LOAD)
     result = ks.analyze(soft.assemble(actuators=dict(zip(ARM, q, strict=True))), load=LOAD)
@@ -260,7 +260,7 @@ def test_soft_gears_add_what_the_torques_turn_them():
     tolerance = 1e-11 * np.abs(result.twist).max()
     np.testing.assert_allclose(result.twist - stiff.twist, jacobian @ turned, atol=tolerance)
     for column, turn, name in zip(jacobian.T, turned, ARM, strict=True):
-        np.testing.assert_allclose(result.source_contributions["drives"][name], column * turn, atol=tolerance)
+        np.testing.assert_allclose(result.source_contributions["actuators"][name], column * turn, atol=tolerance)
 
 
 # ---- the quadruped ------------------------------------------------------------------------------------------------------------
@@ -354,7 +354,7 @@ def test_a_foot_may_lift():
 
 def test_soft_drives_let_the_trunk_down_as_their_torques_say():
     """Clapeyron: lowering the trunk releases what the springs and the legs take up."""
-    pose = stand(robot("anymal_standing", drive_stiffness=300.0), **UNEVEN)
+    pose = stand(robot("anymal_standing", actuator_stiffness=300.0), **UNEVEN)
     load = np.array([20.0, -10.0, -50.0, 1.0, 2.0, -3.0])
     result = ks.analyze(pose, load=load, gravity=np.zeros(3))
     springs = sum(torque**2 / 300.0 for torque in result.actuator_forces.values())
@@ -462,10 +462,10 @@ def test_links_that_become_elastic_keep_mass_and_centre_of_mass(file):
 @pytest.mark.parametrize("name", [*ORIGINALS, "three feet", "soft actuators"])
 def test_finite_elements_agree(name):
     options = {"gravity": SIDEWAYS, "load": LOAD, "point": (0.1, -0.2, 0.05), "frame": "platform"}
-    changed = {"three feet": {"standing": "LF RF RH"}, "soft actuators": {"drive_stiffness": 300.0}}.get(name, {})
+    changed = {"three feet": {"standing": "LF RF RH"}, "soft actuators": {"actuator_stiffness": 300.0}}.get(name, {})
     pose = arm_pose(2)[0] if name == "ur10" else stand(robot("anymal_standing", **changed), **UNEVEN)
     try:
-        found = ks.verify(pose, tolerance=1e-8, **options)
+        found = ks.verify(pose, within=1e-8, **options)
     except OpenSeesError as error:
         if os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"):
             raise

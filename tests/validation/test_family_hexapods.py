@@ -142,7 +142,7 @@ def test_kind_of_mechanism(name):
 
 @pytest.mark.parametrize("name", KINDS)
 def test_zero_closes_the_loops_within_all_limits_and_without_warnings(name):
-    zero = robot(name).configuration(pin.neutral(robot(name).model), tolerance=1e-12)
+    zero = robot(name).configuration(pin.neutral(robot(name).model), closure_tolerance=1e-12)
     assert not zero.limits_exceeded
     np.testing.assert_allclose(zero.platform_frame[:3, :3], np.eye(3), atol=1e-14)
     assert ks.analyze(zero, load=LOAD).warnings == zero.robot.warnings
@@ -166,7 +166,7 @@ def test_finite_elements_agree(name):
         pytest.skip(missing())
     pose, _, _ = pose_at(name, POSES[name][0])  # the zero pose is that of test_verification.py
     assert pose.status == ks.Status.OK
-    found = ks.verify(pose, load=LOAD, point=(0.05, -0.03, 0.02), tolerance=1e-9)
+    found = ks.verify(pose, load=LOAD, point=(0.05, -0.03, 0.02), within=1e-9)
     assert found.verified and found.conclusive, str(found)
 
 

@@ -227,7 +227,7 @@ def test_finite_elements(name):
     """In the workspace; test_verification.py has the zero poses and those beside them."""
     load = {"load": (30.0, -20.0, 50.0, 2.0, -3.0, 1.0), "point": (0.02, 0.01, -0.03)}
     try:
-        found = ks.verify(assembled(name, 2), tolerance=1e-8, **load)
+        found = ks.verify(assembled(name, 2), within=1e-8, **load)
     except OpenSeesError as error:
         if os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"):
             raise
@@ -273,7 +273,7 @@ def test_drives_hold_the_slope_of_the_potential_energy(name, which):
     for k, joint in enumerate(claim.drives):
         targets[joint][k] += steps * h
     near = one.assemble(actuators={joint: np.full((3, 4), pose.actuators[joint]) for joint in claim.drives}, near=pose)
-    moved = one.assemble(actuators=targets, near=near, tolerance=1e-12)
+    moved = one.assemble(actuators=targets, near=near, closure_tolerance=1e-12)
     energy = np.zeros((3, 4))
     for link in one.description.links.values():
         if link.mass and link.name not in {beam.link for beam in one.description.beams.values()}:
@@ -475,7 +475,7 @@ def test_tripteron_drives_feel_one_component_of_the_load_each(which):
 @pytest.mark.parametrize("drive", [5e7, np.inf])
 def test_tripteron_stiffness(which, drive):
     """Arms are bent cantilevers on elastic actuators; three of their nine constraints are redundant."""
-    configuration = assembled("tripteron", which, **({} if drive == 5e7 else {"drive_stiffness": drive}))
+    configuration = assembled("tripteron", which, **({} if drive == 5e7 else {"actuator_stiffness": drive}))
     o = configuration.platform_frame[:3, 3]
     tube = box(70e9, 0.33, 0.08, 0.05, 0.004)
     K = sum(limb_across(points, (tube, tube), axis, o, drive) for axis, points in tripteron_limbs(o))
@@ -486,7 +486,7 @@ def test_tripteron_drives_give_way_by_their_forces():
     """The actuators' share of the displacement under a load, at zero: force over stiffness, each along its own axis."""
     load = np.array([300.0, -200.0, 500.0, 0.0, 0.0, 0.0])
     found = ks.analyze(assembled("tripteron", 0), load=load, gravity=(0, 0, 0))
-    rigid = ks.analyze(assembled("tripteron", 0, drive_stiffness=np.inf), load=load, gravity=(0, 0, 0))
+    rigid = ks.analyze(assembled("tripteron", 0, actuator_stiffness=np.inf), load=load, gravity=(0, 0, 0))
     close(found.twist[:3] - rigid.twist[:3], load[:3] / 5e7, 1e-10)
 
 

@@ -133,7 +133,7 @@ def tripteron():
         "3-[P]RRR",
         dict(arrangement="cartesian", base_radius=0.45, platform_radius=0.05, crank_length=0.3, rod_length=0.3),
         dict(sections={role: "rectangular_tube 80mm 50mm 4mm aluminium" for role in ("crank", "rod")}),
-        dict(drive_stiffness=5e7, carriage_mass=2, **disc(5)),
+        dict(actuator_stiffness=5e7, carriage_mass=2, **disc(5)),
     )
 
 

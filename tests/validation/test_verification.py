@@ -67,8 +67,8 @@ def without_opensees(test):
     return test
 
 
-def assert_agrees(pose, tolerance=1e-8, **options):
-    found = ks.verify(pose, tolerance=tolerance, **options)
+def assert_agrees(pose, within=1e-8, **options):
+    found = ks.verify(pose, within=within, **options)
     assert found.verified and found.conclusive, str(found)
     assert set(found.ours.joint_wrenches) <= set(found.finite_elements.joint_wrenches)
     return found
@@ -82,7 +82,7 @@ def pose(name, which):
     one = robot(name)
     if which == 0:
         return one.configuration(one.model_q(one.zero_poses)[:, 0])
-    return one.configuration(one.model_q(one.generic_poses)[:, which - 1], tolerance=1e-9)
+    return one.configuration(one.model_q(one.generic_poses)[:, which - 1], closure_tolerance=1e-9)
 
 
 @pytest.mark.few(2)
@@ -306,15 +306,15 @@ def test_finite_elements_against_a_formula():
     assert solution.compliance[0, 0] == pytest.approx(L / (E * A), rel=1e-12)
 
 
-# ---- elastic joints and misfits, by formulas -----------------------------------------------------------------------------------
+# ---- elastic joints and assembly errors, by formulas
 
 
-def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), misfits=None, drop=()):
+def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), assembly_errors=None, drop=()):
     """Return what OpenSees and what the tests' own finite elements say, after both agree with the analysis."""
     file = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(0)), twirl=5)
     pose = file.robot().assemble()
-    options = {} if misfits is None else {"misfits": as_arguments(misfits, file)}
-    own = finite_elements.solve(mechanism, file, pose, load, gravity, misfits)
+    options = {} if assembly_errors is None else {"assembly_errors": as_arguments(assembly_errors, file)}
+    own = finite_elements.solve(mechanism, file, pose, load, gravity, assembly_errors)
     theirs, _ = solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
     assert_agrees(pose, load=load, gravity=gravity, **options)
     np.testing.assert_allclose(theirs.twist, own.twist, rtol=0, atol=1e-8 * np.abs(own.twist).max() + 1e-14)
@@ -344,13 +344,13 @@ def test_heated_beam_between_two_walls():
         column("left", "base", "platform", (0, 0, 0), (L, 0, 0)), column("right", "platform", "base", (L, 0, 0), (2 * L, 0, 0)),
         o=(L, 0, 0),
     )  # fmt: skip
-    found = solved(mechanism, misfits={"left": ("temperature", 10.0), "right": ("temperature", 10.0)})
+    found = solved(mechanism, assembly_errors={"left": ("temperature", 10.0), "right": ("temperature", 10.0)})
     push = sr.E * AREA * ALPHA * 10.0
     np.testing.assert_allclose(found.twist, 0, atol=1e-12)
     np.testing.assert_allclose(found.joint_wrenches["left_1"], [push, 0, 0, 0, 0, 0], rtol=1e-9, atol=1e-7 * push)
     np.testing.assert_allclose(found.beam_wrenches["left"][:, 0], -push, rtol=1e-9)
     # one side warmer: the platform moves by half of α ΔT L, and half the force remains
-    found = solved(mechanism, misfits={"left": ("length", 2e-4)})
+    found = solved(mechanism, assembly_errors={"left": ("length", 2e-4)})
     np.testing.assert_allclose(found.twist[0], 1e-4, rtol=1e-9)
     np.testing.assert_allclose(found.joint_wrenches["left_1"][0], sr.E * AREA / L * 1e-4, rtol=1e-8)
 
@@ -360,7 +360,7 @@ def test_portal_whose_foot_settles():
     h, b, settling = 0.9, 0.6, 1e-3
     feet = ((-b / 2, 0, 0), (b / 2, 0, 0))
     columns = [column(f"c{k}", "base", "platform", foot, (foot[0], 0, h)) for k, foot in enumerate(feet)]
-    found = solved(frame_of(*columns, o=(0, 0, h)), misfits={"c0_1": np.array([0, 0, -settling, 0, 0, 0])})
+    found = solved(frame_of(*columns, o=(0, 0, h)), assembly_errors={"c0_1": np.array([0, 0, -settling, 0, 0, 0])})
     EI, EA = sr.E * INERTIA, sr.E * AREA
     # for sway u along x and rotation r about y; a column's top feels 12EI/h³ u − 6EI/h² r and −6EI/h² u + 4EI/h r
     K = np.array([[24 * EI / h**3, -12 * EI / h**2], [-12 * EI / h**2, 8 * EI / h + EA / h * b**2 / 2]])
@@ -470,7 +470,7 @@ def test_a_strut_that_may_almost_spin():
     """A universal joint holds it, 2e9 times as soft as the stiffest beam: taken for a spin, it costs 4e-6 of joint wrenches."""
     at = sprung_robots.serial(["CpU", "RRpU", "p", "UpR", "RpS", "rUS"], 10064, 1, rigid=False)
     rigid_drives = replace(at.robot.description, joint_stiffness={})
-    assert_agrees(ks.Robot(rigid_drives).configuration(at.q, tolerance=1e-9), load=LOAD)
+    assert_agrees(ks.Robot(rigid_drives).configuration(at.q, closure_tolerance=1e-9), load=LOAD)
 
 
 def test_forces_where_the_geometric_stiffness_is_large():
@@ -605,7 +605,7 @@ def test_mistakes_are_noticed(monkeypatch, mistake, wrong):
     one = ks.load_robot(ROOT / "robots" / "3rps.urdf.xacro")
     found = ks.verify(one.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1}), load=LOAD)
     assert not found.verified
-    assert wrong <= {name for name, difference in found.differences.items() if difference > found.tolerance}
+    assert wrong <= {name for name, difference in found.differences.items() if difference > found.within}
     assert found.verdict.startswith("NOT verified") and "DIFFERS" in str(found)
 
 
@@ -636,7 +636,7 @@ def test_missing_numbers_are_noticed(monkeypatch, loss):
     monkeypatch.setattr(ks.Result, name, property(lambda self: changed))
     found = ks.verify(pose("3rps", 0), load=LOAD)
     assert not found.verified and found.differences[wrong] == np.inf
-    assert [item for item in found.differences.values() if item > found.tolerance] == [np.inf]
+    assert [item for item in found.differences.values() if item > found.within] == [np.inf]
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["differences"][wrong] is None
     assert loss in ("twist", "stiffness", "wrench") or found.not_compared
 
@@ -655,7 +655,7 @@ def test_both_ends_of_a_beam_are_compared(monkeypatch, end):
     assert not found.verified and 1e-6 < found.differences["beam_wrenches"] < 1e-3
 
 
-@pytest.mark.parametrize("options", [{"load": np.zeros((3, 6))}, {"tolerance": 0.0}, {"frame": "moon"}, {"point": (1, 2)}])
+@pytest.mark.parametrize("options", [{"load": np.zeros((3, 6))}, {"within": 0.0}, {"frame": "moon"}, {"point": (1, 2)}])
 def test_arguments_that_make_no_sense(options):
     with pytest.raises(ks.ArgumentError):
         ks.verify(pose("3rps", 0), **options)

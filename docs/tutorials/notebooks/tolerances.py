@@ -33,7 +33,7 @@ print("\n".join(str(robot).splitlines()[:9]))
 result = ks.analyze(
     pose,
     gravity=[0, 0, 0],
-    misfits={
+    assembly_errors={
         "revolute_1": {"twist": [0, 0, 0, 0, 1e-3, 0], "frame": "joint"}
     },
 )
@@ -98,7 +98,7 @@ error[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = 50 / slope
 again = ks.analyze(
     pose,
     gravity=[0, 0, 0],
-    misfits={name: {"twist": error, "frame": "joint"}},
+    assembly_errors={name: {"twist": error, "frame": "joint"}},
 )
 np.testing.assert_allclose(
     np.linalg.norm(again.joint_wrenches[row.at][:3]), 50, rtol=1e-6
@@ -111,14 +111,18 @@ np.testing.assert_allclose(
 
 # %%
 diameters = np.linspace(0.03, 0.09, 7)
-misfit = {"revolute_1": {"twist": [0, 0, 0, 0, 1e-3, 0], "frame": "joint"}}
+assembly_error = {
+    "revolute_1": {"twist": [0, 0, 0, 0, 1e-3, 0], "frame": "joint"}
+}
 forces, sags = [], []
 for diameter in diameters:
     changed = ks.load_robot(
         "2pru_upr", parameters={"rod_diameter": diameter}
     )
     home = changed.assemble()
-    off = ks.analyze(home, gravity=[0, 0, 0], misfits=misfit)
+    off = ks.analyze(
+        home, gravity=[0, 0, 0], assembly_errors=assembly_error
+    )
     forces.append(
         max(
             np.linalg.norm(wrench[:3])

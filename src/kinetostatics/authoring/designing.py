@@ -185,8 +185,8 @@ def _geometry_arguments(
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
     if any(point.symbol and point.symbol.driven and point.kind == "R" for skeleton in skeletons for point in skeleton.points):
         arguments.add("drive_angle_max", "${radians(90)}", "of driven revolute joints, either way from zero")
-    if "drive_stiffness" in arguments.given:
-        arguments.add("drive_stiffness", "inf", "of every actuator, N/m or N m/rad; inf: rigid")
+    if "actuator_stiffness" in arguments.given:
+        arguments.add("actuator_stiffness", "inf", "of every actuator, N/m or N m/rad; inf: rigid")
     return longest
 
 

@@ -27,7 +27,7 @@ class LimbOptions:
             constant lengths.
         widths: for each role the expressions of its drawing: diameter, or height and width.
         given: names of the file's arguments: with ``crank_angle`` the rod's length follows from it, else the two lengths are
-            given; with ``drive_stiffness`` actuators are elastic; with ``crank_arc`` the limb's axes all pass through one point.
+            given; with ``actuator_stiffness`` actuators are elastic; with ``crank_arc`` all axes of a limb meet in one point.
     """
 
     macro: str
@@ -74,8 +74,8 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
     for number, joint in enumerate(walk.actuators):
         letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
         walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
-        if "drive_stiffness" in options.given:
-            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg drive_stiffness)"/>')
+        if "actuator_stiffness" in options.given:
+            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg actuator_stiffness)"/>')
     body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
     return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
 

@@ -53,8 +53,8 @@ def add_spherical_arguments(
     arguments.add("elbow", 1, "side of the bend: 1 or -1")
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
     arguments.add("drive_angle_max", "${radians(60)}", "of driven joints, either way from zero")
-    if "drive_stiffness" in arguments.given:
-        arguments.add("drive_stiffness", "inf", "of every actuator, N m/rad; inf: rigid")
+    if "actuator_stiffness" in arguments.given:
+        arguments.add("actuator_stiffness", "inf", "of every actuator, N m/rad; inf: rigid")
     return {
         role: math.sqrt(one**2 + other**2 - 2 * one * other * math.cos(arc))
         for role, one, other, arc in (("crank", base, middle, arcs[0]), ("rod", middle, platform, arcs[1]))

@@ -43,7 +43,7 @@ def calibrate(
     frame: str = "world",
     level: float = 0.95,
     leave_out_outliers: bool = False,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     **analysis: Keyword,
 ) -> Calibration:
     """Find stiffnesses, payload and offsets from measured deflections, with how sure they are and what cannot be told.
@@ -53,11 +53,11 @@ def calibrate(
         measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns: coordinates of the platform
             or of all actuators; the load on it Fx … Mz; readings: components of the twist at o in world axes, dx dy dz drx dry
             drz, and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
-        unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("drives:slide" if the joint is
+        unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the joint is
             elastic as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
-            :func:`kinetostatics.spread` has them, "slide.drive_stiffness" or "rod_1.outer_diameter"; "payload.mass", "payload.x",
-            "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads where
-            nothing moves, or "offsets" for all gauges.
+            :func:`kinetostatics.spread` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; "payload.mass",
+            "payload.x", "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads
+            where nothing moves, or "offsets" for all gauges.
         gauges: by name, a :class:`Gauge` each, or the path of a CSV file of them.
         reference: what readings are differences to: "undeformed", the robot without any weight; "unloaded", the same pose with
             its weight and the payload, but without the load; or coordinates of one such pose, at which all were set to zero.
@@ -66,7 +66,7 @@ def calibrate(
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them; one point for all rows.
         level: of the confidence intervals.
         leave_out_outliers: whether to fit once more without the outliers.
-        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
+        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``gravity``, ``loads``, ….
 
     Returns:
@@ -114,7 +114,17 @@ def calibrate(
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
     model = Model(
-        looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis, table.places, tolerance
+        looked_for,
+        table.coordinates,
+        table.load,
+        readings,
+        reference,
+        orientation,
+        arm,
+        frame,
+        analysis,
+        table.places,
+        closure_tolerance,
     )
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items]) / scale

@@ -61,7 +61,7 @@ class Model:
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
         analysis: other arguments of an analysis.
         rows: what the rows are called where one cannot be reached or read; None: then it has no readings.
-        tolerance: how far loops may stay open [m, rad].
+        closure_tolerance: how far loops may stay open [m, rad].
     """
 
     def __init__(
@@ -76,10 +76,10 @@ class Model:
         frame: str = "world",
         analysis: Mapping[str, Keyword] | None = None,
         rows: Sequence[str] | None = None,
-        tolerance: float = 1e-10,
+        closure_tolerance: float = 1e-10,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
-        self._tolerance, self.rows = tolerance, rows
+        self._closure_tolerance, self.rows = closure_tolerance, rows
         self.analysis = dict(analysis or {})
         count = len(load)
         driven = unknowns.robot.description.driven
@@ -125,10 +125,10 @@ class Model:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
         how, loops = "nan" if only is None else "raise", loops_for(self.analysis)
         if not given:
-            return spread(assemble(robot, given, None, None, None, self._tolerance, how, loops), (self._size,))
+            return spread(assemble(robot, given, None, None, None, self._closure_tolerance, how, loops), (self._size,))
         if self._of_actuators:
-            return assemble(robot, given, None, None, near, self._tolerance, how, loops)
-        return assemble(robot, None, given, self.orientation, near, self._tolerance, how, loops)
+            return assemble(robot, given, None, None, near, self._closure_tolerance, how, loops)
+        return assemble(robot, None, given, self.orientation, near, self._closure_tolerance, how, loops)
 
     def robot(self, values: Array) -> Robot:
         """Return the robot with values of the unknowns."""

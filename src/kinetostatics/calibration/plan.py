@@ -54,7 +54,7 @@ def plan_measurements(
     point: ArrayLike | None = None,
     frame: str = "world",
     seed: int = 0,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> MeasurementPlan:
     """Choose the poses and loads at which measurements tell most of the unknowns.
@@ -66,7 +66,7 @@ def plan_measurements(
         over: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero pose.
         loads: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
         read: components of the twist and gauges that are read at each of them.
-        gauges, reference, orientation, payload, point, frame, tolerance, analysis: as in :func:`calibrate`.
+        gauges, reference, orientation, payload, point, frame, closure_tolerance, analysis: as in :func:`calibrate`.
         seed: of the random plans, and of the starts of the search.
 
     Returns:
@@ -102,7 +102,9 @@ def plan_measurements(
     readings = Readings(np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: known[name] for name in names})
     sigmas = np.array([gauge.sigma or SIGMA for gauge in readings.gauges.values()])
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
-    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, None, tolerance)
+    model = Model(
+        looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, None, closure_tolerance
+    )
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items])
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]

@@ -29,7 +29,7 @@ PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z"
 KINDS = {
     "beams": ("youngs_modulus", "shear_modulus"),
     "joints": ("linear_stiffness", "angular_stiffness"),
-    "drives": ("drive_stiffness",),
+    "actuators": ("actuator_stiffness",),
 }
 EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
 
@@ -99,7 +99,7 @@ class Unknowns:
     def _sources(self) -> dict[str, tuple[str, str]]:
         there = self.robot.description
         every = [("beams", name) for name in there.beams]
-        every += [(kind, name) for name in there.joint_stiffness for kind in ("joints", "drives")]
+        every += [(kind, name) for name in there.joint_stiffness for kind in ("joints", "actuators")]
         found = [(kind, name) for kind, name in every if self._stiffnesses(kind, name)]
         names = [name for _, name in found]
         named = {f"{kind}:{name}": (kind, name) for kind, name in found}

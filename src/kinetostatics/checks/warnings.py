@@ -72,7 +72,7 @@ def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         yield (
             f"the loops stay open by {zero.closing_error:.2g} (m or rad) at the zero pose: the file's angles or lengths are "
             "probably rounded; write them with full precision, as ${pi/2} in xacro"
-            + (", or assemble with a larger tolerance" if robot.zero_is_near else "")
+            + (", or assemble with a larger closure_tolerance" if robot.zero_is_near else "")
         )
     moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
     if moved:
@@ -124,7 +124,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if facts.zero.drives is None or not robot.mechanism.tree.nq:
         return
     try:
-        pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error)
+        pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-9 + 1e3 * robot.closing_error)
     except KinetostaticsError:  # said elsewhere
         return
     beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]

@@ -35,4 +35,4 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
     """Return a robot at poses of the solver, or at the first of them, which close the loops as well as its file lets them."""
     q = robot.model_q(poses).T
-    return robot.configuration(q[0] if first_only else q, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")
+    return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

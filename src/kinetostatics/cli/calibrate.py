@@ -30,7 +30,7 @@ tables:
 
 unknowns:
   A beam, elastic joint or actuator: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A number
-  of a part: motor_1.drive_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
+  of a part: motor_1.actuator_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
   offsets for all.
 
 examples:
@@ -89,7 +89,7 @@ def run(args: argparse.Namespace) -> int:
             )
         robot = arguments.load(args)
         options |= {"gauges": args.gauges, "orientation": args.orientation, "reference": _reference(robot, args.reference)}
-        options["tolerance"] = poses.tolerance_of(args)
+        options["closure_tolerance"] = poses.closure_tolerance_of(args)
         found = _calibrated(robot, args, options) if args.plan is None else _planned(robot, args, options)
         if args.out is not None:
             found.save(args.out)

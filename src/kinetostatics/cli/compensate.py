@@ -34,8 +34,8 @@ tables:
 examples:
   kinetostatics compensate 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
   kinetostatics compensate 3rps --platform z=450mm:650mm:5 rx=-10deg:10deg:9 ry=0 --load 0 0 -500 0 0 0 --out corrected.csv
-  kinetostatics compensate 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --coordinates z rx ry --json
-  kinetostatics compensate 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --coordinates x y z
+  kinetostatics compensate 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --controlled z rx ry --json
+  kinetostatics compensate 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z
   kinetostatics compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 100 -500 0 0 0 --plot missed.svg
   kinetostatics compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 0 -500 0 0 0 --plot forces.png --what force
   kinetostatics compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
@@ -48,13 +48,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     poses.add_pose_arguments(parser, "VALUES")
     parser.add_argument("--table", metavar="FILE", help="a CSV file of poses instead of --platform or --actuators")
     parser.add_argument(
-        "--coordinates",
+        "--controlled",
         metavar="NAME",
         nargs="+",
         help="coordinates of the platform that are to come out as wanted, as many as the mobility (default: those of --platform)",
     )
     arguments.add_load_arguments(parser)
-    arguments.add_tool_argument(parser, "x, y and z of --coordinates, and what remains, are those of this point instead of o")
+    arguments.add_tool_argument(parser, "x, y and z of --controlled, and what remains, are those of this point instead of o")
     arguments.add_engine_argument(parser)
     parser.add_argument("--out", metavar="FILE", help="write a table (.csv) or netCDF (.nc)")
     parser.add_argument("--plot", metavar="FILE", help="write a figure, before and after: .pdf, .svg or .png")
@@ -82,8 +82,8 @@ def run(args: argparse.Namespace) -> int:
         found = compensate(
             configuration,
             **options,
-            coordinates=args.coordinates,
-            tolerance=poses.tolerance_of(args),
+            controlled=args.controlled,
+            closure_tolerance=poses.closure_tolerance_of(args),
             engine=args.engine,
             tool=arguments.tool(args),
         )

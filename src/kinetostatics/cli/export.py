@@ -48,8 +48,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--outputs",
         nargs="+",
         metavar="NAME",
-        help="of twist, actuator_forces, actuators, stiffness and compliance, with --compensate also remaining (default: "
-        "actuator_forces twist, with --compensate actuators actuator_forces remaining)",
+        help="of twist, actuator_forces, actuators, stiffness and compliance, with --compensate also residual_error (default: "
+        "actuator_forces twist, with --compensate actuators actuator_forces residual_error)",
     )
     parser.add_argument(
         "--compensate",
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("recording the robot"):
         from kinetostatics.functions.function import Function, Jacobian, compile
 
-        usual = ("actuators", "actuator_forces", "remaining") if args.compensate else ("actuator_forces", "twist")
+        usual = ("actuators", "actuator_forces", "residual_error") if args.compensate else ("actuator_forces", "twist")
         robot = load(args)
         near = near_pose(robot, args.near, {"orientation": args.orientation}) if args.near else None
         function = compile(

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
             "platform_link": args.platform_link,
             "base_link": args.base_link,
             "starts": starts,
-            "tolerance": poses.tolerance_of(args),
+            "closure_tolerance": poses.closure_tolerance_of(args),
             "tool": arguments.tool(args),
         }
         found: Optimum | ParetoFront

@@ -22,7 +22,7 @@ def add_pose_arguments(
     default: str = "Default: all actuators at zero, or the closed zero pose if that does not exist.",
     near: bool = True,
 ) -> None:
-    """Add the pose: ``--platform`` or ``--actuators``, ``--near``, ``--orientation`` and ``--tolerance``.
+    """Add the pose: ``--platform`` or ``--actuators``, ``--near``, ``--orientation`` and ``--closure-tolerance``.
 
     Args:
         parser: of the command.
@@ -54,7 +54,7 @@ def add_pose_arguments(
         )
     add_orientation_argument(group)
     group.add_argument(
-        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
+        "--closure-tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
     )
 
 
@@ -79,7 +79,7 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
             raise
         # the file's zero may not be a pose of the robot; the pose nearest to it is
         q = robot.model_q(robot.zero_poses)[:, 0]
-        pose = robot.configuration(q, tolerance=tolerance_of(args))
+        pose = robot.configuration(q, closure_tolerance=closure_tolerance_of(args))
         return pose, ["the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"]
 
 
@@ -95,7 +95,7 @@ def grid(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
-    options: dict[str, Keyword] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
+    options: dict[str, Keyword] = {"orientation": args.orientation, "closure_tolerance": closure_tolerance_of(args)}
     options["engine"] = getattr(args, "engine", "auto")
     start = near_pose(robot, args.near, options) if args.near else None
     options[option[2:]] = coordinates or None
@@ -127,6 +127,6 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
     return None if connection is None else connection.type.kind  # assemble() will list the names
 
 
-def tolerance_of(args: argparse.Namespace) -> float:
+def closure_tolerance_of(args: argparse.Namespace) -> float:
     """Return how far loops may stay open [m, rad]."""
-    return number_of("--tolerance", args.tolerance, "length")
+    return number_of("--closure-tolerance", args.closure_tolerance, "length")

@@ -32,7 +32,7 @@ examples:
   kinetostatics report 3rps --out report.html
   kinetostatics report 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0 --sweep rx=-15deg:15deg:13 ry=-15deg:15deg:13 \
 --out report.html
-  kinetostatics report 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --coordinates x y z --out tip.html
+  kinetostatics report 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z --out tip.html
   kinetostatics report delta --payload 2kg --title "Delta with gripper" --out delta.html
 """
 
@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     arguments.add_tool_argument(group, "tell of this point instead of o, and correct it")
     group.add_argument(
-        "--coordinates",
+        "--controlled",
         metavar="NAME",
         nargs="+",
         help="coordinates of the platform that the actuators are to correct, as many as the mobility (default: those of "
@@ -82,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
 
                 draw_into_files()
             workspace = _map(configuration, args, options)
-        page = {"title": args.title, "coordinates": args.coordinates, "tool": arguments.tool(args)}
+        page = {"title": args.title, "controlled": args.controlled, "tool": arguments.tool(args)}
         save_report(configuration, args.out, **options, workspace=workspace, **page)
     print(f"wrote {args.out}")
     return 0
@@ -118,6 +118,6 @@ def _map(configuration: Configuration, args: argparse.Namespace, options: dict[s
         **of,
         **options,
         orientation=args.orientation,
-        tolerance=poses.tolerance_of(args),
+        closure_tolerance=poses.closure_tolerance_of(args),
         command_line=args.command_line,
     )

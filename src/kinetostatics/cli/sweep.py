@@ -108,7 +108,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     return sweep(
         args.robot,
         **options,
-        tolerance=poses.tolerance_of(args),
+        closure_tolerance=poses.closure_tolerance_of(args),
         engine=args.engine,
         beams=args.beams,
         ways=args.ways,

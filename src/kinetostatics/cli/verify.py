@@ -41,6 +41,6 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         within = arguments.parse_quantity(args.within, "number")
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = verify(configuration, **options, tolerance=within)
+        found = verify(configuration, **options, within=within)
     answers.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0 if found.verified else 1

@@ -206,7 +206,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         configuration,
         analyzed,
         orientation=args.orientation,
-        tolerance=poses.tolerance_of(args),
+        closure_tolerance=poses.closure_tolerance_of(args),
         coordinates=tuple(arguments.parse_items("--platform", args.platform)),
         load=options["load"] if at_o else None,
         port=args.port,

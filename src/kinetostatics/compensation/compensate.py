@@ -19,7 +19,7 @@ from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.printing.text import listing
-from kinetostatics.results.compensation import Compensation, loaded_frame, wanted_frame
+from kinetostatics.results.compensation import Compensation, loaded_frame, target_frame
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
@@ -36,33 +36,33 @@ def compensate(
     load: ArrayLike = (0, 0, 0, 0, 0, 0),
     gravity: ArrayLike = (0, 0, -9.81),
     *,
-    coordinates: Sequence[str] | None = None,
+    controlled: Sequence[str] | None = None,
     orientation: str | None = None,
     on_failure: str | None = None,
-    tolerance: float | None = None,
+    closure_tolerance: float | None = None,
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> Compensation:
     """Find where to command the actuators so that the loaded platform stands where it was asked to, and what they must hold.
 
     As many coordinates of the platform as the robot has freedoms come out as wanted. What remains in the others is told
-    (:attr:`Compensation.remaining`); no actuator can correct it.
+    (:attr:`Compensation.residual_error`); no actuator can correct it.
 
     Args:
         configuration: where the loaded platform is to stand: a pose or a batch of poses.
         load: (…, 6) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
         gravity: (…, 3) [m/s²].
-        coordinates: names of the platform's coordinates that are to come out as wanted, as many as the mobility, such as
+        controlled: names of the platform's coordinates that are to come out as wanted, as many as the mobility, such as
             ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the set that tells best how the
             platform can move at the first pose.
         orientation: what the orientation's coordinates among them mean, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
+        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose x, y and z are meant among
-            ``coordinates`` and in what remains; default: o. As before, as many coordinates as the robot has freedoms come out as
-            wanted: of a robot with three, ``coordinates=("x", "y", "z")`` brings the tip where it was asked to and leaves the
+            ``controlled`` and in what remains; default: o. As before, as many coordinates as the robot has freedoms come out as
+            wanted: of a robot with three, ``controlled=("x", "y", "z")`` brings the tip where it was asked to and leaves the
             angles. With six freedoms a tool changes nothing. Where ``load`` acts is ``point``.
-        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``misfits``, ``engine``, ….
+        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
         Actuator positions, forces, what remains, and a status for each pose. An actuator that would have to go beyond its limit
@@ -83,11 +83,11 @@ def compensate(
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
         >>> c = ks.compensate(pose, load=[0, 0, -500, 0, 0, 0])
-        >>> c.coordinates
+        >>> c.controlled
         ('z', 'rx', 'ry')
         >>> {name: round(1e9 * float(shift)) for name, shift in c.corrections.items()}  # [nm]
         {'prismatic_1': 125, 'prismatic_2': 141, 'prismatic_3': 117}
-        >>> bool(abs(c.remaining[2]) < 1e-12)
+        >>> bool(abs(c.residual_error[2]) < 1e-12)
         True
     """
     check_keywords(compensate, analysis)
@@ -102,17 +102,17 @@ def compensate(
     uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
     place = tool_on_robot(tool, robot)
-    names = _controlled(robot, configuration, convention, coordinates, place)
+    names = _controlled(robot, configuration, convention, controlled, place)
     shape = uncorrected.shape
-    wanted = replace(spread(configuration, shape), orientation=convention)
+    target = replace(spread(configuration, shape), orientation=convention)
     if shape != configuration.shape:
-        uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
+        uncorrected = analyze(target, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
-    of_o, of_tool = (Coordinates(*_well_conditioned(wanted, given), robot.length) for given in (commanded, names))
-    tolerance = configuration.tolerance if tolerance is None else tolerance
-    problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
+    of_o, of_tool = (Coordinates(*_well_conditioned(target, given), robot.length) for given in (commanded, names))
+    closure_tolerance = configuration.closure_tolerance if closure_tolerance is None else closure_tolerance
+    problem = _Problem(robot, target, of_o, of_tool, place, load, gravity, analysis, closure_tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
-    return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising), place)
+    return Compensation(target, names, uncorrected, problem.result(uncorrected, raising), place)
 
 
 def _controlled(
@@ -120,7 +120,7 @@ def _controlled(
 ) -> tuple[str, ...]:
     """Return the coordinates that are to come out as wanted."""
     if given is not None:
-        names = names_in("coordinates", given, '("z", "rx", "ry")')
+        names = names_in("controlled", given, '("z", "rx", "ry")')
         try:
             platform_coordinates(robot, dict.fromkeys(names), convention.name)  # which complains of them
         except CoordinatesError:
@@ -140,12 +140,12 @@ def _controlled(
     return tuple(sorted(found, key=known.index))
 
 
-def _well_conditioned(wanted: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
+def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
     """Return coordinates that ask for the same as ``names``: two turns instead of azimuth and tilt, which both lose at tilt 0."""
-    if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(wanted.platform["tilt"]) > UPRIGHT):
+    if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")
-    return names, wanted.orientation
+    return names, target.orientation
 
 
 class _Problem:
@@ -154,19 +154,19 @@ class _Problem:
     def __init__(
         self,
         robot: Robot,
-        wanted: Configuration,
+        target: Configuration,
         commanded: Coordinates,
         controlled: Coordinates,
         tool: Array | None,
         load: ArrayLike,
         gravity: ArrayLike,
         analysis: Mapping[str, Keyword],
-        tolerance: float,
+        closure_tolerance: float,
     ) -> None:
-        self.robot, self.wanted, self.commanded, self.controlled, self.tool = robot, wanted, commanded, controlled, tool
-        self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
+        self.robot, self.target, self.commanded, self.controlled, self.tool = robot, target, commanded, controlled, tool
+        self.load, self.gravity, self.analysis, self.closure_tolerance = load, gravity, analysis, closure_tolerance
         self._loops = loops_for(analysis)
-        frame = wanted_frame(wanted, tool)
+        frame = target_frame(target, tool)
         self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
@@ -175,8 +175,8 @@ class _Problem:
         Raises:
             AssemblyError, StaticsError: there is none, if ``raising``.
         """
-        pose, found = self.wanted, uncorrected
-        u, least = self.commanded.of(wanted_frame(self.wanted, None)), enough(self.robot.length)
+        pose, found = self.target, uncorrected
+        u, least = self.commanded.of(target_frame(self.target, None)), enough(self.robot.length)
         search = Search.begun(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
             if not np.any(search.going):
@@ -184,7 +184,7 @@ class _Problem:
             pose = self._commanded(search.u, pose)
             found = self._analyzed(pose)
             search = search.learnt(self._error(found), least)
-        reached = pose.reached & self.wanted.reached & (search.size <= least)
+        reached = pose.reached & self.target.reached & (search.size <= least)
         reached &= self._is_led_there(pose, reached)
         if raising and not np.all(reached):
             self._complain(search.u, pose, bool(np.all(search.size <= least)))
@@ -205,7 +205,7 @@ class _Problem:
         step, columns = STEP * self.robot.length, []
         for k in range(n):
             by = step * np.eye(n)[:, k : k + 1]
-            ends = (wanted_frame(self._commanded(u + sign * by, self.wanted), self.tool) for sign in (1, -1))
+            ends = (target_frame(self._commanded(u + sign * by, self.target), self.tool) for sign in (1, -1))
             sides = [(self.controlled.of(end, self._angles) - self._asked) / step for end in ends]
             one, other = sides[0], -sides[1]
             both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
@@ -231,9 +231,9 @@ class _Problem:
         """
         if not np.any(which):
             return which
-        names, poses = pose.actuators, which.reshape(self.wanted.shape)
-        given = {name: np.where(poses, value, self.wanted.actuators[name]) for name, value in names.items()}
-        driven = assemble(self.robot, given, None, None, self.wanted, self.tolerance, "nan", self._loops)
+        names, poses = pose.actuators, which.reshape(self.target.shape)
+        given = {name: np.where(poses, value, self.target.actuators[name]) for name, value in names.items()}
+        driven = assemble(self.robot, given, None, None, self.target, self.closure_tolerance, "nan", self._loops)
         off = np.max(np.abs(self._error(self._analyzed(driven))), axis=0, initial=0.0)
         return driven.reached & (off <= led_there(self.robot))
 
@@ -243,15 +243,15 @@ class _Problem:
     def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
         """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
         of = self.commanded
-        given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.wanted.shape), strict=True))
-        found = assemble(self.robot, None, given, of.orientation.name, near, self.tolerance, on_failure, self._loops)
-        return replace(found, orientation=self.wanted.orientation, prescribed=self.wanted.prescribed)
+        given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.target.shape), strict=True))
+        found = assemble(self.robot, None, given, of.orientation.name, near, self.closure_tolerance, on_failure, self._loops)
+        return replace(found, orientation=self.target.orientation, prescribed=self.target.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
         """Raise why there is no correction."""
         names = ", ".join(self.controlled.names)
         try:
-            self._commanded(u, self.wanted, "raise")
+            self._commanded(u, self.target, "raise")
         except AssemblyError as error:
             raise AssemblyError(
                 f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "

@@ -53,7 +53,7 @@ def optimize(
     base_link: str | None = None,
     starts: int = 3,
     tool: ArrayLike | None = None,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> Optimum:
     """Find the parameters of a robot that are best, under requirements that hold at every pose of a workspace.
@@ -77,7 +77,7 @@ def optimize(
         starts: how many searches, from different parameters: the file's own first.
         tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
             "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.
-        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
+        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, …. Of several loads (…, 6) every one acts
             at every pose, and requirements hold under all of them.
 
@@ -102,7 +102,7 @@ def optimize(
     check_keywords(optimize, analysis, without=("on_failure",))
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
     search_for = prepare(
-        robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
+        robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
     )
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
@@ -146,7 +146,7 @@ def prepare(
     links: Mapping[str, str | None],
     starts: int,
     tool: ArrayLike | None,
-    tolerance: float,
+    closure_tolerance: float,
     analysis: Mapping[str, Keyword],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
@@ -172,10 +172,10 @@ def prepare(
         warn(hint)
     place = tool_on_robot(tool, first)
     # complaints about coordinates and arguments come before the search
-    poses = assembled(first, grid, is_platform, orientation, tolerance, analysis)
-    one = first.configuration(poses.q if poses.shape == () else poses.q[0], tolerance=math.inf, on_failure="nan")
+    poses = assembled(first, grid, is_platform, orientation, closure_tolerance, analysis)
+    one = first.configuration(poses.q if poses.shape == () else poses.q[0], closure_tolerance=math.inf, on_failure="nan")
     cases = analyze(one, on_failure="nan", **analysis).shape
-    problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, tolerance)
+    problem = Problem(sizes, grid, is_platform, orientation, analysis, cases, objective, requirements, place, closure_tolerance)
     return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
 
 

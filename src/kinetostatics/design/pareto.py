@@ -45,13 +45,13 @@ def pareto(
     base_link: str | None = None,
     starts: int = 2,
     tool: ArrayLike | None = None,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> ParetoFront:
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 
     Args:
-        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, tolerance, analysis: as of
+        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, closure_tolerance, analysis: as of
             :func:`kinetostatics.optimize`.
         minimize: two quantities whose worst poses are minimized, see there.
         points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
@@ -81,7 +81,7 @@ def pareto(
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     points = whole_number("points", points, 2, MOST)
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
-    given = subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
+    given = subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
     first = prepare(robot, vary, minimize[0], *given)
     measured = parse_objective(minimize[1])
     if measured == first.problem.objective:

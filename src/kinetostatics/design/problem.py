@@ -64,7 +64,7 @@ class Problem:
         objective: name and argument of what is minimized.
         requirements: which hold at every pose.
         tool: a point of the platform that sag, deflections and stiffness against forces are told of; None: o.
-        tolerance: how far loops may stay open [m, rad].
+        closure_tolerance: how far loops may stay open [m, rad].
         known: what was computed, by parameters.
         count: how many robots were analysed.
     """
@@ -78,7 +78,7 @@ class Problem:
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
     tool: Array | None = None
-    tolerance: float = 1e-10
+    closure_tolerance: float = 1e-10
     known: dict[tuple[tuple[str, float], ...], Point] = field(default_factory=dict)
     count: int = 0
 
@@ -93,7 +93,7 @@ class Problem:
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis of a robot at all poses, every load case at every pose (P, …)."""
         over = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.over.items()}
-        poses = assembled(robot, over, self.is_platform, self.orientation, self.tolerance, self.analysis)
+        poses = assembled(robot, over, self.is_platform, self.orientation, self.closure_tolerance, self.analysis)
         return analyze(poses, on_failure="nan", **self.analysis)
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
@@ -126,14 +126,14 @@ def assembled(
     over: Mapping[str, Array],
     is_platform: bool,
     orientation: str | None,
-    tolerance: float,
+    closure_tolerance: float,
     analysis: Mapping[str, object],
 ) -> Configuration:
     """Return a robot at coordinates of its platform, or else of its actuators, by the engine of an analysis."""
     loops = loops_for(analysis)
     if is_platform:
-        return assemble(robot, None, over, orientation, None, tolerance, "nan", loops)
-    return assemble(robot, over, None, None, None, tolerance, "nan", loops)
+        return assemble(robot, None, over, orientation, None, closure_tolerance, "nan", loops)
+    return assemble(robot, over, None, None, None, closure_tolerance, "nan", loops)
 
 
 def rank(point: Point) -> tuple[bool, float]:

@@ -57,7 +57,7 @@ def sensitivities(
             with: the platform's, or the actuators'.
         by: names, of xacro arguments of the robot's file, which change all that the file computes from them, or of numbers of one
             part, as :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``,
-            ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``; ``*`` in a name stands for anything:
+            ``"revolute_1.placement.x"``, ``"prismatic_1.actuator_stiffness"``; ``*`` in a name stands for anything:
             ``"rod_*.density"``. Default: all arguments that are numbers and change anything; of a file without arguments, or of a
             robot that was changed since it was read, all numbers of parts that do, but for placements and centres of mass.
         of: what is differentiated: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their coordinates),

@@ -63,7 +63,7 @@ def spread(
         tolerances: by how much parameters may be off to either side, by name: a number (SI), a text with a unit ``"0.1mm"``, or
             a part of the value, ``"2%"``. A name is that of a xacro argument of the robot's file, which changes all that the
             file computes from it, or of a number of one part, as :attr:`Function.parameters` has them:
-            ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``.
+            ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``, ``"prismatic_1.actuator_stiffness"``.
             ``*`` in it stands for anything: ``"rod_*.outer_diameter"`` are several parameters, each off by itself.
         robots: how many are made at random; default: 10,000, or 300 where they have to be made one by one, as with rigid
             limbs that overconstrain one another, a payload or loads on links.

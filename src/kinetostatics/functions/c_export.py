@@ -132,7 +132,7 @@ def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
         "compensates": function.compensates,
         "controlled": function.names,
         "searches": MOST,
-        "absolute": {"remaining": enough(function.robot.length)},
+        "absolute": {"residual_error": enough(function.robot.length)},
         "rough": rough_residual(function.robot),
         "endless": _of_endless_actuators(parts),
         "corrections": MOST_CORRECTIONS,

@@ -26,7 +26,7 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot
 
 #: Outputs that are no results of the statics.
-_NOT_OF_STATICS = ("actuators", "remaining")
+_NOT_OF_STATICS = ("actuators", "residual_error")
 
 
 class Exported(Protocol):

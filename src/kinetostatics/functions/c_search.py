@@ -16,7 +16,7 @@ from kinetostatics.engine.scalars import Tape
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import Orientation
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.results.compensation import deviation, loaded, shift_of
+from kinetostatics.results.compensation import loaded, pose_error, shift_of
 from kinetostatics.robot import Robot
 
 #: A twist [m, rad], nothing in particular, of which the search is recorded.
@@ -84,7 +84,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         return _flat(wanted, asked, angles, search.learnt(error, least))
 
     def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
-        return [deviation(_pose(asked), loaded(*_pose(stands), twist))]
+        return [pose_error(_pose(asked), loaded(*_pose(stands), twist))]
 
     def corrected(before: Array, found: Array) -> list[Array]:
         slides = [robot.mechanism.connections[name].type.is_slide for name in actuators]

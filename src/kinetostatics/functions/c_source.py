@@ -24,8 +24,8 @@ def source(name: str, scalar: str, facts: Facts) -> str:
         if item.name == "actuators":
             for k, row in enumerate(parts.actuator_order):
                 results.append(f"    output->actuators[{k}] = ({scalar})actuator[{row}];")
-        elif item.name == "remaining":
-            results.append(f"    for (k = 0; k < 6; ++k) output->remaining[k] = ({scalar})remaining[k];")
+        elif item.name == "residual_error":
+            results.append(f"    for (k = 0; k < 6; ++k) output->residual_error[k] = ({scalar})residual_error[k];")
         else:
             count = parts.rows[item.name]
             results.append(f"    for (k = 0; k < {count}; ++k) output->{item.name}[k] = ({scalar})result[{at} + k];")
@@ -38,7 +38,7 @@ def source(name: str, scalar: str, facts: Facts) -> str:
     actuators = max(len(parts.actuator_order), 1)
     searched = parts.search is not None
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
-    more = "    double remaining[6], inside[2];\n" if searched else ""
+    more = "    double residual_error[6], inside[2];\n" if searched else ""
     return f"""/* {facts["robot"]}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
@@ -122,7 +122,7 @@ def _compensated(name: str, facts: Facts) -> str:
  * singular pose they would hold the platform elsewhere. */
 static int compensated(
     {name}_state *pose, const double *load, const double *gravity, double *w, double *frame, double *worst, double *result,
-    double *remaining, double *actuator)
+    double *residual_error, double *actuator)
 {{
     double asked[13], stands[13], search[{size + 1}], next[{size + 1}], left[7], wanted[{actuators}], whole[{actuators + 1}];
     double open, driven_frame[{frame}], driven_result[{rows}];
@@ -147,7 +147,7 @@ static int compensated(
     if (!(search[{search.size}] <= {literal(search.enough)})) return {name.upper()}_UNREACHABLE;
     platform(frame, w, stands);
     remains(asked, stands, twist, w, left);
-    memcpy(remaining, left, 6 * sizeof(double));
+    memcpy(residual_error, left, 6 * sizeof(double));
     if (left[6] == 0.0) return {name.upper()}_NOT_COVERED;
     actuators(pose->x, w, actuator);
     correct(wanted, actuator, w, whole);
@@ -169,7 +169,7 @@ static int compensated(
 
 def _correction(name: str) -> str:
     """Return what is done behind the analysis of the wanted pose."""
-    return f"""    status = compensated(&pose, load, gravity, w, frame, &worst, result, remaining, actuator);
+    return f"""    status = compensated(&pose, load, gravity, w, frame, &worst, result, residual_error, actuator);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;
     limits(pose.x, w, inside);

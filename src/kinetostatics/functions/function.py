@@ -81,7 +81,7 @@ class Function:
         """The numbers of the robot's description that derivatives may be taken by, with shapes and units.
 
         ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a
-        link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.drive_stiffness`` of an elastic joint;
+        link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.actuator_stiffness`` of an elastic joint;
         ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: shifts along and turns about the
         axes of its own frame, with all that hangs on it; of a loop ``.predecessor_placement`` and ``.successor_placement``.
         """
@@ -231,11 +231,11 @@ class Function:
         if not self.compensates:
             result = analyze(pose, load, gravity, **how)
         else:
-            corrected = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
+            corrected = compensated(pose, load, gravity, controlled=self.names, orientation=self.orientation, **how)
             result = corrected.result
         arrays = {}
         for name, item in self.outputs.items():
-            told = corrected is not None and name in ("status", "actuators", "remaining")
+            told = corrected is not None and name in ("status", "actuators", "residual_error")
             value = stacked(value_at(corrected, name) if told else value_at(result, PATHS[name]), [*item.axes], item.axes)
             arrays[name] = frozen(np.array(np.broadcast_to(value, (*result.shape, *item.shape))))
         return arrays
@@ -345,11 +345,11 @@ def compile(
             way to the platform, as a gripper's, may be left out.
         orientation: what the angles mean, see :meth:`Robot.assemble`.
         outputs: of "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
-            "platform_wrench" and "actuators"; where the function compensates, "remaining" too.
+            "platform_wrench" and "actuators"; where the function compensates, "residual_error" too.
         engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
         compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected
             pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the actuators, "actuator_forces" what to
-            feed forward; "remaining" is one more output, what no actuator can correct.
+            feed forward; "residual_error" is one more output, what no actuator can correct.
 
     Raises:
         ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` or

@@ -16,7 +16,7 @@ from kinetostatics.robot import Robot
 PATHS: Mapping[str, str] = {
     **{name: name for name in (*COMPUTED, "status") if name not in LOADS},
     **{name: f"configuration.{name}" for name in ("actuators", "residual")},
-    "remaining": "sweep.remaining",
+    "residual_error": "sweep.residual_error",
 }
 #: What is said besides of some of them, and of some where the function compensates.
 _MORE = {"status": "; kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"}
@@ -54,10 +54,10 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
     Raises:
         ArgumentError: there is no such output.
     """
-    known = {name: path for name, path in PATHS.items() if compensate or name != "remaining"}
+    known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
     for name in asked:
-        if name == "remaining" and not compensate:
-            raise ArgumentError("the output 'remaining' is of functions that compensate: compile(…, compensate=True)")
+        if name == "residual_error" and not compensate:
+            raise ArgumentError("the output 'residual_error' is of functions that compensate: compile(…, compensate=True)")
         if name not in known:
             raise ArgumentError(f"no output {name!r}: {near_names(name, known)}")
     more = _MORE_CORRECTED if compensate else _MORE

@@ -110,7 +110,7 @@ def names(ds: xr.Dataset) -> list[str]:
 def _applies(ds: xr.Dataset, index: str) -> bool:
     """Return whether an index exists for a Dataset: robots may have no actuators, or actuators that push and others that turn."""
     if index.startswith("remaining_"):
-        return "remaining" in ds
+        return "residual_error" in ds
     if index != "largest_actuator_force":
         return True
     return "actuator_force" in ds and len(set(units_of(ds, "actuator_force").values.ravel())) == 1
@@ -198,7 +198,7 @@ def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     entry = VARIABLES.get(name)
     if entry is not None and entry.moves_as == "twist":
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
-        if name == "remaining":
+        if name == "residual_error":
             return f"{motion} that remains"
         return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
     if entry is not None and entry.unit == "actuator_force_unit":

@@ -45,9 +45,9 @@ def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Dat
 
 
 def _remaining(ds: xr.Dataset) -> xr.DataArray:
-    if "twist" in ds and "remaining" not in ds:
+    if "twist" in ds and "residual_error" not in ds:
         raise ArgumentError("the map has no corrections; sweep with compensate=True (--compensate)")
-    return variable(ds, "remaining")
+    return variable(ds, "residual_error")
 
 
 def _sag(

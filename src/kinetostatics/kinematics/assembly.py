@@ -48,7 +48,7 @@ def assemble(
     platform: Mapping[str, ArrayLike] | None,
     orientation: str | None,
     near: Configuration | None,
-    tolerance: float,
+    closure_tolerance: float,
     on_failure: str | None,
     chosen: SolverChoice = by_numpy,
 ) -> Configuration:
@@ -56,7 +56,7 @@ def assemble(
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
     _check_on_failure(on_failure)
-    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    closure_tolerance = positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True)
     convention = orientation_named(orientation)
     if platform is not None:
         prescribed, names = platform_coordinates(robot, platform, orientation)
@@ -67,7 +67,7 @@ def assemble(
         given = all_actuators(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
-    if raising and robot.wrong_zero is not None and not robot.accepts(tolerance):
+    if raising and robot.wrong_zero is not None and not robot.accepts(closure_tolerance):
         raise robot.wrong_zero
     start = robot.zero_poses
     if near is not None:
@@ -88,7 +88,7 @@ def assemble(
         _say_unreachable(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
     given_names = () if platform is None else tuple(names)
     return closed_pose(
-        robot, solver, prescribed, local, poses, target, shape, arrived, convention, tolerance, raising, given_names
+        robot, solver, prescribed, local, poses, target, shape, arrived, convention, closure_tolerance, raising, given_names
     )
 
 
@@ -102,7 +102,7 @@ def closed_pose(
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
     convention: Orientation,
-    tolerance: float,
+    closure_tolerance: float,
     raising: bool,
     names: tuple[str, ...],
 ) -> Configuration:
@@ -113,13 +113,13 @@ def closed_pose(
         return found, solver.place(found.x)
 
     placed = solver.place(poses.x)
-    return _configuration(robot, poses, placed, shape, arrived, convention, tolerance, raising, again, names)
+    return _configuration(robot, poses, placed, shape, arrived, convention, closure_tolerance, raising, again, names)
 
 
-def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
+def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: float, on_failure: str | None) -> Configuration:
     """See :meth:`Robot.configuration`."""
     _check_on_failure(on_failure)
-    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    closure_tolerance = positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True)
     array = numbers("q", q)
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
@@ -129,7 +129,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     parts = [robot.equations.placed(flat[:, part]) for part in chunks(flat.shape[1]) or [slice(0, 0)]]
-    return _configuration(robot, poses, joined(parts), shape, good, orientation_named(None), tolerance, raising)
+    return _configuration(robot, poses, joined(parts), shape, good, orientation_named(None), closure_tolerance, raising)
 
 
 def _configuration(
@@ -139,7 +139,7 @@ def _configuration(
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
     convention: Orientation,
-    tolerance: float,
+    closure_tolerance: float,
     raising: bool,
     again: Callable[[NDArray[np.intp]], tuple[SolverState, Placed]] | None = None,
     names: tuple[str, ...] = (),
@@ -160,24 +160,24 @@ def _configuration(
         worst = np.full(q.shape[1], np.inf)
     closed = np.ones(q.shape[1], dtype=bool)
     openings: dict[str, tuple[Array, Array]] = {}
-    if robot.equations.couplings.count or not (2 * worst <= min(tolerance, SURELY_CLOSED)).all():
+    if robot.equations.couplings.count or not (2 * worst <= min(closure_tolerance, SURELY_CLOSED)).all():
         openings = robot.equations.openings(residual, poses.x)
     for metres, radians in openings.values():
-        closed &= (metres <= tolerance) & (radians <= tolerance)
-    if openings and tolerance > SURELY_CLOSED and np.isfinite(tolerance):
+        closed &= (metres <= closure_tolerance) & (radians <= closure_tolerance)
+    if openings and closure_tolerance > SURELY_CLOSED and np.isfinite(closure_tolerance):
         wide = np.zeros(q.shape[1], dtype=bool)
         for metres, radians in openings.values():
             wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
-        if np.any(closed & wide) and not robot.accepts(tolerance):
+        if np.any(closed & wide) and not robot.accepts(closure_tolerance):
             closed &= ~wide
     reached = arrived & closed
     if raising and not reached.all():
         first = int(np.argmin(reached))
-        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, tolerance)
+        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, closure_tolerance)
     if not reached.all():
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
-    return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names, tolerance)
+    return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names, closure_tolerance)
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
@@ -275,15 +275,13 @@ def _say_unreachable(
     raise AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
 
 
-def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
+def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], closure_tolerance: float) -> None:
     worst = max(max(pair) for pair in openings.values())
     loops = {loop.name for loop in robot.equations.loops}
-    what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
+    what = "loops" if any(max(pair) > closure_tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
     verb = "do not close" if what == "loops" else "do not fit together"
-    text = (
-        f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings, tolerance)}, more than the tolerance "
-    )
-    text += f"{tolerance:g}"
+    worst_gaps = worst_gaps_text(robot.equations, openings, closure_tolerance)
+    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps}, more than the tolerance {closure_tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)
     elif robot.mobility.redundant_constraints and worst < 1e-2:

@@ -59,7 +59,7 @@ class Configuration(Shown):
     Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
 
     Attributes:
-        tolerance: how far its loops may stay open [m, rad], and those of poses that are found from it.
+        closure_tolerance: how far its loops may stay open [m, rad], and those of poses that are found from it.
     """
 
     robot: RobotKinematics
@@ -72,7 +72,7 @@ class Configuration(Shown):
     reached: NDArray[np.bool_]
     #: Names of the platform's coordinates that were given, if the pose was assembled from them.
     prescribed: tuple[str, ...] = ()
-    tolerance: float = CLOSING
+    closure_tolerance: float = CLOSING
 
     def __str__(self) -> str:
         if self.shape:

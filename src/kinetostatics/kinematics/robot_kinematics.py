@@ -148,7 +148,7 @@ class RobotKinematics:
         text = zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size)
         return AssemblyError(text, self.zero_gaps, self.mobility.platform)
 
-    def accepts(self, tolerance: float) -> bool:
+    def accepts(self, closure_tolerance: float) -> bool:
         """Whether a tolerance [m, rad] may excuse that the loops stay open: not where a mistake in the file is larger.
 
         Where no motion of the joints closes the loops and the file leaves them open at zero by more than rounding, they may
@@ -158,7 +158,7 @@ class RobotKinematics:
         if not self.has_wrong_zero:
             return True
         most = zero_pose.ACCEPTED
-        return are_within(self.zero_gaps, min(tolerance, most * self.size), min(tolerance, most))
+        return are_within(self.zero_gaps, min(closure_tolerance, most * self.size), min(closure_tolerance, most))
 
     # ---- generic poses, mobility, solver ----------------------------------------------------------------------------------
 

@@ -225,9 +225,9 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
     if configuration.prescribed:
         names, values, orientation = configuration.prescribed, configuration.platform, configuration.orientation.name
         given = {name: np.array(values[name]) for name in names}
-        return assemble(robot, None, given, orientation, near, near.tolerance, "nan", loops)
+        return assemble(robot, None, given, orientation, near, near.closure_tolerance, "nan", loops)
     given = {name: np.array(value) for name, value in configuration.actuators.items()}
-    return assemble(robot, given, None, None, near, near.tolerance, "nan", loops)
+    return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
 
 
 def opens_loops(name: str) -> ArgumentError:

@@ -89,9 +89,11 @@ def compensation(
 
 
 def _of_platform(found: Compensation, what: str) -> _Shown:
-    names = found.wanted.orientation.pose_names
+    names = found.target.orientation.pose_names
     mine = names[:3] if what == "displacement" else names[3:]
-    before, after = ({name: off[name] for name in mine} for off in (found.deviation_coordinates, found.remaining_coordinates))
+    before, after = (
+        {name: off[name] for name in mine} for off in (found.uncorrected_error_coordinates, found.residual_error_coordinates)
+    )
     who = named_point(found.tool) if what == "displacement" else "angle"
     return _Shown(f"{who} misses by", "m" if what == "displacement" else "rad", before, after, ("uncorrected", "corrected"))
 
@@ -102,7 +104,7 @@ def _of_actuators(found: Compensation, what: str, actuators: Sequence[str] | Non
     for name in chosen:
         if name not in known:
             raise ArgumentError(f"actuators: there is no {name!r}: {near_names(str(name), known)}")
-    kinds = {kind.unit: kind for kind in (found.wanted.robot.mechanism.connections[name].type for name in chosen)}
+    kinds = {kind.unit: kind for kind in (found.target.robot.mechanism.connections[name].type for name in chosen)}
     if len(kinds) != 1:
         raise ArgumentError(
             f"actuators that slide and actuators that turn need figures of their own: choose some by actuators, of {known}"
@@ -143,11 +145,11 @@ def _lines(ax: Axes, found: Compensation, shown: _Shown, size: float, x: str | N
 
 def _path(found: Compensation, x: str | None) -> tuple[Array, str]:
     """Return what stands below a path, and its name."""
-    coordinates = found.wanted.platform
+    coordinates = found.target.platform
     if x is not None and x not in coordinates:
         raise ArgumentError(f"x is {x!r}, which is no coordinate of the wanted platform: {near_names(x, coordinates)}")
     if x is None:
-        asked = [name for name in found.wanted.prescribed if name in coordinates]
+        asked = [name for name in found.target.prescribed if name in coordinates]
         varied = [name for name in asked if np.ptp(coordinates[name]) > SAME]
         x = varied[0] if len(varied) == 1 else None
     if x is None:

@@ -63,13 +63,13 @@ def sag_html(result: Result, tip: PointResult | None = None) -> str:
 
 
 def compensation_html(
-    result: Result, arguments: dict[str, Keyword], coordinates: Sequence[str] | None, tool: Array | None = None
+    result: Result, arguments: dict[str, Keyword], controlled: Sequence[str] | None, tool: Array | None = None
 ) -> str:
     """Return what the actuators are to do so that the loaded platform stands at the pose."""
     try:
-        return html_report(str(compensate(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
+        return html_report(str(compensate(result.configuration, controlled=controlled, tool=tool, **arguments)))
     except KinetostaticsError as error:
-        if coordinates is not None and isinstance(error, (ArgumentError, CoordinatesError)):
+        if controlled is not None and isinstance(error, (ArgumentError, CoordinatesError)):
             raise  # what was asked for makes no sense
         return f"<p>No correction: {escape(str(error))}.</p>"
 

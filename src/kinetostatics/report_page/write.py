@@ -36,7 +36,7 @@ def save_report(
     *,
     workspace: xr.Dataset | None = None,
     title: str | None = None,
-    coordinates: Sequence[str] | None = None,
+    controlled: Sequence[str] | None = None,
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> None:
@@ -55,7 +55,7 @@ def save_report(
         workspace: a map of the same robot, of :func:`kinetostatics.sweep`; default: the report tells of the pose alone. Figures
             are over the first two coordinates that vary, through the values of the others that are nearest to the pose.
         title: heading of the page; default the robot's name.
-        coordinates: of the platform, that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
+        controlled: coordinates of the platform that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, that the page tells of instead of o: its
             motion, where that comes from, what the actuators can correct, and the map, if that is not about it already.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
@@ -63,14 +63,14 @@ def save_report(
     Raises:
         ArgumentError: an argument makes no sense, the file's name does not end in .html, there are several poses, or the map is
             of another robot.
-        CoordinatesError: ``coordinates`` do not determine the pose.
+        CoordinatesError: ``controlled`` do not determine the pose.
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
     """
     check_keywords(save_report, analysis)
     file = html_path(path, "a report")
     given = {"load": load, "gravity": gravity, **analysis}
-    html = report_html(configuration, given, workspace, title, coordinates, tool)
+    html = report_html(configuration, given, workspace, title, controlled, tool)
     try:
         Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
@@ -82,7 +82,7 @@ def report_html(
     arguments: dict[str, Keyword],
     workspace: xr.Dataset | None,
     title: str | None,
-    coordinates: Sequence[str] | None,
+    controlled: Sequence[str] | None,
     tool: ArrayLike | None = None,
 ) -> str:
     """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
@@ -103,7 +103,7 @@ def report_html(
         "The tip of the tool": "" if tip is None else html_report(point_report(tip)),
         "Where the sag comes from": chapters.sag_html(result, tip),
         "Over the workspace": "" if workspace is None else workspace_html(workspace, configuration),
-        "Compensation": chapters.compensation_html(result, arguments, coordinates, place),
+        "Compensation": chapters.compensation_html(result, arguments, controlled, place),
         "Checked by finite elements": chapters.verification_html(result, arguments),
         "What is assumed": chapters.assumptions_html(result),
         "The pose in numbers": html_report(str(result)),

@@ -40,11 +40,11 @@ UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
     "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the wanted pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
-    "deviation": "[displacement at o m; rotation rad] by which the loaded platform misses the wanted pose without correction",
-    "remaining": "the same at the corrected actuators",
-    "remaining_coordinates": "the same as differences of the platform's coordinates [m, rad]; deviation_coordinates: uncorrected",
+    "uncorrected_error": "pose error of the loaded platform without correction: displacement at o [m], rotation [rad]",
+    "residual_error": "the same at the corrected actuators",
+    "residual_error_coordinates": "the same in the platform's coordinates [m, rad]; uncorrected_error_coordinates: uncorrected",
     "uncorrectable_directions": "columns: twists that no actuator moves the platform along, at o, orthonormal with lengths by "
-    "characteristic_length [m, rad]; uncorrectable_parts: how much of remaining lies along each",
+    "characteristic_length [m, rad]; uncorrectable_parts: how much of residual_error lies along each",
     "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
 }
 
@@ -52,25 +52,25 @@ UNITS = {
 @text_of.register(Compensation)
 def compensation_report(found: Compensation) -> str:
     """Return what the actuators are to do: tables for one pose, a summary for a batch."""
-    robot = found.wanted.robot
-    controlled = listing(found.coordinates)
+    robot = found.target.robot
+    controlled = listing(found.controlled)
     if found.shape != ():
         return _batch(found)
     lines = [f"Compensation of {robot.name!r}: {_status_words(Status(int(found.status)))}"]
-    lines += section("Wanted of the loaded platform", pose_lines(found.wanted, found.uncorrected.gravity, found.uncorrected.load))
+    lines += section("Wanted of the loaded platform", pose_lines(found.target, found.uncorrected.gravity, found.uncorrected.load))
     if found.status in WITHOUT_NUMBERS:
         return "\n".join([*lines, *warning_lines(found.warnings)])
     lines += section("Actuators", _actuators(found))
     if found.tool is None:
-        title, of = "By how much the loaded platform misses the wanted pose, world axes", ""
+        title, of = "By how much the loaded platform misses the target pose, world axes", ""
     else:
         title, of = f"By how much {named_point(found.tool)} misses where it is wanted, world axes", " of the tool's tip"
     lines += section(title, _misses(found))
-    rest = [name for name in found.remaining_coordinates if name not in found.coordinates]
+    rest = [name for name in found.residual_error_coordinates if name not in found.controlled]
     left = f"Left as it is, for want of actuators: {listing(rest)}." if rest else "Nothing is left."
     lines += ["", *wrapped(f"Corrected: {controlled}{of}. {left}")]
     lines += _uncorrectable(found)
-    if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.coordinates) >= 3:
+    if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
         lines += wrapped(
             "With the coordinates x, y and z the tip itself comes where it is wanted, if the actuators can do that; angles are "
             "left."
@@ -86,7 +86,7 @@ def _status_words(status: Status) -> str:
 
 
 def _actuators(found: Compensation) -> list[str]:
-    connections = found.wanted.robot.mechanism.connections
+    connections = found.target.robot.mechanism.connections
     rows = []
     for name in found.actuators:
         kind = connections[name].type
@@ -94,7 +94,7 @@ def _actuators(found: Compensation) -> list[str]:
         rows.append(
             (
                 name,
-                scale.with_unit(found.wanted.actuators[name]),
+                scale.with_unit(found.target.actuators[name]),
                 scale.with_unit(found.actuators[name]),
                 quantity(found.corrections[name], UNITS_OF[kind.unit]),
                 quantity(found.actuator_forces[name], UNITS_OF[kind.force_unit]),
@@ -106,14 +106,14 @@ def _actuators(found: Compensation) -> list[str]:
 def _misses(found: Compensation) -> list[str]:
     columns = [Column("", ["uncorrected", "corrected"])]
     for k, name in enumerate(COMPONENTS):
-        scale = Scale.of(found.deviation[3 * (k // 3) : 3 * (k // 3) + 3], LENGTHS if k < 3 else ANGLES, ROUNDING)
-        columns.append(Column.of(name, [found.deviation[k], found.remaining[k]], scale))
+        scale = Scale.of(found.uncorrected_error[3 * (k // 3) : 3 * (k // 3) + 3], LENGTHS if k < 3 else ANGLES, ROUNDING)
+        columns.append(Column.of(name, [found.uncorrected_error[k], found.residual_error[k]], scale))
     return column_table(columns)
 
 
 def _uncorrectable(found: Compensation) -> list[str]:
     """Return the directions in which no actuator moves the platform, scaled, and how much remains along each."""
-    length = found.wanted.robot.length
+    length = found.target.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
     if not directions.size or not np.all(np.isfinite(directions)):
         return []
@@ -129,19 +129,19 @@ def _uncorrectable(found: Compensation) -> list[str]:
 
 
 def _batch(found: Compensation) -> str:
-    lines = [f"Compensation of {found.wanted.robot.name!r}: {found.status.size} poses, batch shape {found.shape}"]
+    lines = [f"Compensation of {found.target.robot.name!r}: {found.status.size} poses, batch shape {found.shape}"]
     counts = [(item, int(np.sum(found.status == item))) for item in Status]
     lines += section("Status", table(("status", "poses"), [(item.name, f"{count}") for item, count in counts if count]))
     if np.all(np.isin(found.status, WITHOUT_NUMBERS)):
         return "\n".join([*lines, *warning_lines(found.warnings)])
     rows = []
-    connections = found.wanted.robot.mechanism.connections
+    connections = found.target.robot.mechanism.connections
     for name, values in found.corrections.items():
         rows.append(_range(f"correction of {name}", values, UNITS_OF[connections[name].type.unit]))
     for name, values in found.actuator_forces.items():
         rows.append(_range(f"force of {name}", values, UNITS_OF[actuator_unit(found.result.robot, name)]))
-    same = np.where(np.isnan(found.remaining), np.nan, found.deviation)  # at the same poses
-    sizes = {"uncorrected": same, "corrected": found.remaining}
+    same = np.where(np.isnan(found.residual_error), np.nan, found.uncorrected_error)  # at the same poses
+    sizes = {"uncorrected": same, "corrected": found.residual_error}
     who = named_point(found.tool)
     for title, part, units in ((f"displacement of {who}", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
         for which, values in sizes.items():
@@ -149,8 +149,8 @@ def _batch(found: Compensation) -> str:
     lines += section(
         "Extremes over the poses that have numbers", table(("quantity", "unit", "smallest", "largest"), rows, "llrr")
     )
-    lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}{'' if found.tool is None else f' of {who}'}.")]
-    if left := 6 - found.wanted.robot.mobility.platform:
+    lines += ["", *wrapped(f"Corrected: {listing(found.controlled)}{'' if found.tool is None else f' of {who}'}.")]
+    if left := 6 - found.target.robot.mobility.platform:
         some = "one direction" if left == 1 else f"{left} directions"
         lines += wrapped(f"In {some} no actuator moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
     return "\n".join([*lines, *warning_lines(found.warnings)])
@@ -164,19 +164,19 @@ def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
 @dict_of.register(Compensation)
 def compensation_to_dict(found: Compensation) -> dict[str, object]:
     """Return a compensation as plain values: what ``compensate --json`` prints."""
-    names = ["actuators", "corrections", "actuator_forces", "deviation", "remaining", "uncorrectable_directions"]
-    names += ["uncorrectable_parts", "deviation_coordinates", "remaining_coordinates"]
+    names = ["actuators", "corrections", "actuator_forces", "uncorrected_error", "residual_error", "uncorrectable_directions"]
+    names += ["uncorrectable_parts", "uncorrected_error_coordinates", "residual_error_coordinates"]
     return {
-        "robot": found.wanted.robot.name,
+        "robot": found.target.robot.name,
         **said_of(found.tool, UNITS),
         "shape": list(found.shape),
-        "characteristic_length": found.wanted.robot.length,
+        "characteristic_length": found.target.robot.length,
         "status": status_names(found.status),
         "limit_exceeded": plain(found.configuration.limit_exceeded),
         "warnings": list(found.warnings),
-        "coordinates": list(found.coordinates),
-        "orientation": found.wanted.orientation.name,
-        "wanted": plain(found.wanted.platform),
+        "controlled": list(found.controlled),
+        "orientation": found.target.orientation.name,
+        "target": plain(found.target.platform),
         "commanded": plain(found.configuration.platform),
         **named(found, names),
     }

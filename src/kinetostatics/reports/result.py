@@ -120,8 +120,7 @@ def _free_motions(result: Result) -> list[str]:
 
 def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
     """Return titles and lines of what the platform does; without lines where there is nothing to be told."""
-    sources = {"actuators" if kind == "drives" else kind: named for kind, named in result.source_contributions.items()}
-    kinds = {kind: np.sum(list(named.values()), axis=0) for kind, named in sources.items()}
+    kinds = {kind: np.sum(list(named.values()), axis=0) for kind, named in result.source_contributions.items()}
     parts = {
         f"{limb.name}: {part.start} → {part.end}": twist
         for limb in result.robot.topology.limbs
@@ -133,7 +132,7 @@ def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
         "Twist of the platform at o, world axes": _twists({**result.contributions, **total}, noise),
         "What gravity does, by the ways in which it acts": _twists(gravity, noise),
         "Elastic displacement by source: the same twist by beams, elastic joints, actuators and assembly errors": _twists(
-            {**kinds, **total} if {"joints", "actuators", "misfits"} & {*kinds} else {}, noise
+            {**kinds, **total} if {"joints", "actuators", "assembly_errors"} & {*kinds} else {}, noise
         ),
         "Where the sag comes from: parts along the whole displacement and rotation": source_lines(result, noise),
         "Elastic displacement of the parts of the limbs": _twists(parts, noise),

@@ -208,7 +208,7 @@ def _beam(beam: BeamResult) -> Short:
 
 @_short.register
 def _compensation(found: Compensation) -> Short:
-    connections = found.wanted.robot.mechanism.connections
+    connections = found.target.robot.mechanism.connections
     rows = [
         (
             name,
@@ -217,8 +217,10 @@ def _compensation(found: Compensation) -> Short:
         )
         for name, shift in found.corrections.items()
     ]
-    before, after = (values_words(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.deviation, found.remaining))
-    title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
+    before, after = (
+        values_words(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.uncorrected_error, found.residual_error)
+    )
+    title = f"Compensation of {found.target.robot.name!r}: {_statuses(found.result)}"
     line = f"{title}; {named_point(found.tool)} misses its place by {before} uncorrected, by {after} corrected"
     return Short(line, title, ("actuator", "correction", "force"), rows)
 

@@ -18,7 +18,7 @@ MOST = 8
 #: Parts of the motion that differ by less, relative to the largest, count as equal and stand in the file's order.
 ALIKE = 1e-6
 
-_KINDS = {"beams": "beam", "joints": "joint", "drives": "actuator", "misfits": "misfit"}
+_KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
 
 
 def source_lines(result: Result, noise: Magnitudes) -> list[str]:

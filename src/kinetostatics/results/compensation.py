@@ -39,16 +39,16 @@ class Compensation(Told):
     Arrays are read-only, batch axes first; NaN where no correction was found.
 
     Attributes:
-        wanted: where the loaded platform is to stand, broadcast against the loads.
-        coordinates: of the platform that come out as wanted, as many as the robot's mobility.
+        target: where the loaded platform is to stand, broadcast against the loads.
+        controlled: coordinates of the platform that come out as wanted, as many as the robot's mobility.
         uncorrected: the analysis where the actuators stand at the wanted pose, as if nothing were elastic.
         result: the analysis at the corrected actuators.
-        tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``coordinates``, and what
+        tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``controlled``, and what
             deviates and remains, are those of this point; None: of o.
     """
 
-    wanted: Configuration
-    coordinates: tuple[str, ...]
+    target: Configuration
+    controlled: tuple[str, ...]
     uncorrected: Result
     result: Result
     tool: Array | None = None
@@ -75,7 +75,7 @@ class Compensation(Told):
                 f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {self.shape}"
             )
         grid, units = tuple(axes), _actuator_units(self)
-        names, platform = list(self.actuators), list(self.wanted.platform)
+        names, platform = list(self.actuators), list(self.target.platform)
 
         def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
             return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
@@ -83,12 +83,20 @@ class Compensation(Told):
         attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
         data: dict[str, object] = {
             "status": (grid, self.status, attributes),
-            "wanted": stacked(self.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
+            "target": stacked(self.target.platform, "platform_coordinate", "target coordinates of the loaded platform"),
             "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the actuator"),
             "actuator_correction": stacked(self.corrections, "actuator", "correction of the actuator"),
             "actuator_force": stacked(self.actuator_forces, "actuator", VARIABLES["actuator_force"].words),
-            "deviation": ((*grid, "component"), self.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
-            "remaining": ((*grid, "component"), self.remaining, {"long_name": "how the loaded platform misses, corrected"}),
+            "uncorrected_error": (
+                (*grid, "component"),
+                self.uncorrected_error,
+                {"long_name": "how the loaded platform misses, uncorrected"},
+            ),
+            "residual_error": (
+                (*grid, "component"),
+                self.residual_error,
+                {"long_name": "how the loaded platform misses, corrected"},
+            ),
         }
         if self.uncorrectable_parts.shape[-1]:
             words = {
@@ -107,10 +115,10 @@ class Compensation(Told):
             "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
-        about: dict[str, object] = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
-        about["characteristic_length"] = self.wanted.robot.length
+        about: dict[str, object] = {"robot": self.target.robot.name, "controlled": " ".join(self.controlled)}
+        about["characteristic_length"] = self.target.robot.length
         about |= {} if self.tool is None else {"tool": self.tool.tolist()}
-        return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})
+        return xr.Dataset(data, coords, {**about, "orientation": self.target.orientation.name})
 
     def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
         """Write everything to a file; one of that name is replaced.
@@ -169,15 +177,15 @@ class Compensation(Told):
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The corrected coordinate (…) of every actuator [m, rad]."""
-        return Named({name: frozen(self.wanted.actuators[name] + shift) for name, shift in self.corrections.items()})
+        return Named({name: frozen(self.target.actuators[name] + shift) for name, shift in self.corrections.items()})
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
         """By how much each actuator (…) is moved from where it stands at the wanted pose [m, rad]."""
-        connections = self.wanted.robot.mechanism.connections
+        connections = self.target.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
-            shift = np.asarray(shift_of(self.wanted.actuators[name], value, connections[name].type.is_slide))
+            shift = np.asarray(shift_of(self.target.actuators[name], value, connections[name].type.is_slide))
             shift = np.where(self.configuration.reached.reshape(self.shape), shift, np.nan)
             found[name] = frozen(np.asarray(shift))
         return Named(found)
@@ -188,22 +196,22 @@ class Compensation(Told):
         return self.result.actuator_forces
 
     @cached_property
-    def deviation(self) -> Array:
+    def uncorrected_error(self) -> Array:
         """(…, 6) by how much the loaded platform misses the wanted pose without correction [m, rad], at o or tool, world axes."""
-        return deviation_from(self.wanted, self.uncorrected, self.tool)
+        return pose_error_from(self.target, self.uncorrected, self.tool)
 
     @cached_property
-    def remaining(self) -> Array:
+    def residual_error(self) -> Array:
         """(…, 6) by how much it misses it at the corrected actuators [m, rad]: what none corrects, at o or tool, world axes."""
-        return deviation_from(self.wanted, self.result, self.tool)
+        return pose_error_from(self.target, self.result, self.tool)
 
     @cached_property
-    def deviation_coordinates(self) -> Mapping[str, Array]:
+    def uncorrected_error_coordinates(self) -> Mapping[str, Array]:
         """By how much it misses each coordinate of the platform (…) without correction [m, rad]."""
         return self._coordinates_off(self.uncorrected)
 
     @cached_property
-    def remaining_coordinates(self) -> Mapping[str, Array]:
+    def residual_error_coordinates(self) -> Mapping[str, Array]:
         """What remains in each coordinate of the platform (…) [m, rad]; next to nothing in the controlled ones."""
         return self._coordinates_off(self.result)
 
@@ -213,24 +221,24 @@ class Compensation(Told):
 
         They are orthogonal to every twist that the actuators, free to move, give the platform at the corrected pose, and
         orthonormal, in the product d·d'/L² + r·r' of twists [d; r], with L the robot's characteristic length ``robot.length``.
-        So they depend on the point and on L, but not on ``coordinates``. NaN where there is no pose, or a singular one.
+        So they depend on the point and on L, but not on ``controlled``. NaN where there is no pose, or a singular one.
         """
         return batch_first(uncorrectable_directions(self.configuration, self.tool), self.shape)
 
     @cached_property
     def uncorrectable_parts(self) -> Array:
-        """(…, k) how much of ``remaining`` lies along each of ``uncorrectable_directions``; 1 is that direction's twist.
+        """(…, k) how much of ``residual_error`` lies along each of ``uncorrectable_directions``; 1 is that direction's twist.
 
-        To first order these are the same before the correction and after it, whatever ``coordinates`` were chosen: no actuator
-        changes them. The rest of ``remaining`` is a matter of this choice.
+        To first order these are the same before the correction and after it, whatever ``controlled`` were chosen: no actuator
+        changes them. The rest of ``residual_error`` is a matter of this choice.
         """
-        lengths = np.repeat([self.wanted.robot.length, 1.0], 3) ** 2
-        parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.remaining / lengths)
+        lengths = np.repeat([self.target.robot.length, 1.0], 3) ** 2
+        parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.residual_error / lengths)
         return frozen(np.asarray(parts))
 
     def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
-        orientation = self.wanted.orientation
-        R, position = wanted_frame(self.wanted, self.tool)
+        orientation = self.target.orientation
+        R, position = target_frame(self.target, self.tool)
         loaded_R, loaded_position = loaded_frame(result, self.tool)
         wanted = orientation.coordinates(R)
         angles = orientation.coordinates(loaded_R, near=wanted) - wanted
@@ -245,9 +253,9 @@ def shift_of(wanted: Array, corrected: Array, is_slide: bool) -> Array:
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 
 
-def wanted_frame(wanted: Configuration, tool: Array | None) -> tuple[Array, Array]:
+def target_frame(target: Configuration, tool: Array | None) -> tuple[Array, Array]:
     """Return rotation (3, 3, N) of the platform, and position (3, N) of the tool's tip, or of o."""
-    return _at(tool, *wanted.robot.mechanism.platform_pose(wanted.frames))
+    return _at(tool, *target.robot.mechanism.platform_pose(target.frames))
 
 
 def loaded_frame(result: Result, tool: Array | None) -> tuple[Array, Array]:
@@ -265,16 +273,16 @@ def _at(tool: Array | None, R: Array, position: Array) -> tuple[Array, Array]:
     return R, position if tool is None else np.asarray(position + np.einsum("ijn,j->in", R, tool))
 
 
-def deviation(wanted: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
+def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
     """Return displacement and rotation vector (6, N) from rotations and positions to others [m, rad]."""
-    (R, position), (other_R, other_position) = wanted, found
+    (R, position), (other_R, other_position) = target, found
     turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
     return np.concatenate([other_position - position, turn])
 
 
-def deviation_from(wanted: Configuration, result: Result, tool: Array | None = None) -> Array:
+def pose_error_from(target: Configuration, result: Result, tool: Array | None = None) -> Array:
     """Return displacement of o, or of a tool, and rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
-    return batch_first(deviation(wanted_frame(wanted, tool), loaded_frame(result, tool)), result.shape)
+    return batch_first(pose_error(target_frame(target, tool), loaded_frame(result, tool)), result.shape)
 
 
 # ---- files --------------------------------------------------------------------------------------------------------
@@ -282,20 +290,20 @@ def deviation_from(wanted: Configuration, result: Result, tool: Array | None = N
 
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
     """Return the columns of the table by their titles, a row for each pose; cells are empty where there is no correction."""
-    columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.wanted.platform.items()}
+    columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.target.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
     for name, (position, force) in _actuator_units(found).items():
         columns[f"{name} [{position}]"] = _cells(found.actuators[name])
         columns[f"correction of {name} [{position}]"] = _cells(found.corrections[name])
         columns[f"force of {name} [{force}]"] = _cells(found.actuator_forces[name])
     for k, name in enumerate(COMPONENTS):
-        columns[f"remaining {name} [{TWIST_UNITS[k]}]"] = _cells(found.remaining[..., k])
+        columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = _cells(found.residual_error[..., k])
     return columns
 
 
 def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
     """Return the units of position and force of every actuator."""
-    connections = found.wanted.robot.mechanism.connections
+    connections = found.target.robot.mechanism.connections
     return {name: (connections[name].type.unit, connections[name].type.force_unit) for name in found.actuators}
 
 

@@ -95,7 +95,7 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
     """Sum what :func:`source_contributions` found over the parts of each limb that is split (…, 6), inboard ones first."""
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
-        (f"beam:{name}" if kind == "beams" or (kind == "misfits" and name in beams) else name, twist)
+        (f"beam:{name}" if kind == "beams" or (kind == "assembly_errors" and name in beams) else name, twist)
         for kind, named in sources.items()
         for name, twist in named.items()
     ]

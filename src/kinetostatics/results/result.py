@@ -380,9 +380,9 @@ class Result(Told):
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Displacements by part: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o [m, rad].
+        """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
-        Each is the part of the twist that the deformation of one beam, joint or actuator ("drives"), or its assembly error,
+        Each is the part of the twist that the deformation of one beam, joint or actuator, or its assembly error,
         makes, P_sᵀ c_s w_s with P_s its wrenches under unit loads of the platform; together they are the twist (the method page,
         section 6). Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """

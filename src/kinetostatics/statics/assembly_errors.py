@@ -99,11 +99,11 @@ class AssemblyErrors:
             result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
         return result
 
-    def _of_joint(self, edge: Edge, misfit: JointError, frames: Frames, o: Array) -> Array:
+    def _of_joint(self, edge: Edge, assembly_error: JointError, frames: Frames, o: Array) -> Array:
         connection = self.robot.mechanism.connections[str(edge.joint)]
         turned = edge.both_ways and edge.sign < 0
-        twist = -misfit.twist if turned else misfit.twist
-        if misfit.in_joint_frame:
+        twist = -assembly_error.twist if turned else assembly_error.twist
+        if assembly_error.in_joint_frame:
             body, frame = connection.predecessor_body, connection.predecessor_frame
             axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
             twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
@@ -112,18 +112,18 @@ class AssemblyErrors:
         return move_twist(twist, o - centre)
 
 
-def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) -> AssemblyErrors:
+def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, object]) -> AssemblyErrors:
     """Return assembly errors as people give them, checked.
 
     Raises:
         ArgumentError: an unknown name, a wrong shape, or a value that is not finite.
     """
-    if not isinstance(misfits, Mapping):
-        raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their assembly errors, not {misfits!r}")
+    if not isinstance(assembly_errors, Mapping):
+        raise ArgumentError(f"assembly_errors= needs a mapping from names of joints and beams, got {assembly_errors!r}")
     joints: dict[str, JointError] = {}
     beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
-    for name, value in misfits.items():
+    for name, value in assembly_errors.items():
         is_beam = name in known_beams
         if is_beam and name in known_joints:
             wants_beam = isinstance(value, Mapping) and not set(value) & set(JOINT_KEYS)
@@ -166,5 +166,6 @@ def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) ->
                 )
             joints[name] = JointError(twist, frame == "joint")
         else:
-            raise ArgumentError(f"misfits= names no joint or beam {name!r}: {near_names(name, [*known_joints, *known_beams])}")
+            known = near_names(name, [*known_joints, *known_beams])
+            raise ArgumentError(f"assembly_errors= names no joint or beam {name!r}: {known}")
     return AssemblyErrors(robot, joints, beams)

@@ -34,7 +34,7 @@ class ElasticDeformation:
     """What deforms, in alike places of g limbs: beams, joints, actuators or assembly errors.
 
     Attributes:
-        kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
+        kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
         names: of the beams or joints.
         group, number: the limbs, and the number of their group.
         positions: which of the group's limbs are meant.
@@ -138,7 +138,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             k = element_of[int(group.compound_of[freedom])]
             moved = geometry.twists[:, None, freedom] * (ratio * way)
             gives[k] = gives.get(k, 0.0) + moved
-            out.elastic.append(ElasticDeformation("drives", drive.joints, group, number, everyone, signs[k], moved.sum(axis=1)))
+            out.elastic.append(
+                ElasticDeformation("actuators", drive.joints, group, number, everyone, signs[k], moved.sum(axis=1))
+            )
     _add_assembly_errors(solution, number, gives, beam_of, out)
     turned = _joint_motions(solution, statics, geometry, gives, signs, S)
     # from base to platform the motions of all elements add up
@@ -191,7 +193,7 @@ def _add_assembly_errors(
         return
     group = statics.group
     S = solution.contribution_mask(group).shape[0]
-    signs, source = group.element_cut_signs, solution.sources.index("misfit")
+    signs, source = group.element_cut_signs, solution.sources.index("assembly_errors")
     for k in range(errors.shape[1]):
         if np.any(errors[:, k]):
             more = np.zeros((6, S, *errors.shape[2:]))
@@ -207,7 +209,9 @@ def _add_assembly_errors(
                 if assembly_errors.concerns(edge):
                     motion = assembly_errors.of_edge(edge, solution.frames, solution.o)[:, None]
                     name = str(edge.joint or edge.beam)
-                    out.elastic.append(ElasticDeformation("misfits", (name,), group, number, (position,), signs[k], motion))
+                    out.elastic.append(
+                        ElasticDeformation("assembly_errors", (name,), group, number, (position,), signs[k], motion)
+                    )
 
 
 def _joint_motions(
@@ -282,7 +286,7 @@ def _deform_branches(
             motion = out.motions[edge.parent]
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
-            off[:, solution.sources.index("misfit")] = assembly_errors.of_edge(edge, frames, solution.o)
+            off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
         own = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
         carried = _with_branch_loads(solution, edge, own[:, None] * share[:, 0])[:, :, None]
         if edge.beam is not None:

@@ -33,7 +33,7 @@ class Solution(ShortRepr):
         weights: (6, W, N) the robot's weights [N, N·m].
         statics: the groups of limbs.
         assembly_errors: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
-        errors: see ``misfits``.
+        errors: see ``assembly_errors``.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
         compliance, stiffness: (6, 6, N).
@@ -137,8 +137,8 @@ class Solution(ShortRepr):
             part = item.statics[number]
             if part is not None:
                 total[:, :, : len(item.share)] += part.particular[:, :, None] * item.share[:, None]
-        if "misfit" in self.sources:
-            total[:, :, self.sources.index("misfit")] += statics.assembly_error_cut_wrenches
+        if "assembly_errors" in self.sources:
+            total[:, :, self.sources.index("assembly_errors")] += statics.assembly_error_cut_wrenches
         return total
 
     def total_cut_wrenches(self, number: int) -> Array:
@@ -146,7 +146,7 @@ class Solution(ShortRepr):
         statics = self.statics[number]
         total = np.einsum("mkign,ign->mkgn", statics.cut_wrenches, self.intensities[number].sum(axis=1))
         total += statics.particular
-        if "misfit" in self.sources:
+        if "assembly_errors" in self.sources:
             total += statics.assembly_error_cut_wrenches
         return total
 
@@ -199,7 +199,7 @@ def balanced(
     first = len(sources)
     sources += tuple(item.name for item in applied)
     if assembly_errors is not None:
-        sources += ("misfit",)
+        sources += ("assembly_errors",)
     balance = PlatformEquilibrium(robot, statics, o.shape[1])
     loads = applied_statics(applied, groups, frames, o, first, len(sources))
     right, strains = _by_contribution(robot, sources, statics, load, platform_weight, loads)
@@ -326,7 +326,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     for strain in strains:
         none = np.zeros_like(strain[:, first])
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
-    twists, intensities = balance.solve(right, moved, sources[-1] == "misfit")
+    twists, intensities = balance.solve(right, moved, sources[-1] == "assembly_errors")
     applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
     return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
 
@@ -370,7 +370,7 @@ def _by_contribution(
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
-        if sources[-1] == "misfit":
+        if sources[-1] == "assembly_errors":
             strain[:, -1] += item.assembly_error
             # a robot with a ring that cannot be assembled has no pose, also where the ring holds nothing
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan

@@ -51,7 +51,7 @@ class Verification(ShortRepr, Told):
         scatter: by how much the finite elements' own numbers change with the joints' penalty; differences below mean nothing.
         not_compared: what could not be compared, and why.
         length: what makes rotations and moments comparable [m].
-        tolerance: the largest difference with which the pose counts as verified.
+        within: the largest difference with which the pose counts as verified.
     """
 
     configuration: Configuration
@@ -63,23 +63,23 @@ class Verification(ShortRepr, Told):
     scatter: Mapping[str, float]
     not_compared: Mapping[str, str]
     length: float
-    tolerance: float
+    within: float
 
     @property
     def verified(self) -> bool:
         """Whether all differences are within the tolerance."""
-        return all(difference <= self.tolerance for difference in self.differences.values())
+        return all(difference <= self.within for difference in self.differences.values())
 
     @property
     def conclusive(self) -> bool:
         """Whether the finite elements are sure enough of their own numbers for a difference to mean something."""
-        return all(scatter <= self.tolerance for scatter in self.scatter.values())
+        return all(scatter <= self.within for scatter in self.scatter.values())
 
     @property
     def verdict(self) -> str:
         """The verdict in a sentence."""
         name, worst = max(self.differences.items(), key=lambda item: item[1])
-        what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.tolerance:.0e} is allowed"
+        what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.within:.0e} is allowed"
         if self.verified:
             return f"verified: {what}"
         if not self.conclusive:
@@ -94,10 +94,10 @@ def verify(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, object] | None = None,
+    assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
-    tolerance: float = TOLERANCE,
+    within: float = TOLERANCE,
 ) -> Verification:
     """Check the analysis of one pose against finite elements (OpenSeesPy, ``pip install 'kinetostatics[verify]'``).
 
@@ -107,24 +107,33 @@ def verify(
         gravity: (3,) gravity [m/s²] in world axes.
         point: (3,) where the force acts [m]; default o.
         frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
-        misfits: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
+        assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
         loads: on links by name, as there.
         payload: as there.
-        tolerance: the largest relative difference with which the pose counts as verified.
+        within: the largest relative difference with which the pose counts as verified.
 
     Raises:
         ArgumentError: a shape or value makes no sense, or there is a batch of poses or loads.
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
-    result = analyze(configuration, load, gravity, point=point, frame=frame, misfits=misfits, loads=loads, payload=payload)
+    result = analyze(
+        configuration, load, gravity, point=point, frame=frame, assembly_errors=assembly_errors, loads=loads, payload=payload
+    )
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
-    if not positive("tolerance", tolerance) < 1:
-        raise ArgumentError(f"tolerance is {tolerance!r}; it must lie between 0 and 1")
+    if not positive("within", within) < 1:
+        raise ArgumentError(f"within is {within!r}; it must lie between 0 and 1")
     arm = None if point is None else np.asarray(point, dtype=float)
     model = build(
-        configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame, misfits, loads, payload
+        configuration,
+        np.asarray(load, dtype=float),
+        np.asarray(gravity, dtype=float),
+        arm,
+        frame,
+        assembly_errors,
+        loads,
+        payload,
     )
     compounds = [item for group in result.robot.statics.groups for limb in group.compounds for item in limb]
     theirs, less = solve(replace(model, runs=tuple(frozenset(item.joints) for item in compounds)))
@@ -167,7 +176,7 @@ def verify(
         Named(scatter),
         Named(not_compared),
         model.length,
-        tolerance,
+        within,
     )
 
 

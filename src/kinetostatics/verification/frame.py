@@ -70,7 +70,7 @@ class FrameJoint:
         axes: (3, 3) its x, y, z as columns.
         blocked: (6,) along and about which of them it holds the pieces together.
         springs: what is elastic in it, in series with what it blocks.
-        misfit: (6,) displacement of the outer piece relative to the inner while nothing strains it, at the centre [m, rad].
+        assembly_error: (6,) displacement of the outer piece relative to the inner when unloaded, at the centre [m, rad].
         cross: of a universal joint that turns about both its axes these, the inner piece's first.
     """
 
@@ -80,7 +80,7 @@ class FrameJoint:
     axes: Array
     blocked: NDArray[np.bool_]
     springs: tuple[FrameSpring, ...]
-    misfit: Array
+    assembly_error: Array
     cross: tuple[Array, Array] | None = None
 
 
@@ -148,7 +148,7 @@ class FrameModel:
         loads = np.zeros_like(self.loads)
         for piece, point, force in self.pulls:
             loads[piece] += np.append(force, np.cross(point - self.references[piece], force))
-        joints = tuple(replace(joint, misfit=np.zeros(6)) for joint in self.joints)
+        joints = tuple(replace(joint, assembly_error=np.zeros(6)) for joint in self.joints)
         return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, too_long=0.0) for beam in self.beams))
 
     def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
@@ -179,5 +179,5 @@ class FrameModel:
     def largest_assembly_error(self) -> float:
         """Largest displacement that an assembly error causes by itself [m]."""
         unit = np.repeat([1.0, self.size], 3)
-        found = [float(np.linalg.norm(joint.misfit * unit)) for joint in self.joints]
+        found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
         return max([*found, *(abs(beam.too_long) for beam in self.beams)], default=0.0)

@@ -32,7 +32,7 @@ def build(
     gravity: Array,
     point: Array | None = None,
     frame: str = "world",
-    misfits: Mapping[str, object] | None = None,
+    assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
 ) -> FrameModel:
@@ -44,18 +44,18 @@ def build(
         gravity: (3,) [m/s²].
         point: (3,) where the force acts [m]; default o.
         frame: ``world`` or ``platform``: axes of load and point; in the platform's, the point counts from o.
-        misfits: of joints and beams, as in :func:`kinetostatics.analyze`.
+        assembly_errors: of joints and beams, as in :func:`kinetostatics.analyze`.
         loads: on links, as there.
         payload: as there.
     """
-    return _Builder(configuration, misfits or {}).build(load, gravity, point, frame, loads or {}, payload)
+    return _Builder(configuration, assembly_errors or {}).build(load, gravity, point, frame, loads or {}, payload)
 
 
 class _Builder:
-    def __init__(self, configuration: Configuration, misfits: Mapping[str, object]) -> None:
+    def __init__(self, configuration: Configuration, assembly_errors: Mapping[str, object]) -> None:
         self.configuration = configuration
         self.description = configuration.robot.description
-        self.misfits = misfits
+        self.assembly_errors = assembly_errors
         self.pieces = Pieces(configuration)
         self.roots: list[int] = []
         masters = {joint.mimic.joint for joint in self.description.joints.values() if joint.mimic is not None}
@@ -184,7 +184,7 @@ class _Builder:
         first, second = (self.number(piece) for piece in item.pieces)
         # the centre of a sliding joint is the one on its outer side; of others the two are the same
         centre = joint.frames[1 if outward else 0][:3, 3]
-        misfit = joint_assembly_error(self.misfits.get(joint.name), joint)
+        assembly_error = joint_assembly_error(self.assembly_errors.get(joint.name), joint)
         cross = (joint.axis, joint.axis2) if outward else (joint.axis2, joint.axis)
         return FrameJoint(
             joint.name,
@@ -193,7 +193,7 @@ class _Builder:
             axes,
             ~free,
             joint_springs(joint, elastic),
-            misfit,
+            assembly_error,
             cross if joint.type.turns is Axes.BOTH and np.count_nonzero(free[3:]) == 2 else None,
         )
 
@@ -219,10 +219,13 @@ class _Builder:
             E * section.I_z,
         )
         first, second = (self.number(piece) for piece in placed.pieces)
-        misfit = self.misfits.get(placed.name)
+        assembly_error = self.assembly_errors.get(placed.name)
         too_long = 0.0
-        if isinstance(misfit, Mapping) and not {"twist", "frame"} & set(misfit):
-            too_long = float(misfit.get("length", 0)) + beam.thermal_expansion * float(misfit.get("temperature", 0)) * length
+        if isinstance(assembly_error, Mapping) and not {"twist", "frame"} & set(assembly_error):
+            too_long = (
+                float(assembly_error.get("length", 0))
+                + beam.thermal_expansion * float(assembly_error.get("temperature", 0)) * length
+            )
         lever = self._lever(placed)
         return FrameBeam(
             placed.name,

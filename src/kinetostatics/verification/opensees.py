@@ -163,7 +163,7 @@ def _frame(model: FrameModel, scale: Scale, probes: Sequence[int]) -> dict[str, 
                     "stiffness": [None if np.isinf(value) else value for value in (stiffness / unit).tolist()],
                     "axes": _orientation(axes),
                     # what the first blocks or holds, it displaces
-                    "misfit": (turn.T @ (joint.misfit / scale.twist)).tolist() if number == 0 else [0.0] * 6,
+                    "assembly_error": (turn.T @ (joint.assembly_error / scale.twist)).tolist() if number == 0 else [0.0] * 6,
                 }
             )
     for number, beam in enumerate(model.beams):
@@ -197,7 +197,7 @@ def _frame(model: FrameModel, scale: Scale, probes: Sequence[int]) -> dict[str, 
 
 
 def _at_ends(beam: FrameBeam) -> Array:
-    """Return the forces and moments (12,) on a beam's ends, base end first, that do what its even moment and its misfit do.
+    """Return the forces and moments (12,) on a beam's ends, base end first, equivalent to its even moment and its assembly error.
 
     A beam that is held at both ends answers an even moment m across it by the forces m/(1 + φ) along the other axis across and
     by end moments, φ = 12 EI/(κGA L²): equilibrium and the deflections and rotations of a Timoshenko beam say so. What it is too

@@ -55,7 +55,7 @@ def verification_to_dict(found: Verification) -> dict[str, object]:
     return {
         "robot": robot.name,
         "file": robot.description.path,
-        **named(found, ("verified", "conclusive", "verdict", "tolerance", "length")),
+        **named(found, ("verified", "conclusive", "verdict", "within", "length")),
         **named(found.configuration, ("platform", "actuators")),
         **named(found.result, ("load", "gravity")),
         **named(found, ("differences", "scatter", "joint_differences", "not_compared")),
@@ -150,6 +150,6 @@ DIFFERENCES = ("", "difference", "finite elements' own scatter", "")
 
 def _difference_rows(found: Verification) -> list[tuple[str, str, str, str]]:
     return [
-        (WORDS[name], f"{value:.1e}", f"{found.scatter.get(name, np.nan):.1e}", "ok" if value <= found.tolerance else "DIFFERS")
+        (WORDS[name], f"{value:.1e}", f"{found.scatter.get(name, np.nan):.1e}", "ok" if value <= found.within else "DIFFERS")
         for name, value in found.differences.items()
     ]

@@ -42,7 +42,7 @@ def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
         ratio, part = by.get(joint.name, (0.0, None))
         along = np.zeros(3) if part is None else ratio * part.axis
         parts = (np.zeros(3), along) if part is not None and part.rotates else (along, np.zeros(3))
-        joints.append(replace(joint, misfit=np.concatenate(parts)))
+        joints.append(replace(joint, assembly_error=np.concatenate(parts)))
     beams = tuple(replace(beam, load=np.zeros(6), too_long=0.0) for beam in model.beams)
     return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
 

@@ -28,7 +28,7 @@ class Spring(TypedDict):
     nodes: list[int]
     stiffness: list[float | None]
     axes: list[float]
-    misfit: list[float]
+    assembly_error: list[float]
 
 
 class Beam(TypedDict):
@@ -136,8 +136,8 @@ def assembly_error_forces(spring: Spring, penalty: float) -> list[float]:
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
     own = [
-        (penalty if stiffness is None else stiffness) * misfit
-        for stiffness, misfit in zip(spring["stiffness"], spring["misfit"], strict=True)
+        (penalty if stiffness is None else stiffness) * assembly_error
+        for stiffness, assembly_error in zip(spring["stiffness"], spring["assembly_error"], strict=True)
     ]
     return [x[k] * part[0] + y[k] * part[1] + z[k] * part[2] for part in (own[:3], own[3:]) for k in range(3)]
 
@@ -152,9 +152,11 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     on the unloaded frame, twice, and the answers are added.
     """
     answer: Answer = {"moved": [], "springs": [], "beams": []}
-    misfits = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
+    assembly_errors = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
     loads = list(frame["loads"])
-    pairs = [(spring["nodes"], [*map(neg, forces), *forces]) for spring, forces in zip(frame["springs"], misfits, strict=True)]
+    pairs = [
+        (spring["nodes"], [*map(neg, forces), *forces]) for spring, forces in zip(frame["springs"], assembly_errors, strict=True)
+    ]
     for nodes, forces in [*pairs, *((beam["nodes"], beam["at_ends"]) for beam in frame["beams"])]:
         if any(forces):
             loads += [(nodes[0], forces[:6]), (nodes[1], forces[6:])]
@@ -172,7 +174,7 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
             "beams": [ops.eleResponse(beam["tag"], "force") for beam in frame["beams"]],
         }
         if step == 0:
-            found["springs"] = added(found["springs"], misfits)
+            found["springs"] = added(found["springs"], assembly_errors)
             found["beams"] = added(found["beams"], [[*map(neg, beam["at_ends"])] for beam in frame["beams"]])
         for key, rows in found.items():
             answer[key] = added(answer[key], rows) if answer[key] else rows

@@ -57,7 +57,7 @@ class LiveRobot:
         configuration: Configuration,
         analyze: Callable[..., Result],
         orientation: str | None = None,
-        tolerance: float = 1e-10,
+        closure_tolerance: float = 1e-10,
         coordinates: Sequence[str] = (),
         load: ArrayLike | None = None,
     ) -> None:
@@ -66,14 +66,14 @@ class LiveRobot:
         Args:
             configuration: one pose.
             analyze: how a pose is analysed: load and gravity are chosen there.
-            orientation, tolerance: as in :meth:`Robot.assemble`.
+            orientation, closure_tolerance: as in :meth:`Robot.assemble`.
             coordinates: platform coordinates that get sliders; none: those that determine the pose best.
             load: (6,) at o [N, N·m], which gets sliders; ``analyze`` is given it as ``load=`` then.
         """
         if configuration.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
         self.configuration, self.analyze = configuration, analyze
-        self.robot, self.orientation, self.tolerance = robot_of(configuration), orientation, tolerance
+        self.robot, self.orientation, self.closure_tolerance = robot_of(configuration), orientation, closure_tolerance
         self.visuals = link_visuals(self.robot.description)
         self.load = None if load is None else np.array(load, dtype=float)
         self.result = self._analyzed(configuration)
@@ -147,7 +147,11 @@ class LiveRobot:
         return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
 
     def _assembled(self, asked: Mapping[str, Keyword], engine: str = "auto") -> Configuration:
-        rules: dict[str, Keyword] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
+        rules: dict[str, Keyword] = {
+            "orientation": self.orientation,
+            "near": self.configuration,
+            "closure_tolerance": self.closure_tolerance,
+        }
         return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
@@ -190,7 +194,9 @@ class LiveRobot:
         values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(actuators)}
         present = pose.platform_coordinates(self.orientation)
         try:
-            near = robot.assemble(actuators=values, orientation=self.orientation, near=pose, tolerance=self.tolerance)
+            near = robot.assemble(
+                actuators=values, orientation=self.orientation, near=pose, closure_tolerance=self.closure_tolerance
+            )
         except KinetostaticsError:
             return ()
         after = near.platform_coordinates(self.orientation)
@@ -358,7 +364,7 @@ def serve(
     analyze: Callable[..., Result],
     *,
     orientation: str | None = None,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     coordinates: Sequence[str] = (),
     load: ArrayLike | None = None,
     port: int = 0,
@@ -368,10 +374,10 @@ def serve(
     Args:
         configuration: the pose to start from.
         analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
-        orientation, tolerance: as in :meth:`Robot.assemble`.
+        orientation, closure_tolerance: as in :meth:`Robot.assemble`.
         coordinates: platform coordinates that get sliders; none: those that determine the pose best.
         load: (6,) force and moment at o, world axes [N, N·m]: it gets sliders, and ``analyze`` is called with ``load=`` what they
             say, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
         port: of 127.0.0.1; 0 for any that is free.
     """
-    return LiveServer(LiveRobot(configuration, analyze, orientation, tolerance, coordinates, load), port)
+    return LiveServer(LiveRobot(configuration, analyze, orientation, closure_tolerance, coordinates, load), port)

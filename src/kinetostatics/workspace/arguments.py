@@ -56,10 +56,10 @@ def read_sweep_spec(
     gravity: ArrayLike,
     point: ArrayLike | None,
     frame: str,
-    misfits: Mapping[str, object] | None,
+    assembly_errors: Mapping[str, object] | None,
     parameters: Mapping[str, object] | None,
     beams: bool,
-    tolerance: float,
+    closure_tolerance: float,
     ways: bool = False,
     given_units: Mapping[str, str] | None = None,
     links: Links | None = None,
@@ -101,8 +101,8 @@ def read_sweep_spec(
     given = platform if platform is not None else actuators
     if given is None:
         given = dict.fromkeys(first.description.driven, 0.0)
-    if misfits is not None:
-        parse_assembly_errors(first.statics, misfits)
+    if assembly_errors is not None:
+        parse_assembly_errors(first.statics, assembly_errors)
     on_links = parse_link_loads(first.statics, loads, payload)
     if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
         raise ArgumentError(
@@ -125,8 +125,8 @@ def read_sweep_spec(
         fields["gravity"],
         fields.get("point"),
         frame,
-        misfits,
-        positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True),
+        assembly_errors,
+        positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True),
         "beams" in extras,
         "ways" in extras,
         provenance.versions(),

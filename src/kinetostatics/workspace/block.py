@@ -95,13 +95,13 @@ def pose_numbers(
     found = _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
     if spec.compensated:
         wanted: dict[str, Keyword] = {
-            "coordinates": spec.compensated,
+            "controlled": spec.compensated,
             "orientation": spec.orientation,
-            "tolerance": spec.tolerance,
+            "closure_tolerance": spec.closure_tolerance,
         }
         corrected = compensate(configuration, **given, **wanted)
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
-        more = {"actuator_correction": shifts, "remaining": corrected.remaining}
+        more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
         found |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in more if name in labels.outputs}
     return found
 

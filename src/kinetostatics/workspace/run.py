@@ -56,7 +56,7 @@ def sweep(
     gravity: ArrayLike = (0, 0, -9.81),
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, object] | None = None,
+    assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
     parameters: Mapping[str, object] | None = None,
@@ -67,7 +67,7 @@ def sweep(
     ways: bool = False,
     compensate: bool = False,
     outputs: Sequence[str] | None = None,
-    tolerance: float = 1e-10,
+    closure_tolerance: float = 1e-10,
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
     restart: bool = False,
@@ -89,7 +89,7 @@ def sweep(
         gravity: likewise.
         point: likewise.
         frame: as there.
-        misfits: as there.
+        assembly_errors: as there.
         loads: on links, as there; the same at all poses.
         payload: as there; the same at all poses.
         parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
@@ -101,14 +101,14 @@ def sweep(
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
-        compensate: whether to add ``actuator_correction`` and ``remaining``: by how much to correct the actuators so that the
-            loaded platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes
+        compensate: whether to add ``actuator_correction`` and ``residual_error``: by how much to correct the actuators so that
+            the loaded platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes
             several times as long. Of a grid of actuators those coordinates come out as wanted that tell best how the platform
             moves.
         outputs: names of the variables that are wanted, ``["twist", "beam_stress"]``: no other is computed and stored, not even
             ``buckles``, but for status, the facts that it tells, and the pose itself (``platform_pose``, ``q``). None: all.
             What ``beams``, ``ways`` and ``compensate`` add is there either way if they are true.
-        tolerance: how far loops may stay open [m, rad].
+        closure_tolerance: how far loops may stay open [m, rad].
         engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
             same call goes on with it.
@@ -137,7 +137,20 @@ def sweep(
         out = path_name("out", out)
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
-        given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
+        given = (
+            platform,
+            actuators,
+            orientation,
+            load,
+            gravity,
+            point,
+            frame,
+            assembly_errors,
+            parameters,
+            beams,
+            closure_tolerance,
+            ways,
+        )
         links = {"platform": platform_link, "base": base_link}
         spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate, loads, payload, outputs)
         labels = labels_of(spec, first)

@@ -100,7 +100,7 @@ def numbered(labels: Iterable[str]) -> list[str]:
 
 def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
     """Return the labels of a robot."""
-    generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
+    generic = robot.configuration(robot.model_q(robot.generic_poses).T, closure_tolerance=np.inf, on_failure="nan")
     result = analyze(generic, **spec.extras, on_failure="nan")
     q, pose = _q_labels(robot), orientation_named(spec.orientation).pose_names
     axes: dict[str, tuple[str, ...]] = {
@@ -139,12 +139,12 @@ def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
     if not robot.mobility.local:
         return (False,) * robot.mechanism.tree.nq
     q = robot.model_q(robot.generic_poses)[:, 0]
-    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
+    pose = robot.configuration(q, closure_tolerance=np.inf, on_failure="nan")
     known = pose.platform_coordinates(spec.orientation) if spec.kind == "platform" else pose.actuators
     names = [*spec.held, *(axis.name for axis in spec.axes_of("coordinate"))]
     random = np.random.default_rng(6)
     starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
-    near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
+    near = robot.configuration(starts, closure_tolerance=np.inf, on_failure="nan")
     try:
         found = spec.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
     except (KinetostaticsError, KeyError):  # somebody else will complain

@@ -86,8 +86,8 @@ class SweepSpec:
         held: coordinates that are the same everywhere [m, rad].
         constants: parameters of the robot file that are the same everywhere.
         orientation: what the platform's orientation coordinates mean.
-        load, gravity, point, frame, misfits: as :func:`kinetostatics.analyze` takes them.
-        tolerance: how far loops may stay open [m, rad].
+        load, gravity, point, frame, assembly_errors: as :func:`kinetostatics.analyze` takes them.
+        closure_tolerance: how far loops may stay open [m, rad].
         beams: whether stresses and deflections of beams are wanted too.
         ways: whether the ways in which gravity acts are wanted too.
         versions: of the packages that compute, by name.
@@ -107,8 +107,8 @@ class SweepSpec:
     gravity: Field
     point: Field | None
     frame: str
-    misfits: Mapping[str, object] | None
-    tolerance: float
+    assembly_errors: Mapping[str, object] | None
+    closure_tolerance: float
     beams: bool
     ways: bool
     versions: Mapping[str, str]
@@ -120,8 +120,8 @@ class SweepSpec:
 
     @property
     def extras(self) -> dict[str, Keyword]:
-        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: misfits, loads on links, payload."""
-        return {"misfits": self.misfits, "loads": self.loads, "payload": self.payload}
+        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: assembly errors, loads on links, payload."""
+        return {"assembly_errors": self.assembly_errors, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
@@ -186,7 +186,7 @@ class SweepSpec:
         """Return the poses (N,) at coordinates, which have been warned of before, along a line from the zero pose or ``near``."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
-        return assemble(robot, actuators, platform, orientation, near, self.tolerance, "nan", compiled_loops(self.engine))
+        return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
 
     # ---- what makes it this sweep and no other ----------------------------------------------------------------------
 
@@ -204,8 +204,8 @@ class SweepSpec:
             "gravity": self.gravity.as_json(),
             "point": None if self.point is None else self.point.as_json(),
             "frame": self.frame,
-            **{name: plain(value) for name, value in self.extras.items() if name == "misfits" or value is not None},
-            "tolerance": self.tolerance,
+            **{name: plain(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
+            "closure_tolerance": self.closure_tolerance,
             "beams": self.beams,
             "ways": self.ways,
             **({"compensate": list(self.compensated)} if self.compensated else {}),

@@ -61,7 +61,7 @@ def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
     gear = moment / 3e4
     assert result.twist[2] == pytest.approx(-(end + (slope + gear) * far), rel=1e-10)
     assert result.twist[4] == pytest.approx(slope + gear, rel=1e-10)
-    assert set(result.source_contributions["beams"]) == {"upper"} and set(result.source_contributions["drives"]) == {"two"}
+    assert set(result.source_contributions["beams"]) == {"upper"} and set(result.source_contributions["actuators"]) == {"two"}
 
 
 def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_path) -> None:

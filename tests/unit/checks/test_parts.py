@@ -29,7 +29,7 @@ def test_a_limb_that_degenerates_only_in_a_later_chunk_of_poses_is_named(monkeyp
     robot = package_robots.robot("linear_delta")
     q = np.repeat(robot.assemble().model_q.T, 2, axis=0)
     q[1, 1] += np.pi / 2
-    result = ks.analyze(robot.configuration(q, tolerance=10.0), on_failure="nan")
+    result = ks.analyze(robot.configuration(q, closure_tolerance=10.0), on_failure="nan")
     assert result.basis_degenerate.tolist() == [False, True]
     (words,) = facts_of_poses(result)
     assert words == "the canonical wrenches of limb_2 and limb_3 degenerate at some poses: intensities are NaN there"

@@ -23,12 +23,12 @@ def problem(monkeypatch):
             moved = np.einsum("nij,jn->in", slopes, u) + 0.2 * u**2
             return np.where(np.all((low <= u) & (u <= high), axis=0), moved, np.nan)
 
-        monkeypatch.setattr(compensate, "wanted_frame", tip)
+        monkeypatch.setattr(compensate, "target_frame", tip)
         found = object.__new__(compensate._Problem)
         names = SimpleNamespace(names=("x", "y", "z"), of=lambda frame, near: frame)
         mobility = SimpleNamespace(platform=3)
         found.robot = SimpleNamespace(length=LENGTH, name="crane", mobility=mobility)
-        found.tool, found.wanted, found.controlled, found.commanded = np.ones(3), None, names, names
+        found.tool, found.target, found.controlled, found.commanded = np.ones(3), None, names, names
         found._asked, found._angles, found._commanded = np.zeros((3, len(slopes))), None, lambda u, near: u
         return found._first_inverse(np.zeros((3, len(slopes))))
 

@@ -103,7 +103,7 @@ def test_an_unknown_unit_is_answered_by_those_there_are():
         ("analyze 3rps --platform z=0.5 rx=5mm ry=0", "--platform: rx: '5mm' is a length, but an angle is needed"),
         ("analyze 3rps --actuators prismatic_1=5deg", "--actuators: prismatic_1: '5deg' is an angle, but a length is needed"),
         ("analyze delta --actuators motor_1=5mm", "--actuators: motor_1: '5mm' is a length, but an angle is needed"),
-        ("analyze 3rps --tolerance 1kg", "--tolerance: '1kg' is a mass, but a length is needed"),
+        ("analyze 3rps --closure-tolerance 1kg", "--closure-tolerance: '1kg' is a mass, but a length is needed"),
         ("view 3rps --platform z=0.5 rx=0 --sweep ry=0:5mm", "--sweep: ry: '5mm' is a length, but an angle is needed"),
         ("view 3rps --platform z=0.5deg rx=0 --sweep ry=0:5deg", "--platform: z: '0.5deg' is an angle, but a length is needed"),
         ("tolerances 3rps --temperature 5N", "'5N' is a force, but a temperature is needed"),
@@ -126,12 +126,12 @@ def test_units_wherever_numbers_are_typed(capsys):
 
     plain = analyzed(
         *"--set rod_diameter=0.08 youngs_modulus=70e9 density=2700 platform_mass=30".split(),
-        *"--platform z=0.55 rx=0.01 ry=0 --load 1500 0 -2000 3 0.02 0 --gravity 0 0 -9.81 --tolerance 1e-9".split(),
+        *"--platform z=0.55 rx=0.01 ry=0 --load 1500 0 -2000 3 0.02 0 --gravity 0 0 -9.81 --closure-tolerance 1e-9".split(),
     )
     typed = analyzed(
         *"--set rod_diameter=8cm youngs_modulus=70GPa density=2.7g/cm3 platform_mass=30kg".split(),
         *"--platform z=5.5dm rx=10mrad ry=0° --load 1.5kN 0 -2kN 3N·m 20Nmm 0N·m --gravity 0 0m/s² -981cm/s2".split(),
-        *"--tolerance 1nm".split(),
+        *"--closure-tolerance 1nm".split(),
     )
     np.testing.assert_allclose(typed, plain, rtol=1e-13, atol=0)
 

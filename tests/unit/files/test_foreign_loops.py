@@ -526,7 +526,7 @@ def test_rounded_files_close_within_their_digits(tmp_path):
     with pytest.raises(ks.AssemblyError, match="open"):
         robot.assemble()
     load = (20, -5, -100, 1, 2, -3)
-    rounded = ks.analyze(robot.assemble(tolerance=1e-5), load=load)
+    rounded = ks.analyze(robot.assemble(closure_tolerance=1e-5), load=load)
     np.testing.assert_allclose(rounded.twist, ks.analyze(five_bar().assemble(), load=load).twist, rtol=1e-3, atol=1e-9)
 
 

@@ -95,7 +95,7 @@ def test_loops_may_stay_open_by_a_tenth_of_a_nanometre_unless_more_is_allowed(of
     machine = four_bar(0.05, zero=0.3, bent=off)
     closed = machine.assemble(on_failure="nan")
     assert (closed.status == ks.Status.OK) == accepted
-    q = machine.assemble(tolerance=1e-9).q
+    q = machine.assemble(closure_tolerance=1e-9).q
     assert (machine.configuration(q, on_failure="nan").status == ks.Status.OK) == accepted
     moved = machine.assemble(actuators={"a": 0.1}, on_failure="nan")
     assert (moved.status == ks.Status.OK) == accepted

@@ -24,7 +24,7 @@ def robot():
 
 def said_of(robot):
     """Return the warnings of check, and those of an analysis."""
-    pose = robot.assemble(tolerance=10)
+    pose = robot.assemble(closure_tolerance=10)
     return "\n".join(robot_facts(robot).warnings), "\n".join(ks.analyze(pose, on_failure="nan").warnings)
 
 

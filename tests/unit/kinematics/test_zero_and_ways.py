@@ -35,7 +35,7 @@ def test_how_far_the_loops_of_given_coordinates_may_be_open(beside, closed):
     q = np.array(machine.assemble().q)
     q[int(np.argmax(np.abs(q) < 0.9))] += beside  # any joint that is no part of a quaternion
     assert (machine.configuration(q, on_failure="nan").status != ks.Status.UNREACHABLE) == closed
-    assert machine.configuration(q, tolerance=1e-3, on_failure="nan").status != ks.Status.UNREACHABLE
+    assert machine.configuration(q, closure_tolerance=1e-3, on_failure="nan").status != ks.Status.UNREACHABLE
 
 
 @pytest.mark.parametrize("many_starts", [False, True])

@@ -78,7 +78,7 @@ def test_rounding_is_written_as_nothing():
     pose = package_robots.robot("delta").assemble(actuators={"motor_1": 0.1, "motor_2": 0.02, "motor_3": -0.1})
     assert 0 < abs(pose.platform["rx"]) < 1e-12 and "rx = 0, ry = 0, rz = 0," in str(pose)
     assert 0 < pose.residual < 1e-12 and "loops        closed\n" in str(ks.analyze(pose))
-    bent = pose.robot.configuration(pose.q + 1e-7, tolerance=1e-3)
+    bent = pose.robot.configuration(pose.q + 1e-7, closure_tolerance=1e-3)
     assert f"loops        open by at most {bent.residual:.1e} (m or rad)" in str(ks.analyze(bent))
 
 

@@ -61,11 +61,11 @@ def test_redundant_drives_share_what_deformation_makes():
     assert np.abs(forces).max() > 0.1
 
 
-def test_misfits_and_batches_keep_their_places():
+def test_assembly_errors_and_batches_keep_their_places():
     robot = package_robots.robot("2pru_upr")
-    misfits = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
+    assembly_errors = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
     poses = robot.assemble(platform={"z": [0.55, 0.6], "rx": 0.05, "ry": -0.1}, orientation="XYZ")
-    both, plain = ks.analyze(poses, LOAD, misfits=misfits), ks.analyze(poses, LOAD)
+    both, plain = ks.analyze(poses, LOAD, assembly_errors=assembly_errors), ks.analyze(poses, LOAD)
     for limb, ways in both.mechanism_contributions.items():
         for which, twist in ways.items():
             assert twist.shape == (2, 6)

@@ -120,11 +120,11 @@ def test_a_joint_and_a_beam_of_one_name_are_told_apart_by_what_is_off():
         joint("head", "fixed", "column", "platform", "0 0 1"), bar("column", "column", "head", RHO, CIRCLE),
     )  # fmt: skip
     pose, still = machine.assemble(), (0, 0, 0)
-    longer = ks.analyze(pose, gravity=still, misfits={"column": {"length": 1e-4}}).twist
+    longer = ks.analyze(pose, gravity=still, assembly_errors={"column": {"length": 1e-4}}).twist
     np.testing.assert_allclose(longer, [0, 0, 1e-4, 0, 0, 0], atol=1e-12)
-    turned = ks.analyze(pose, gravity=still, misfits={"column": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
+    turned = ks.analyze(pose, gravity=still, assembly_errors={"column": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
     np.testing.assert_allclose(turned, [1e-4 + 1e-3, 0, 0, 0, 1e-3, 0], atol=1e-12)
-    heads = ks.analyze(pose, gravity=still, misfits={"head": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
+    heads = ks.analyze(pose, gravity=still, assembly_errors={"head": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
     np.testing.assert_allclose(heads, [1e-4, 0, 0, 0, 1e-3, 0], atol=1e-12)
 
 

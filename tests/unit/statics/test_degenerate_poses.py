@@ -124,10 +124,10 @@ def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
     mechanism = DEPENDENT[name]
     robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
     zero, others = pin.neutral(robot.model), robot.model_q(robot.generic_poses).T
-    batch = ks.analyze(robot.configuration([zero, others[0], zero, others[1], zero], tolerance=1e-8))
+    batch = ks.analyze(robot.configuration([zero, others[0], zero, others[1], zero], closure_tolerance=1e-8))
     assert batch.basis_degenerate.tolist() == [True, False, True, False, True]
     for k in range(5):
-        alone = ks.analyze(robot.configuration(batch.configuration.q[k], tolerance=1e-8), on_failure="nan")
+        alone = ks.analyze(robot.configuration(batch.configuration.q[k], closure_tolerance=1e-8), on_failure="nan")
         assert alone.status == batch.status[k]
         close(batch.twist[k], alone.twist)
         close(batch.base_wrench[k], alone.base_wrench)

@@ -84,7 +84,7 @@ def test_rigid_links_on_elastic_drives(q):
     torques = np.array([found.actuator_forces["shoulder"], found.actuator_forces["elbow"]])
     # the actuators' springs yield by what the actuators hold, weights included
     np.testing.assert_allclose(found.twist, -J @ (torques / [5000, 2000]), rtol=1e-9, atol=1e-15)
-    drives = found.source_contributions["drives"]
+    drives = found.source_contributions["actuators"]
     np.testing.assert_allclose(drives["shoulder"], -J[:, 0] * torques[0] / 5000, rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(drives.values()), found.twist, rtol=1e-9, atol=1e-15)
 
@@ -98,11 +98,11 @@ def test_elastic_drives_and_links_add_up():
     beams = sum(found["beams"].values())
     np.testing.assert_allclose(beams, rigid.twist, rtol=1e-9, atol=1e-16)
     np.testing.assert_allclose(
-        found["drives"]["elbow"], -jacobian(0, 0)[:, 1] * soft.actuator_forces["elbow"] / 2000, rtol=1e-9, atol=1e-16
+        found["actuators"]["elbow"], -jacobian(0, 0)[:, 1] * soft.actuator_forces["elbow"] / 2000, rtol=1e-9, atol=1e-16
     )
     wrench = soft.joint_wrenches["elbow"]  # bearings: the tip is displaced by what the base side puts on it, over k
     np.testing.assert_allclose(found["joints"]["elbow"], [-wrench[0] / 1e6, 0, -wrench[2] / 2e6, 0, 0, 0], rtol=1e-9, atol=1e-16)
-    np.testing.assert_allclose(beams + found["drives"]["elbow"] + found["joints"]["elbow"], soft.twist, rtol=1e-9, atol=1e-16)
+    np.testing.assert_allclose(beams + found["actuators"]["elbow"] + found["joints"]["elbow"], soft.twist, rtol=1e-9, atol=1e-16)
 
 
 def test_stiffnesses_scale_with_moduli():

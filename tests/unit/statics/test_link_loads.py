@@ -25,7 +25,7 @@ def robot(name):
 def pose(name):
     """A pose without symmetry."""
     one = robot(name)
-    return one.configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+    return one.configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
 
 
 def close(a, b, tolerance=1e-11):
@@ -70,7 +70,7 @@ def test_a_payload_is_a_mass_welded_to_its_link(name, link, place, origin):
     if link not in at.robot.description.links:
         link = next(key for key in at.robot.description.links if key not in ("base", "platform") and _is_rigid(at.robot, key))
     heavy = ks.Robot(at.robot.description.with_payload("tool", link, 7.0, place))
-    wanted = ks.analyze(heavy.configuration(at.q, tolerance=1e-9))
+    wanted = ks.analyze(heavy.configuration(at.q, closure_tolerance=1e-9))
     found = ks.analyze(at, payload=ks.Payload(7.0, place, link=link))
     close(found.twist, wanted.twist, 1e-9)
     close(found.base_wrench, wanted.base_wrench, 1e-9)
@@ -221,7 +221,7 @@ def test_an_unknown_payload_on_the_platform_is_meant_where_none_is_given():
 def test_what_a_passive_joint_cannot_hold_is_told():
     """A strut between two spherical joints spins about itself."""
     one = small_robots.robot_of(small_robots.gough("S"))
-    at = one.configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+    at = one.configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
     beam = next(iter(ks.analyze(at).beams.values()))
     frame, link = at.frame(beam.description.link), beam.description.link
     end, axis = frame[:3, :3].T @ (beam.points[-1] - frame[:3, 3]), beam.axes[:, 0]

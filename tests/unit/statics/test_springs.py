@@ -88,7 +88,7 @@ def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
         .replace('type="revolute"', 'type="continuous"')
         .replace('<limit lower="-3" upper="3" effort="0" velocity="0"/>', "")
     )
-    found = ks.compensate(loaded(text).assemble(actuators={"hinge": angle}), coordinates=("z",))
+    found = ks.compensate(loaded(text).assemble(actuators={"hinge": angle}), controlled=("z",))
     assert abs(float(found.corrections["hinge"])) == pytest.approx(MASS * G * LENGTH / 1e4, rel=1e-3)
 
 
@@ -113,7 +113,7 @@ def pose(name, *springs):
     description = one.description
     for spring in springs:
         description = description.with_spring(spring)
-    return ks.Robot(description).configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+    return ks.Robot(description).configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
 
 
 BESIDE = Spring("beside", 4e6, "base", "platform", (0.3, 0.1, 0.0), (0.0, 0.05, 0.02), free_length=0.2, preload=40.0)
@@ -331,9 +331,9 @@ def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it(
 
 def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
     at = pose("delta", replace(BESIDE, successor="elbow_1"))
-    found = ks.analyze(at, misfits={at.robot.description.driven[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
+    found = ks.analyze(at, assembly_errors={at.robot.description.driven[0]: [1e-4, 0, 2e-4, 1e-4, 0, 0]})
     parts = found.by_mechanism.contributions
-    np.testing.assert_allclose(parts["misfit"], found.contributions["misfit"], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(parts["assembly_errors"], found.contributions["assembly_errors"], rtol=1e-9, atol=1e-15)
     np.testing.assert_allclose(sum(parts.values()), found.twist, rtol=1e-9, atol=1e-15)
 
 

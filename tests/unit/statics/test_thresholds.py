@@ -52,7 +52,7 @@ def test_rigid_wrenches_that_are_one(tilt, rank):
 
 
 @pytest.mark.parametrize(("difference", "contradict"), [(1e-10, False), (5e-10, False), (4e-9, True), (1.0, True)])
-def test_misfits_that_contradict_one_another(difference, contradict):
+def test_assembly_errors_that_contradict_one_another(difference, contradict):
     part, split = rigid_wrenches(0.0)
     moved, forces = part.solve(np.zeros((6, 1, 1)), [split], [np.array([1.0, 1 - difference]).reshape(2, 1, 1, 1)], errors=True)
     assert np.isnan(moved).all() == np.isnan(forces[0]).all() == contradict

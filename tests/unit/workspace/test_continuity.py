@@ -132,7 +132,7 @@ def test_where_much_is_left_other_modes_are_sought_from_random_starts(monkeypatc
     monkeypatch.setattr(place + "open_starts", lambda robot, units, count, seed: np.full((count, 1), 1.0))
     monkeypatch.setattr(place + "closed_starts", lambda robot, count, tolerance: np.full((count, 1), tolerance))
     look = SimpleNamespace(
-        mode=np.full(100, ZERO_MODE), robot=None, units=["rad"], spec=SimpleNamespace(kind=kind, tolerance=2.0)
+        mode=np.full(100, ZERO_MODE), robot=None, units=["rad"], spec=SimpleNamespace(kind=kind, closure_tolerance=2.0)
     )
     look.mode[100 - left :], look._seeds, look._seed_q = NO_MODE, np.array([0]), np.zeros((1, 1))
     look._padded, look.at, spread = lambda starts: starts, lambda which: which, []

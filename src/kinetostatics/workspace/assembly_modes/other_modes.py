@@ -34,7 +34,7 @@ def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -
     return np.asarray(q)
 
 
-def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
+def closed_starts(robot: Robot, count: int, closure_tolerance: float) -> Array:
     """Return model coordinates (n, nq) of poses at random actuator coordinates, those that exist: n may be 0.
 
     Moving the actuators leads through poses at which a limb is stretched or folded, and so to poses that straight lines of the
@@ -43,10 +43,10 @@ def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
     Args:
         robot: the robot.
         count: how many are tried.
-        tolerance: how far loops may stay open [m, rad].
+        closure_tolerance: how far loops may stay open [m, rad].
     """
     random = np.random.default_rng(2)
-    zero = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=np.inf).actuators
+    zero = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=np.inf).actuators
     connections = robot.mechanism.connections
     values = {}
     for name, value in zero.items():
@@ -56,7 +56,7 @@ def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
     if not values:
         return none
     try:
-        found = robot.assemble(actuators=values, tolerance=tolerance, on_failure="nan")
+        found = robot.assemble(actuators=values, closure_tolerance=closure_tolerance, on_failure="nan")
     except KinetostaticsError:  # the actuators do not determine the pose
         return none
     return found.q[found.status != Status.UNREACHABLE]

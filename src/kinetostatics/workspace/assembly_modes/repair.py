@@ -173,7 +173,7 @@ class _Look:
             goal = {name: (end - (end - first[name]) * left / steps)[alive] for name, end in targets.items()}
             near = None
             if starts is not None or left < steps - 1:
-                near = self.robot.configuration(q[alive, : self.nq], tolerance=np.inf, on_failure="nan")
+                near = self.robot.configuration(q[alive, : self.nq], closure_tolerance=np.inf, on_failure="nan")
             found = self.spec.assemble(self.robot, goal, near)
             arrived = np.asarray(found.status != Status.UNREACHABLE)
             alive = alive[arrived]
@@ -192,7 +192,7 @@ class _Look:
 
     def zero_coordinates(self) -> dict[str, float]:
         """Return the zero pose's coordinates, without an azimuth if it is not tilted."""
-        zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], tolerance=np.inf)
+        zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], closure_tolerance=np.inf)
         if self.spec.kind != "platform":
             return {name: float(value) for name, value in zero.actuators.items()}
         found = {name: float(value) for name, value in zero.platform_coordinates(self.spec.orientation).items()}
@@ -347,7 +347,7 @@ class _Look:
             count = min(left.size, SEARCH)
             starts = open_starts(self.robot, self.units, count, seed=5)
             if self.spec.kind == "platform":
-                starts = np.concatenate([starts, closed_starts(self.robot, count, self.spec.tolerance)])
+                starts = np.concatenate([starts, closed_starts(self.robot, count, self.spec.closure_tolerance)])
             targets = np.random.default_rng(4).choice(left, len(starts))
             ends, arrived = self.follow(self._padded(starts), self.at(targets), self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)
@@ -360,6 +360,6 @@ class _Look:
         """Return the variables of poses, as they are now."""
         q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
-            configuration = self.robot.configuration(q, tolerance=self.spec.tolerance, on_failure="nan")
+            configuration = self.robot.configuration(q, closure_tolerance=self.spec.closure_tolerance, on_failure="nan")
             found = pose_numbers(self.spec, self.labels, self.combination, configuration, cases, self.region, which)
         return {**found, "mode": self.mode[which]}

@@ -31,7 +31,7 @@ def heated(growth, length=1.0, half=0.2):
 
 
 @pytest.mark.parametrize(
-    ("misfit", "growth"),
+    ("assembly_error", "growth"),
     [
         ({"a": {"temperature": 30}}, ALPHA * 30),
         ({"a": {"length": 2e-4}}, 2e-4),
@@ -40,32 +40,32 @@ def heated(growth, length=1.0, half=0.2):
         ({"head_a": {"twist": [0, 0, 3e-4, 0, 0, 0], "frame": "joint"}}, 3e-4),
     ],
 )
-def test_a_column_that_is_too_long(misfit, growth):
+def test_a_column_that_is_too_long(assembly_error, growth):
     machine = two_columns()
-    found = ks.analyze(machine.assemble(), gravity=STILL, misfits=misfit)
+    found = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors=assembly_error)
     z, r, force = heated(growth)
-    assert list(found.contributions) == ["load", "platform_weight", "limb_1", "limb_2", "misfit"]
+    assert list(found.contributions) == ["load", "platform_weight", "limb_1", "limb_2", "assembly_errors"]
     np.testing.assert_allclose(found.twist[[2, 4]], [z, r], rtol=1e-9)
-    np.testing.assert_allclose(found.contributions["misfit"], found.twist, rtol=1e-12)
+    np.testing.assert_allclose(found.contributions["assembly_errors"], found.twist, rtol=1e-12)
     np.testing.assert_allclose(found.beams["a"].section_wrenches[:, 0], force, rtol=1e-8)
-    assert found.limbs["limb_1"].contributions["misfit"] == pytest.approx(found.limbs["limb_1"].intensities)
+    assert found.limbs["limb_1"].contributions["assembly_errors"] == pytest.approx(found.limbs["limb_1"].intensities)
     everything = sum(sum(named.values()) for named in found.source_contributions.values())
     np.testing.assert_allclose(everything, found.twist, rtol=1e-9, atol=1e-18)
-    name = next(iter(misfit))
-    assert list(found.source_contributions["misfits"]) == [name]
+    name = next(iter(assembly_error))
+    assert list(found.source_contributions["assembly_errors"]) == [name]
 
 
 def test_warm_everywhere_grows_without_stress():
-    found = ks.analyze(two_columns().assemble(), gravity=STILL, misfits={name: {"temperature": 50} for name in "ab"})
+    found = ks.analyze(two_columns().assemble(), gravity=STILL, assembly_errors={name: {"temperature": 50} for name in "ab"})
     np.testing.assert_allclose(found.twist, [0, 0, 50 * ALPHA, 0, 0, 0], rtol=1e-10, atol=1e-16)
     assert np.abs(found.beams["a"].section_wrenches).max() < 1e-6
 
 
-def test_misfits_add_to_loads():
+def test_assembly_errors_add_to_loads():
     machine = two_columns().assemble()
-    misfit = {"foot_b": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4]}
-    loaded, off = ks.analyze(machine, (1, 2, 3, 4, 5, 6)), ks.analyze(machine, gravity=STILL, misfits=misfit)
-    both = ks.analyze(machine, (1, 2, 3, 4, 5, 6), misfits=misfit)
+    assembly_error = {"foot_b": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4]}
+    loaded, off = ks.analyze(machine, (1, 2, 3, 4, 5, 6)), ks.analyze(machine, gravity=STILL, assembly_errors=assembly_error)
+    both = ks.analyze(machine, (1, 2, 3, 4, 5, 6), assembly_errors=assembly_error)
     np.testing.assert_allclose(both.twist, loaded.twist + off.twist, rtol=1e-12)
     for name, wrench in both.joint_wrenches.items():
         np.testing.assert_allclose(wrench, loaded.joint_wrenches[name] + off.joint_wrenches[name], rtol=1e-9, atol=1e-7)
@@ -73,10 +73,10 @@ def test_misfits_add_to_loads():
 
 @pytest.mark.parametrize("rod", ["rod_1", "rod_2", "rod_3"])
 def test_a_longer_rod_is_a_longer_stroke(rod):
-    """Without overconstraint a misfit is pure kinematics: here the same as driving the prismatic joint by as much."""
+    """Without overconstraint an assembly error is pure kinematics: here the same as driving the prismatic joint by as much."""
     machine = package_robots.robot("3rps")
     pose = machine.assemble(platform={"z": 0.52, "rx": 0.1, "ry": -0.15})
-    found = ks.analyze(pose, gravity=STILL, misfits={rod: {"length": 1e-4}})
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={rod: {"length": 1e-4}})
     assert all(abs(force) < 1e-5 for force in found.actuator_forces.values())
     step, shifts = 1e-5, []
     for sign in (1, -1):
@@ -93,7 +93,7 @@ def test_a_rail_that_is_off_presses_the_paper_s_robot():
     """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (the method page, section 6)."""
     machine = package_robots.robot("2pru_upr")
     pose = machine.assemble()
-    found = ks.analyze(pose, gravity=STILL, misfits={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
     assert np.linalg.norm(found.joint_wrenches["prismatic_1"][:3]) == pytest.approx(34, abs=0.5)
     ranked = ks.tolerances(pose)
     row = next(item for item in ranked if (item.name, item.error) == ("prismatic_1", "x"))
@@ -114,24 +114,24 @@ def test_errors_act_at_the_point_that_the_joint_s_wrench_is_told_about(name):
             axes = np.kron(np.eye(2), pose.frame(slide.parent)[:3, :3] @ slide.origin.matrix[:3, :3])
             expected = -under.joint_wrenches[slide.name] @ axes @ own
             for value in ({"twist": own, "frame": "joint"}, axes @ own):
-                twist = ks.analyze(pose, gravity=STILL, misfits={slide.name: value}).twist
+                twist = ks.analyze(pose, gravity=STILL, assembly_errors={slide.name: value}).twist
                 np.testing.assert_allclose(twist, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
-def test_misfits_of_a_batch():
+def test_assembly_errors_of_a_batch():
     machine = two_columns()
     shifts = np.linspace(-1e-4, 1e-4, 5)
     twist = np.zeros((5, 6))
     twist[:, 2] = shifts
-    found = ks.analyze(machine.assemble(), gravity=STILL, misfits={"foot_a": twist, "b": {"length": shifts}})
+    found = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={"foot_a": twist, "b": {"length": shifts}})
     assert found.shape == (5,)
     for k, shift in enumerate(shifts):
-        one = ks.analyze(machine.assemble(), gravity=STILL, misfits={"foot_a": twist[k], "b": {"length": shift}})
+        one = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={"foot_a": twist[k], "b": {"length": shift}})
         np.testing.assert_allclose(found.twist[k], one.twist, rtol=1e-12, atol=1e-20)
 
 
 @pytest.mark.parametrize(
-    ("misfits", "message"),
+    ("assembly_errors", "message"),
     [
         ({"rodd_1": [0] * 6}, "did you mean"),
         ({"revolute_1": [0, 0, 1e-4]}, r"shape \(3,\)"),
@@ -144,13 +144,13 @@ def test_misfits_of_a_batch():
         ([1, 2], "mapping"),
     ],
 )
-def test_misfits_that_make_no_sense(misfits, message):
+def test_assembly_errors_that_make_no_sense(assembly_errors, message):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match=message):
-        ks.analyze(pose, misfits=misfits)
+        ks.analyze(pose, assembly_errors=assembly_errors)
 
 
-def test_rigid_limbs_cannot_follow_misfits_that_contradict():
+def test_rigid_limbs_cannot_follow_assembly_errors_that_contradict():
     text = "".join(
         [
             '<robot name="r">', link("base"), link("platform"), joint("one", "fixed", "base", "platform"),
@@ -163,7 +163,7 @@ def test_rigid_limbs_cannot_follow_misfits_that_contradict():
 
 @pytest.mark.parametrize("bar_number", [0, 1, 2])
 def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
-    """Self-stress of one limb by a misfit: K u = Σ EA/L e δ, N = EA/L (e u − δ)."""
+    """Self-stress of one limb by an assembly error: K u = Σ EA/L e δ, N = EA/L (e u − δ)."""
     machine = truss()
     feet = np.array([[-1.0, 0], [0, 0], [1, 0]])
     along = np.array([0.0, 1.0]) - feet
@@ -172,7 +172,7 @@ def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
     delta = np.where(np.arange(3) == bar_number, 1e-4, 0)
     u = np.linalg.solve((e.T * k) @ e, e.T @ (k * delta))
     forces = k * (e @ u - delta)
-    found = ks.analyze(machine.assemble(), gravity=STILL, misfits={f"bar_{bar_number}": {"length": 1e-4}})
+    found = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={f"bar_{bar_number}": {"length": 1e-4}})
     np.testing.assert_allclose(found.twist[[0, 2]], u, rtol=1e-9, atol=1e-16)
     for number, force in enumerate(forces):
         np.testing.assert_allclose(found.beams[f"bar_{number}"].section_wrenches[:, 0], force, rtol=1e-7)
@@ -189,10 +189,10 @@ def test_a_beam_and_a_joint_of_one_name_are_told_apart_by_what_is_given(value):
     joints["a"] = replace(foot, name="a")
     start = replace(column.start, joint="a")
     machine = ks.Robot(replace(description, joints=joints, beams={**description.beams, "a": replace(column, start=start)}))
-    joint_off = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": value})
-    too_long = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": {"length": 3e-4}})
+    joint_off = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={"a": value})
+    too_long = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={"a": {"length": 3e-4}})
     z, r, _ = heated(3e-4)
     for found in (joint_off, too_long):
         np.testing.assert_allclose(found.twist[[2, 4]], [z, r], rtol=1e-9)
-    warm = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": {"temperature": 25}, "b": {"temperature": 25}})
+    warm = ks.analyze(machine.assemble(), gravity=STILL, assembly_errors={"a": {"temperature": 25}, "b": {"temperature": 25}})
     np.testing.assert_allclose(warm.twist[2], 25 * ALPHA, rtol=1e-9)

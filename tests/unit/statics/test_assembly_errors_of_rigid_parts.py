@@ -1,4 +1,4 @@
-"""What rigid parts and what hangs do with misfits and weights: contradictions are NaN, everything else is a number."""
+"""What rigid parts and what hangs do with assembly errors and weights: contradictions are NaN, everything else is a number."""
 
 from dataclasses import replace
 
@@ -19,15 +19,15 @@ CIRCLE = '<circle diameter="0.02"/>'
 def test_rigid_limbs_cannot_follow_an_error_across_their_plane(size):
     """A rigid planar four-bar linkage: its two limbs both hold the platform in the plane."""
     pose = rigid_limbs().assemble()
-    across = ks.analyze(pose, gravity=STILL, misfits={"other_head": [0, size, 0, 0, 0, 0]}, on_failure="nan")
+    across = ks.analyze(pose, gravity=STILL, assembly_errors={"other_head": [0, size, 0, 0, 0, 0]}, on_failure="nan")
     assert np.isnan(across.twist).any() and across.indeterminate
-    assert np.isnan(across.contributions["misfit"]).any() and np.isfinite(across.contributions["load"]).all()
+    assert np.isnan(across.contributions["assembly_errors"]).any() and np.isfinite(across.contributions["load"]).all()
 
 
 def test_contradictions_are_complained_of():
-    misfits = {"other_head": [0, 1e-3, 0, 0, 0, 0], "foot": [1e-3, 0, 0, 0, 0, 0]}
+    assembly_errors = {"other_head": [0, 1e-3, 0, 0, 0, 0], "foot": [1e-3, 0, 0, 0, 0, 0]}
     with pytest.raises(ks.StaticsError, match="the assembly errors of foot, other_head contradict one another in rigid parts"):
-        ks.analyze(rigid_limbs().assemble(), gravity=STILL, misfits=misfits)
+        ks.analyze(rigid_limbs().assemble(), gravity=STILL, assembly_errors=assembly_errors)
 
 
 def test_rigid_limbs_follow_an_error_in_their_plane():
@@ -35,7 +35,7 @@ def test_rigid_limbs_follow_an_error_in_their_plane():
     pose = rigid_limbs().assemble()
     head, far, foot = np.array([0, 0, 0.5]), np.array([0.5, 0, 0.6]), np.array([0.4, 0, 0.0])
     along = (far - foot) / np.linalg.norm(far - foot)
-    found = ks.analyze(pose, gravity=STILL, misfits={"other_head": [*(1e-3 * along), 0, 0, 0]}, on_failure="nan")
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"other_head": [*(1e-3 * along), 0, 0, 0]}, on_failure="nan")
     turn = 1e-3 / (np.cross(Y, far - head) @ along)
     o = np.array([0.2, 0, 0.5])
     np.testing.assert_allclose(found.twist[3:], [0, turn, 0], rtol=1e-9, atol=1e-15)
@@ -62,24 +62,30 @@ def ring(stem=True):
 def test_rigid_rings_cannot_follow_errors_across_their_plane(stem):
     """Nor where the whole limb is rigid."""
     pose = ring(stem).assemble()
-    found = ks.analyze(pose, gravity=STILL, misfits={"right_head": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan")
-    assert np.isnan(found.contributions["misfit"]).any() and np.isfinite(found.contributions["load"]).all()
+    found = ks.analyze(pose, gravity=STILL, assembly_errors={"right_head": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan")
+    assert np.isnan(found.contributions["assembly_errors"]).any() and np.isfinite(found.contributions["load"]).all()
     # both hinges of one rod too far out by as much: it only stands elsewhere
     found = ks.analyze(
-        pose, gravity=STILL, misfits={"right_head": [0, -1e-3, 0, 0, 0, 0], "right_foot": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan"
+        pose,
+        gravity=STILL,
+        assembly_errors={"right_head": [0, -1e-3, 0, 0, 0, 0], "right_foot": [0, 1e-3, 0, 0, 0, 0]},
+        on_failure="nan",
     )
     assert np.isfinite(found.twist).all()
 
 
 def test_what_hangs_on_the_platform_is_the_platform_s():
-    """Its weight belongs to the platform's, its misfits move it alone, its beam bends by its own weight."""
+    """Its weight belongs to the platform's, its assembly errors move it alone, its beam bends by its own weight."""
     parts = [
         link("arm"), joint("clamp", "fixed", "platform", "arm", "0.2 0 0"), link("lamp", 2.0),
         joint("hook", "fixed", "arm", "lamp", "0.3 0 0"), bar("arm", "clamp", "hook", RHO, CIRCLE),
     ]  # fmt: skip
     machine = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *parts)
     found = ks.analyze(
-        machine.assemble(), (1, 2, 3, 0, 0, 0), (0, 0, -10), misfits={"hook": [0, 1e-3, 0, 0, 0, 2e-3], "arm": {"length": 5e-4}}
+        machine.assemble(),
+        (1, 2, 3, 0, 0, 0),
+        (0, 0, -10),
+        assembly_errors={"hook": [0, 1e-3, 0, 0, 0, 2e-3], "arm": {"length": 5e-4}},
     )
     lamp = found.link_contributions["lamp"]
     E, inertia, area = 2.0e11, np.pi * 0.02**4 / 64, np.pi * 0.02**2 / 4
@@ -95,12 +101,12 @@ def test_what_hangs_on_the_platform_is_the_platform_s():
         lamp["platform_weight"] - rigid["platform_weight"], [0, 0, -sag, 0, slope, 0], rtol=1e-8, atol=1e-16
     )
     np.testing.assert_allclose(lamp["load"], rigid["load"], rtol=1e-12, atol=1e-18)
-    np.testing.assert_allclose(lamp["misfit"], [5e-4, 1e-3, 0, 0, 0, 2e-3], rtol=1e-12, atol=1e-18)
-    np.testing.assert_allclose(found.contributions["misfit"], 0, atol=1e-18)
+    np.testing.assert_allclose(lamp["assembly_errors"], [5e-4, 1e-3, 0, 0, 0, 2e-3], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(found.contributions["assembly_errors"], 0, atol=1e-18)
     line = found.beams["arm"]
     parts = found.beam_contributions["arm"]
-    np.testing.assert_allclose(parts["misfit"][-1], [5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
-    np.testing.assert_allclose(parts["misfit"][10], [2.5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(parts["assembly_errors"][-1], [5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(parts["assembly_errors"][10], [2.5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(line.section_wrenches[0][[2, 4]], [-(P + q * L), (P * L + q * L**2 / 2)], rtol=1e-9)
 
 
@@ -148,5 +154,5 @@ def test_where_forces_are_undetermined_the_twist_is_that_of_stiff_parts(rigid):
 def test_warmth_needs_a_thermal_expansion():
     pose = two_columns(warm=False).assemble()
     with pytest.raises(ks.ArgumentError, match=r"beam 'a' has no thermal_expansion"):
-        ks.analyze(pose, gravity=STILL, misfits={"a": {"temperature": [0.0, 20.0]}})
-    assert ks.analyze(pose, gravity=STILL, misfits={"a": {"temperature": 0.0, "length": 1e-4}}).twist[2] > 0
+        ks.analyze(pose, gravity=STILL, assembly_errors={"a": {"temperature": [0.0, 20.0]}})
+    assert ks.analyze(pose, gravity=STILL, assembly_errors={"a": {"temperature": 0.0, "length": 1e-4}}).twist[2] > 0
