@@ -36,14 +36,14 @@ POSES, POSES_CORRECTED = 10_000, 1_000
 ARM = ("arm-none-eabi-gcc", "-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb", "-O2", "-std=c99", "-c")
 
 
-def exported_program(exported: ks.CExport) -> str:
+def exported_program(exported: ks.functions.CExport) -> str:
     """Compile the test program, and return what it prints."""
     files = [f"{exported.name}.c", f"{exported.name}_test.c"]
     subprocess.run(["gcc", "-std=c99", "-O2", *files, "-lm", "-o", "measure"], cwd=exported.folder, check=True)
     return subprocess.run([exported.folder / "measure"], capture_output=True, text=True, check=True).stdout
 
 
-def flash(exported: ks.CExport) -> str:
+def flash(exported: ks.functions.CExport) -> str:
     """Return how much of a Cortex-M7's flash the code takes [kB]."""
     try:
         subprocess.run([*ARM, f"{exported.name}.c"], cwd=exported.folder, check=True)
@@ -55,7 +55,9 @@ def flash(exported: ks.CExport) -> str:
     return f"{int(said.stdout.splitlines()[1].split()[0]) / 1e3:.0f}"
 
 
-def compared(f: ks.Function, exported: ks.CExport, outputs: Sequence[str], poses: int) -> tuple[str, str, str]:
+def compared(
+    f: ks.functions.Function, exported: ks.functions.CExport, outputs: Sequence[str], poses: int
+) -> tuple[str, str, str]:
     """Return how many poses are out of reach, how many statuses differ, and the largest relative difference of an output."""
     at, load, gravity = c_programs.around(f, poses, np.where(np.arange(poses) % 5 == 0, 0.8, 0.15), 11, load=200.0)
     status, found = c_programs.run(c_programs.driver(exported, ("-O2",)), c_programs.rows(f, at, load, gravity))

@@ -31,7 +31,7 @@ class Second:
         return cls(reproduce_paper.analyze("2pru_upr", 2), *numbers)
 
     @property
-    def limbs(self) -> list[ks.LimbResult]:
+    def limbs(self) -> list[ks.results.LimbResult]:
         return list(self.result.limbs.values())
 
     @property

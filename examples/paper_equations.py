@@ -51,7 +51,7 @@ class Limb:
         return f"limb_{self.number}"
 
     @property
-    def mine(self) -> ks.LimbResult:
+    def mine(self) -> ks.results.LimbResult:
         return self.result.limbs[self.name]
 
     @property

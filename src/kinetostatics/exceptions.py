@@ -9,6 +9,18 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping
 
+__all__ = [
+    "ArgumentError",
+    "AssemblyError",
+    "CoordinatesError",
+    "KinetostaticsError",
+    "LimbEquilibriumError",
+    "RobotFileError",
+    "SingularPoseError",
+    "StaticsError",
+    "UnknownNameError",
+]
+
 
 def near_names(name: object, known: Iterable[str]) -> str:
     """Return a phrase that lists the names most like ``name``, or all of them if none is like it."""

@@ -8,6 +8,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
+from kinetostatics.engine.report import engine_report
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
 
@@ -75,14 +76,14 @@ def calls(robot, pose, folder):
             pose, assembly_errors={"prismatic_1": {"twist": np.zeros(6), "frame": v}}
         ),
         "load_robot": ks.load_robot,
-        "read_robot_file": ks.read_robot_file,
+        "read_robot_file": ks.files.read_robot_file,
         "import_robot": ks.import_robot,
         "parameters": lambda v: ks.load_robot("3rps", v),
         "parameters of plain URDF": lambda v: ks.load_robot(folder / "plain.urdf", v),
         "a parameter": lambda v: ks.load_robot("3rps", {"rod_diameter": v}),
         "a swept parameter": lambda v: ks.sweep("3rps", parameters={"rod_diameter": v}),
         "Robot": ks.Robot,
-        "validate": ks.validate,
+        "validate": ks.files.validate,
         "save_robot": lambda v: ks.save_robot(v, folder / "saved.urdf"),
         "frame": pose.frame,
     }
@@ -119,7 +120,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
             lambda robot: ks.save_image(ks.analyze(robot.assemble()), "x.png", size=800),
             "size is 800; it must be width and height",
         ),
-        (lambda robot: ks.engine_report("3rps"), "engine_report wants a robot, not '3rps'"),
+        (lambda robot: engine_report("3rps"), "engine_report wants a robot, not '3rps'"),
         (lambda robot: ks.indices.at_point(3, (0, 0, 0)), "this is not a Dataset of ks.sweep"),
         (lambda robot: ks.plot.save(3, "x.svg"), "3 is no figure: functions of ks.plot return the axes of one"),
         (
@@ -189,7 +190,7 @@ def test_arguments_of_assemble(what, value, message):
     ],
 )
 def test_coordinates_that_would_do_are_named(name, given, words):
-    with pytest.raises(ks.CoordinatesError) as caught:
+    with pytest.raises(ks.exceptions.CoordinatesError) as caught:
         package_robots.robot(name).assemble(platform=dict.fromkeys(given, 0.1))
     assert words in str(caught.value)
 

@@ -48,7 +48,7 @@ SLOW = {
     ),
     "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.robot_by_name.new_robot", "building the robot"),
     "export": (["five_bar", "--out", "controller"], "kinetostatics.functions.function.export_c", "recording the robot"),
-    "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plots.save", "drawing"),
+    "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plot.save", "drawing"),
 }
 
 

@@ -147,11 +147,11 @@ def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
     )
     np.testing.assert_allclose(found.residual_error[2], one.residual_error, atol=1e-14)
     # at o itself no actuator moves the upright tripod sideways
-    with pytest.raises(ks.CoordinatesError, match="cannot set x, y and z of the tool's tip"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="cannot set x, y and z of the tool's tip"):
         ks.compensate(tripod(rx=0.0, ry=0.0), LOAD, controlled=("x", "y", "z"), tool=(0, 0, 0))
-    with pytest.raises(ks.CoordinatesError, match="mobility"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="mobility"):
         ks.compensate(tripod(), LOAD, controlled=("x", "y"), tool=(0, 0, 0.2))
-    with pytest.raises(ks.CoordinatesError, match="no platform coordinate 'u'"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="no platform coordinate 'u'"):
         ks.compensate(tripod(), LOAD, controlled=("x", "y", "u"), tool=(0, 0, 0.2))
 
 
@@ -318,13 +318,13 @@ def test_mistakes(tmp_path):
     pose = tripod()
     with pytest.raises(ks.ArgumentError, match="wants a pose"):
         ks.compensate(pose.robot)
-    with pytest.raises(ks.CoordinatesError, match="give exactly 3"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="give exactly 3"):
         ks.compensate(pose, controlled=("z", "rx"))
     with pytest.raises(ks.ArgumentError, match="sequence of names"):
         ks.compensate(pose, controlled="z")
-    with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="no platform coordinate"):
         ks.compensate(pose, controlled=("z", "rx", "tilt"))
-    with pytest.raises(ks.CoordinatesError, match="x, rx, rz do not determine the pose"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="x, rx, rz do not determine the pose"):
         ks.compensate(pose, gravity=(0, 0, 0), controlled=("x", "rx", "rz"))
     with pytest.raises(ks.ArgumentError, match="has no actuators"):
         ks.compensate(two_columns().assemble())

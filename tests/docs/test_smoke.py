@@ -5,7 +5,7 @@ from places import ROOT, TESTS
 #: Packages whose quickest tests are not in a folder of unit tests: they need maps, the command line or finite elements, compile,
 #: or analyse many designs.
 ELSEWHERE = {
-    **{"cli": "cli", "checks": "cli", "indices": "maps", "plots": "maps", "verification": "validation", "viewer": "browser"},
+    **{"cli": "cli", "checks": "cli", "indices": "maps", "plot": "maps", "verification": "validation", "viewer": "browser"},
     **{"engine": "engine", "functions": "functions", "design": "design"},
     **{"calibration": "design/test_calib*", "compensation": "design/test_compens*"},
 }

@@ -14,6 +14,7 @@ from tapes import RANDOM, close, differences, evaluated, some_poses
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.record import record_of
+from kinetostatics.engine.report import engine_report
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import compliance
 from kinetostatics.limbs import statics as limb_statics
@@ -143,7 +144,7 @@ def test_both_engines_say_the_same_of_elastic_drives():
     for name in ("actuator_forces", "joint_wrenches"):
         mine, other = getattr(found, name), getattr(wanted, name)
         close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]), 1e-10)
-    assert ks.engine_report(robot).is_compiled
+    assert engine_report(robot).is_compiled
 
 
 def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
@@ -181,7 +182,7 @@ def test_functions_and_derivatives_of_rigid_limbs_on_elastic_drives():
 
 def test_limbs_that_overconstrain_one_another_are_left_to_numpy():
     robot = ks.load_robot(CASES / "two_rigid.urdf")
-    report = ks.engine_report(robot)
+    report = engine_report(robot)
     assert not report.is_compiled and report.reason.startswith("rigid limbs or rings overconstrain one another")
     pose = robot.assemble()
     found, wanted = (ks.analyze(pose, engine=engine) for engine in ("compiled", "numpy"))

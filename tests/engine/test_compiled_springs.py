@@ -13,6 +13,7 @@ import kinetostatics as ks
 from kinetostatics.description import Joint, JointStiffness, Link, Spring
 from kinetostatics.engine import record
 from kinetostatics.engine.record import record_of
+from kinetostatics.engine.report import engine_report
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.statics import CompiledStatics
 from kinetostatics.math.linalg import solve_by_elimination
@@ -95,7 +96,7 @@ def test_both_engines_say_the_same_of_springs():
         mine, other = getattr(found, name), getattr(wanted, name)
         assert list(mine) == list(other)
         close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]))
-    report = ks.engine_report(robot)
+    report = engine_report(robot)
     assert report.is_compiled and report.operations > 1000
     # of many poses most is computed when it is asked for, and the springs too
     many = robot.configuration(np.repeat(robot.assemble().q[None], 700, axis=0))

@@ -14,6 +14,7 @@ import kinetostatics as ks
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import record, statics
 from kinetostatics.engine.record import arrays_of, record_of
+from kinetostatics.engine.report import engine_report
 from kinetostatics.engine.statics import CompiledStatics
 from kinetostatics.statics.springs import solve_with_springs as solve
 
@@ -208,7 +209,7 @@ def test_code_that_is_wrong_is_not_used(monkeypatch):
     robot = robot_of(cantilever())
     monkeypatch.setattr(statics, "record_of", wrong_record)
     monkeypatch.setattr(statics, "code_key", lambda structure: "1" * 64)
-    report = ks.engine_report(robot)
+    report = engine_report(robot)
     assert not report.is_compiled and "other numbers than NumPy" in str(report)
     pose = robot.assemble()
     np.testing.assert_array_equal(ks.analyze(pose, engine="compiled").twist, ks.analyze(pose, engine="numpy").twist)

@@ -11,6 +11,7 @@ from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
+from kinetostatics.engine.report import engine_report
 from kinetostatics.engine.statics import CompiledStatics
 
 
@@ -95,10 +96,10 @@ def test_many_calls_together_take_the_engine_of_all_their_poses():
 
 def test_a_report_says_what_is_compiled():
     robot = robot_of(cantilever())
-    report = ks.engine_report(robot)
+    report = engine_report(robot)
     assert report.is_compiled and report.reason is None and 50 < report.operations < 5000
     assert f"{report.operations:,} operations a pose" in str(report) and "closing the loops is compiled" in str(report)
-    assert ks.engine_report(robot).to_dict() == report.to_dict()
+    assert engine_report(robot).to_dict() == report.to_dict()
     assert CompiledStatics.kept(robot.statics).operations == report.operations
 
 

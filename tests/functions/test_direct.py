@@ -129,7 +129,7 @@ def test_mistakes_are_told_as_ever():
         f(**one, load=[1.0])
     with pytest.raises(ks.ArgumentError, match="not finite"):
         f(**one, gravity=[0, 0, np.nan])
-    with pytest.raises(ks.CoordinatesError, match="is not finite"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="is not finite"):
         f(**{**one, next(iter(one)): np.inf})
     with pytest.raises(ks.ArgumentError, match="are missing"):
         f()

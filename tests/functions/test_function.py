@@ -13,6 +13,7 @@ from simple_machines import springs
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
+from kinetostatics.engine.report import engine_report
 from kinetostatics.functions import function
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.parametric.numbers import numbers_of_parts
@@ -288,7 +289,7 @@ def test_compiled_code_gives_the_same(monkeypatch, tmp_path):
     found, wanted = g(load=LOAD, **at), f(load=LOAD, **at)
     for name in OUTPUTS:
         np.testing.assert_allclose(found[name], wanted[name], rtol=1e-9, atol=1e-12 * np.max(np.abs(wanted[name])))
-    assert ks.engine_report(f.robot).is_compiled
+    assert engine_report(f.robot).is_compiled
 
 
 def test_derivatives_are_of_the_engine_of_their_function(monkeypatch):
@@ -343,5 +344,5 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
     ],
 )
 def test_mistakes_are_told(call, words):
-    with pytest.raises((ks.ArgumentError, ks.CoordinatesError), match=words):
+    with pytest.raises((ks.ArgumentError, ks.exceptions.CoordinatesError), match=words):
         call(*function_of("3rps"))

@@ -143,8 +143,8 @@ def test_maps_without_facts_are_read_by_their_status(far):
 
 def test_figures_say_that_poses_are_beyond_the_limits(far):
     pytest.importorskip("matplotlib")
-    from kinetostatics.plots.masks import masks_of
-    from kinetostatics.plots.selection import select
+    from kinetostatics.plot.masks import masks_of
+    from kinetostatics.plot.selection import select
 
     shown = select(far, "linear_sag", ["s"], {}, False)
     assert [(mask.label, mask.where.tolist()) for mask in masks_of(shown.values, shown.status)] == [

@@ -56,7 +56,8 @@ def test_results_have_its_axes_and_units(path, result, robot):
         value = next(iter(value.values()), ())
     if not isinstance(value, tuple):  # parts of a limb
         assert np.ndim(value) == len(dims) and all(np.shape(value)[k] == 6 for k, dim in enumerate(dims) if dim == "component")
-    kind = {"": ks.Result, "limbs": ks.LimbResult, "beams": ks.BeamResult, "configuration": ks.Configuration}.get(owner)
+    limb, beam = ks.results.LimbResult, ks.results.BeamResult
+    kind = {"": ks.Result, "limbs": limb, "beams": beam, "configuration": ks.Configuration}.get(owner)
     doc = inspect.getdoc(getattr(kind, name)) if hasattr(kind, name) else None
     if doc and entry.units and name not in ("actuators", "q"):
         told = {item for found in re.findall(r"\[([^\]]+)\]", doc) for item in re.split(", | or ", found)}

@@ -58,7 +58,7 @@ def test_predictors_are_how_poses_change(name, given):
 
 
 def test_predictors_of_joints_that_follow_others():
-    description = ks.read_robot_file(robot_path("3rps"))
+    description = ks.files.read_robot_file(robot_path("3rps"))
     description = description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4, 0.01))
     robot = ks.Robot(replace(description, driven=("prismatic_1", "prismatic_2")))
     follow_predictors(robot, "actuators", {"prismatic_1": 0.02, "prismatic_2": -0.01})

@@ -72,11 +72,11 @@ def test_belt_with_given_platform() -> None:
     np.testing.assert_allclose(poses.platform["z"], height(0.25 * motor + DISTANCE - motor), atol=1e-12)
     assert poses.residual.max() < 1e-12
     # sliders that move towards one another lift the platform straight up
-    with pytest.raises(ks.CoordinatesError, match=r"do not determine.*; z or ry does$"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match=r"do not determine.*; z or ry does$"):
         belt(-1.0).assemble(platform={"x": 0.3})
     up = belt(-1.0).assemble(platform={"z": 0.45})
     assert 2 * up.actuators["motor"] == pytest.approx(DISTANCE - 2 * np.sqrt(ROD**2 - 0.45**2), abs=1e-12)
-    with pytest.raises(ks.CoordinatesError, match="mobility of 'belt' is 1"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="mobility of 'belt' is 1"):
         robot.assemble(platform={"x": 0.3, "z": 0.4})
 
 
@@ -91,7 +91,7 @@ def test_coordinates_that_do_not_fit() -> None:
     with pytest.raises(ks.AssemblyError, match=r"coupled joints of 'belt' do not fit.*'belt' is 0\.02 m beside .*<mimic>"):
         robot.configuration(q)
     assert robot.configuration(q, on_failure="nan").status == ks.Status.UNREACHABLE
-    with pytest.raises(ks.CoordinatesError, match="no driven joint 'belt'"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="no driven joint 'belt'"):
         robot.assemble(actuators={"motor": 0.0, "belt": 0.0})
 
 
@@ -167,7 +167,7 @@ def test_gears_turn_on_and_on(far: float) -> None:
 
 def test_one_drive_for_two_legs() -> None:
     """A 3-RPS whose third leg follows the first: the poses are those of three actuators, and the actuator carries both legs."""
-    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     multiplier, offset = -0.4, 0.01
     description_2 = replace(
         description.changed("prismatic_3", mimic=Mimic("prismatic_1", multiplier, offset)), driven=("prismatic_1", "prismatic_2")
@@ -296,7 +296,7 @@ def test_an_elastic_actuator_gives_way_by_all_of_its_torque_and_what_follows_it_
 
 def test_an_elastic_actuator_couples_the_legs_that_it_moves() -> None:
     """A 3-RPS whose third leg follows the first: as with rigid actuators, but both rods too long by what the drive gives way."""
-    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     rigid = ks.Robot(
         replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
     )

@@ -329,11 +329,11 @@ def test_any_serial_limbs_agree_with_finite_elements_in_any_cut(kinds, seed):
     answer = finite_elements.solve(spec, file, pose, load, gravity)
     assume(answer.gap > 1e9)  # neither almost singular nor almost held
     if answer.free:
-        with pytest.raises((ks.SingularPoseError, ks.LimbEquilibriumError)):
+        with pytest.raises((ks.exceptions.SingularPoseError, ks.exceptions.LimbEquilibriumError)):
             ks.analyze(pose, load, gravity)
         assert np.all(np.isnan(ks.analyze(pose, load, gravity, on_failure="nan").twist))
     elif answer.unbalanced > 1e-6:
-        with pytest.raises(ks.LimbEquilibriumError):
+        with pytest.raises(ks.exceptions.LimbEquilibriumError):
             ks.analyze(pose, load, gravity)
     else:
         found = ks.analyze(pose, load, gravity)

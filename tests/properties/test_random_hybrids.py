@@ -69,7 +69,7 @@ class Case:
         """Compare everything; where the finite elements say that there is no answer there must be an error."""
         answer, pose = self.answer, self.pose()
         if answer.free or answer.unbalanced > 1e-6:
-            with pytest.raises((ks.SingularPoseError, ks.LimbEquilibriumError)):
+            with pytest.raises((ks.exceptions.SingularPoseError, ks.exceptions.LimbEquilibriumError)):
                 ks.analyze(pose, self.load, self.gravity, **self.options)
             return
         if answer.contradiction > 1e-6:  # rigid pieces cannot follow the assembly errors

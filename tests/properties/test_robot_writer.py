@@ -108,7 +108,7 @@ EVERYTHING = """<?xml version="1.0" encoding="utf-8"?>
 def saved(robot: ks.Robot | RobotDescription, folder: Path, name: str = "saved.urdf") -> RobotDescription:
     """Write a robot to a file and return what that says."""
     ks.save_robot(robot, folder / name)
-    return ks.read_robot_file(folder / name)
+    return ks.files.read_robot_file(folder / name)
 
 
 def plain(result: ks.Result) -> dict:
@@ -204,7 +204,7 @@ def test_what_is_normalised_stays_normal() -> None:
 def test_directions_come_back(axis: tuple[float, float, float]) -> None:
     loop = Loop("l", "revolute", "a", "b", axis=axis)
     links, joint = [Link("a"), Link("b")], Joint("j", "floating", "a", "b")
-    one = ks.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
+    one = ks.files.validate(RobotDescription.of("r", links=links, joints=[joint], loops=[loop], platform="b"))
     assert math.hypot(*one.loops["l"].axis) == pytest.approx(1, abs=1e-15)
     assert parse_robot_text(one.urdf).loops["l"].axis == one.loops["l"].axis
 
@@ -286,10 +286,10 @@ def descriptions(draw: st.DrawFn) -> RobotDescription:
 @settings(max_examples=15, deadline=None)
 @given(descriptions())
 def test_random_descriptions(tmp_path_factory: pytest.TempPathFactory, description: RobotDescription) -> None:
-    valid = ks.validate(description)
+    valid = ks.files.validate(description)
     again = saved(description, tmp_path_factory.getbasetemp())
     assert again == valid and again.urdf == valid.urdf
-    assert ks.validate(replace(again)) == again
+    assert ks.files.validate(replace(again)) == again
 
 
 @pytest.mark.few(2)
@@ -318,12 +318,12 @@ def test_meshes_stay_found(tmp_path: Path) -> None:
     (tmp_path / "one" / "two").mkdir(parents=True)
     source = tmp_path / "one" / "robot.urdf"
     source.write_text(text, encoding="utf-8")
-    description = ks.read_robot_file(source)
+    description = ks.files.read_robot_file(source)
     assert saved(description, tmp_path / "one") == description
     moved = saved(description, tmp_path / "one" / "two").links["rod"].extra
     names = [item.get("filename") for item in ET.fromstring(f"<x>{moved}</x>").iter("mesh")]
     assert names == ["../part.stl", "../meshes/a&b.dae", "package://robot/x.stl", "/abs/y.stl"]
-    back = ks.read_robot_file(tmp_path / "one" / "two" / "saved.urdf")
+    back = ks.files.read_robot_file(tmp_path / "one" / "two" / "saved.urdf")
     assert saved(back, tmp_path / "one").links["rod"].extra == description.links["rod"].extra
 
 

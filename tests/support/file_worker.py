@@ -113,7 +113,7 @@ def _pipeline(path: str, parameters: dict | None, how: str) -> None:
         _check_message(warning)
     stage = "write"
     again = parse_robot_text(description.urdf, path)
-    if again != description or again.urdf != description.urdf or ks.validate(replace(description)) != description:
+    if again != description or again.urdf != description.urdf or ks.files.validate(replace(description)) != description:
         raise ValueError("what is written does not read as the same robot")
     if how == "read":
         return

@@ -47,7 +47,7 @@ class PlainRobot:
 
     def options(self) -> dict[str, object]:
         """Return the options with which it is extended."""
-        plain = ks.read_robot_file(self.path, platform=self.platform)
+        plain = ks.files.read_robot_file(self.path, platform=self.platform)
         efforts = [plain.joints[name].effort for name in plain.driven]
         stiffness = "suggested" if any(efforts) else dict.fromkeys(plain.driven, STIFFNESS)
         return {"platform": self.platform, "joint_stiffness": stiffness}

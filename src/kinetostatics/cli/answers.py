@@ -10,13 +10,13 @@ from kinetostatics.printing.colour import for_stream
 
 
 def save_figure(path: str | None, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
-    """Draw a figure of a kind of :mod:`kinetostatics.plots` and write it to a file, if there is a path for it."""
+    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file, if there is a path for it."""
     if path is not None:
-        from kinetostatics import plots  # which says what to install where Matplotlib is missing
-        from kinetostatics.plots.style import draw_into_files, save_and_close
+        from kinetostatics import plot  # which says what to install where Matplotlib is missing
+        from kinetostatics.plot.style import draw_into_files, save_and_close
 
         draw_into_files()
-        save_and_close(getattr(plots, kind)(*shown, **options), path, dpi)
+        save_and_close(getattr(plot, kind)(*shown, **options), path, dpi)
 
 
 def print_json(values: Mapping[str, object]) -> None:

@@ -94,7 +94,7 @@ def check_figure(path: str | None, option: str = "--plot") -> None:
     """
     check_folder(path, option)
     if path is not None:
-        from kinetostatics.plots.style import format_of
+        from kinetostatics.plot.style import format_of
 
         format_of(path)
 

@@ -78,7 +78,7 @@ def run(args: argparse.Namespace) -> int:
         workspace = None
         if args.sweep:
             with contextlib.suppress(KinetostaticsError):  # the page has a sentence in place of figures without Matplotlib
-                from kinetostatics.plots.style import draw_into_files
+                from kinetostatics.plot.style import draw_into_files
 
                 draw_into_files()
             workspace = _map(configuration, args, options)

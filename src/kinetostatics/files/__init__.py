@@ -1,1 +1,5 @@
-"""URDF and xacro files, read and written; every mistake told with its file and line."""
+"""Robot files (URDF, xacro) read and written; every error names file and line."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

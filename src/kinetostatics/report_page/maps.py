@@ -70,12 +70,12 @@ def _softest(workspace: xr.Dataset) -> str:
 def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
     """Return figures over the first two coordinates that vary, the others nearest to the pose; a sentence without Matplotlib."""
     try:
-        from kinetostatics import plots
+        from kinetostatics import plot
     except KinetostaticsError as error:
         return f"<p>There are no maps here: {escape(str(error))}.</p>"
     from kinetostatics import indices
-    from kinetostatics.plots.selection import free_names
-    from kinetostatics.plots.style import save_and_close
+    from kinetostatics.plot.selection import free_names
+    from kinetostatics.plot.style import save_and_close
 
     names = free_names(workspace, ())
     if not names:
@@ -86,9 +86,9 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
     for what in sorted(set(SHOWN) & set(indices.names(workspace)), key=SHOWN.index):
         try:
             if len(names) > 1:
-                axes = plots.slice(workspace, what, *names[:2], at=at)
+                axes = plot.slice(workspace, what, *names[:2], at=at)
             else:
-                axes = plots.line(workspace, what, names[0])
+                axes = plot.line(workspace, what, names[0])
         except ArgumentError:  # no pose of it has a number
             continue
         with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:

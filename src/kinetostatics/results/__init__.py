@@ -1,1 +1,5 @@
-"""What an analysis finds, as people read it."""
+"""Results of analyses, compensation, design and calibration; each type is imported when it is first used."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

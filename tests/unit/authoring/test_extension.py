@@ -243,7 +243,7 @@ def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_name
     words = "analyze --actuators one=0.1 two=0.2 three=0".split()
     assert main([words[0], str(out), *words[1:]]) == 0
     assert "left_slide 0 mm" in capsys.readouterr().out
-    with pytest.raises(ks.CoordinatesError, match="actuator values are missing for two"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="actuator values are missing for two"):
         robot.assemble(actuators={"one": 0.0, "three": 0.0, "left_slide": 0.0})
 
 

@@ -51,7 +51,7 @@ def test_singular_slopes_have_no_inverse_beside_regular_ones(problem):
     found = problem(np.stack([np.diag(row) for row in sizes]))
     assert np.all(np.isfinite(found), axis=(0, 1)).tolist() == [True, True, False, False, False]
     assert np.all(np.isnan(found[..., 2:]))
-    with pytest.raises(ks.CoordinatesError, match="'crane' cannot set x, y and z of the tool's tip, each by itself"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="'crane' cannot set x, y and z of the tool's tip, each by itself"):
         problem(np.stack([np.diag(row) for row in sizes[2:]]))
     assert np.all(np.isnan(problem(np.eye(3)[None], low=1.0)))  # out of reach on both sides: nothing is known
 

@@ -68,7 +68,7 @@ def from_docs() -> RobotDescription:
 def test_the_documentations_example_in_python() -> None:
     description = parallelogram()
     assert not description.is_valid and description.path == "<python>"
-    assert ks.validate(description) == from_docs()
+    assert ks.files.validate(description) == from_docs()
     robot = ks.Robot(description)
     assert robot.description == from_docs() and "right" in repr(robot.description.beams)
     expected = ks.analyze(ks.Robot(from_docs()).assemble(actuators={"a": 0.2}), (0, 0, -100, 0, 0, 0))
@@ -85,7 +85,7 @@ def test_numbers_may_be_numpys_and_axes_of_any_length() -> None:
         )  # type: ignore[arg-type]
         for name, joint in description.joints.items()
     }
-    assert ks.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
+    assert ks.files.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
 
 
 def test_links_have_an_inertial_where_it_says_something() -> None:
@@ -105,7 +105,7 @@ def test_visuals_are_drawn() -> None:
     sphere = "<visual><geometry><sphere radius='0.1'/></geometry><material name='red'/></visual>"
     colour = "<material name='red'><color rgba='1 0 0 1'/></material>"
     description = replace(parallelogram().changed("plate", extra=sphere), extra=colour)
-    found = visuals.link_visuals(ks.validate(description))
+    found = visuals.link_visuals(ks.files.validate(description))
     assert list(found) == ["plate"]
     np.testing.assert_allclose(found["plate"].colours, [[1, 0, 0]] * len(found["plate"].colours), atol=0.01)
     np.testing.assert_allclose(np.abs(found["plate"].surface.vertices).max(axis=0), 0.1, rtol=0.02)
@@ -141,7 +141,7 @@ def test_text_is_never_stale() -> None:
 def test_another_diameter_is_what_the_files_parameter_makes(name: str) -> None:
     path = ROOT / "robots" / f"{name}.urdf.xacro"
     wanted = ks.load_robot(path, {"rod_diameter": 0.083})
-    description = ks.read_robot_file(path)
+    description = ks.files.read_robot_file(path)
     for beam in description.beams.values():
         assert beam.shear_areas[0] == beam.section.area  # κ = 1 in both files
         description = description.changed(beam.name, section=Tube.of(0.083))
@@ -168,7 +168,7 @@ def test_shear_follows_the_section() -> None:
 
 def test_payload() -> None:
     """A payload does what its weight does as a load, and counts as platform weight."""
-    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     at, mass = (0.05, -0.02, 0.1), 3.0
     robot = ks.Robot(description.with_payload("box", "platform", mass, at))
     bare = ks.Robot(description)
@@ -199,7 +199,7 @@ def test_small_changes() -> None:
     assert stiff.changed("a", drive=2e4).joint_stiffness["a"].drive == 2e4
     assert list(description.without_beam("left").beams) == ["right"]
     again = description.without_beam("left").with_beam(description.beams["left"])
-    assert ks.validate(again) == replace(description, beams={name: description.beams[name] for name in ("right", "left")})
+    assert ks.files.validate(again) == replace(description, beams={name: description.beams[name] for name in ("right", "left")})
     warned = description.changed("left", density=None)
     assert any("'left'" in text and "weighs nothing" in text for text in ks.Robot(warned).description.warnings)
     assert ks.Robot(warned.changed("left", density=0)).description.warnings == ()
@@ -367,7 +367,7 @@ def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription]
         assert "\n" not in str(caught.value)
         assert caught.value.file in {before.path, "<python>"}
         with pytest.raises(ks.RobotFileError):
-            ks.validate(description)
+            ks.files.validate(description)
 
 
 def test_lists_with_names_twice() -> None:
@@ -403,7 +403,7 @@ def test_warnings_of_the_file_are_said_once() -> None:
     )
     description = parse_robot_text(text, "docs.urdf")
     assert [re.sub(r":\d+: .*", "", line) for line in description.warnings] == ["docs.urdf"] * 2
-    changed = ks.validate(description.changed("plate", mass=5))
+    changed = ks.files.validate(description.changed("plate", mass=5))
     assert changed.warnings == description.warnings
     made = parallelogram().changed("left", extra="<visul/>")
     assert [line for line in ks.Robot(made).description.warnings if "<visul>" in line and line.startswith("<python>: ")]

@@ -10,7 +10,7 @@ import kinetostatics as ks
 from kinetostatics.cli.arguments import parse_parameters, parse_quantity
 from kinetostatics.cli.main import main
 from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
-from kinetostatics.plots.display_units import CHOICES, display_unit
+from kinetostatics.plot.display_units import CHOICES, display_unit
 
 pytestmark = pytest.mark.smoke
 

@@ -294,7 +294,7 @@ def test_spellings_on_the_command_line(capsys):
 
 
 def asked(*arguments, **answers):
-    with pytest.raises(ks.MissingFactsError) as caught:
+    with pytest.raises(ks.files.importers.MissingFactsError) as caught:
         ks.import_robot(*arguments, **answers)
     return caught.value, [(question.argument, question.loop) for question in caught.value.questions]
 
@@ -766,7 +766,7 @@ def test_a_robot_without_loops_is_accepted_and_told_what_else_there_is(tmp_path)
     assert re.search(r"robot\.urdf: there are no loops to import: .*`kinetostatics new --from` .* suggests beams", said)
     torques, same = (dict(ks.analyze(one.assemble()).actuator_forces) for one in (robot, plain))
     assert torques == same and any(torques.values())
-    with pytest.raises(ks.MissingFactsError, match="platform="):
+    with pytest.raises(ks.files.importers.MissingFactsError, match="platform="):
         ks.import_robot(source)
 
 

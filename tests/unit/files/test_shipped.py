@@ -20,7 +20,7 @@ NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.
 def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name in ("3rps", Path("3rps"), b"3rps"):
-        assert Path(ks.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
+        assert Path(ks.files.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
     robot = ks.load_robot("3rps", {"rod_diameter": 0.08})
     assert robot.description.beams["rod_1"].section.outer_diameter == 0.08
     with pytest.raises(ks.RobotFileError, match="its loops are in this package's format already"):
@@ -94,21 +94,21 @@ def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     uses_library = '"library/' in (ROBOTS / f"{name}.urdf.xacro").read_text()
     parts = sorted(f"library/{part.name}" for part in (ROBOTS / "library").iterdir()) if uses_library else []
     assert capsys.readouterr().out == "".join(f"wrote {copy}\n" for copy in (f"{name}.urdf.xacro", *parts))
-    assert ks.read_robot_file(f"{name}.urdf.xacro").urdf == ks.read_robot_file(name).urdf
+    assert ks.files.read_robot_file(f"{name}.urdf.xacro").urdf == ks.files.read_robot_file(name).urdf
 
 
 def test_a_robot_without_its_library_beside_it_gets_the_packages(tmp_path):
     text = (ROBOTS / "3rps.urdf.xacro").read_text()
     alone = tmp_path / "3rps.urdf.xacro"
     alone.write_text(text)
-    assert ks.read_robot_file(alone).urdf == parse_robot_text(text).urdf == ks.read_robot_file("3rps").urdf
+    assert ks.files.read_robot_file(alone).urdf == parse_robot_text(text).urdf == ks.files.read_robot_file("3rps").urdf
     (tmp_path / "library").mkdir()
     (tmp_path / "library" / "limbs.xacro").write_text('<robot name="mine"><link name="of_my_own"/></robot>')
     with pytest.raises(ks.RobotFileError):  # what stands beside it is taken, whatever it is
-        ks.read_robot_file(alone)
+        ks.files.read_robot_file(alone)
     alone.write_text(text.replace("library/limbs", "library/legs"))
     with pytest.raises(ks.RobotFileError, match=r"library/legs\.xacro"):
-        ks.read_robot_file(alone)
+        ks.files.read_robot_file(alone)
 
 
 def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):

@@ -20,7 +20,7 @@ from kinetostatics.math.orientation import orientation_named
 
 
 def follower():
-    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    description = ks.files.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
     return ks.Robot(
         replace(description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4)), driven=("prismatic_1", "prismatic_2"))
     )

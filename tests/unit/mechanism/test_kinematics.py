@@ -264,7 +264,7 @@ def test_euler_sequences_mean_what_they_say():
 
 @pytest.mark.parametrize("name", ["XYX", "Xyz", "abc", "", "XY"])
 def test_unknown_orientation(name):
-    with pytest.raises(ks.CoordinatesError, match="orientation"):
+    with pytest.raises(ks.exceptions.CoordinatesError, match="orientation"):
         orientation_named(name)
 
 

@@ -16,10 +16,10 @@ def result():
 def test_the_names_there_are_are_said_and_the_nearest(result):
     with pytest.raises(KeyError) as caught:
         result.beams["distal"]
-    assert isinstance(caught.value, ks.UnknownNameError) and isinstance(caught.value, ks.KinetostaticsError)
+    assert isinstance(caught.value, ks.exceptions.UnknownNameError) and isinstance(caught.value, ks.KinetostaticsError)
     assert str(caught.value) == "there is no 'distal' here; did you mean 'distal_2' or 'distal_1'?"
     assert caught.value.name == "distal" and caught.value.known == tuple(result.beams)
-    with pytest.raises(ks.UnknownNameError, match=r"there is no 'q' here; known: limb_1, limb_2$"):
+    with pytest.raises(ks.exceptions.UnknownNameError, match=r"there is no 'q' here; known: limb_1, limb_2$"):
         result.limbs["q"]
 
 
@@ -35,11 +35,13 @@ def test_all_mappings_of_a_result_and_of_a_description_say_so(result):
         name for name, _ in mappings
     }
     for name, mapping in mappings:
-        with pytest.raises(ks.UnknownNameError, match=r"there is no 'nothing of that name' here; (known: |there are none)"):
+        with pytest.raises(
+            ks.exceptions.UnknownNameError, match=r"there is no 'nothing of that name' here; (known: |there are none)"
+        ):
             print(name, mapping["nothing of that name"])
         assert mapping.get("nothing of that name") is None and "nothing of that name" not in mapping
 
 
 def test_names_need_not_be_texts():
-    with pytest.raises(ks.UnknownNameError, match="there is no 3 here; known: 1, 2"):
+    with pytest.raises(ks.exceptions.UnknownNameError, match="there is no 3 here; known: 1, 2"):
         Named({1: "a", 2: "b"})[3]

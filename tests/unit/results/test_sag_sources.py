@@ -33,7 +33,7 @@ def ranking(result):
 
 def test_beams_alone_are_ranked():
     """The thinnest of three rods deforms most; equal ones stand in the file's order; the parts add up."""
-    description = ks.read_robot_file("robots/3rps.urdf.xacro")
+    description = ks.files.read_robot_file("robots/3rps.urdf.xacro")
     equal = ks.analyze(ks.Robot(description).assemble(), load=[0, 0, -500, 0, 0, 0])
     rows, _ = ranking(equal)
     assert [row[0] for row in rows] == ["rod_1", "rod_2", "rod_3", "total"]
@@ -52,7 +52,7 @@ def test_beams_alone_are_ranked():
 
 
 def test_joints_and_drives_are_ranked_among_beams():
-    description = ks.read_robot_file("robots/3rps.urdf.xacro")
+    description = ks.files.read_robot_file("robots/3rps.urdf.xacro")
     stiff = ks.description.JointStiffness("prismatic_2", drive=1e6)
     rows, _ = ranking(ks.analyze(ks.Robot(description.with_joint_stiffness(stiff)).assemble()))
     assert rows[0][:2] == ["prismatic_2", "actuator"] and [row[1] for row in rows[1:4]] == ["beam"] * 3

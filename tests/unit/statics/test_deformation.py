@@ -65,7 +65,7 @@ def test_a_platform_that_turns_about_a_hinge_is_said_to():
         joint("tip", "fixed", "arm", "platform", "0.4 0 0"), bar("arm", "hinge", "tip", RHO, CIRCLE),
     )  # fmt: skip
     with pytest.raises(
-        ks.SingularPoseError, match=r"rotation about the axis \(0, .?1, 0\) through o \+ \(-0.4, 0, 0\) m"
+        ks.exceptions.SingularPoseError, match=r"rotation about the axis \(0, .?1, 0\) through o \+ \(-0.4, 0, 0\) m"
     ) as error:
         ks.analyze(machine.assemble(), gravity=(0, 0, 0))
     free = error.value.free_twists

@@ -228,7 +228,7 @@ def test_what_a_passive_joint_cannot_hold_is_told():
     held = ks.analyze(at, loads={link: ks.LinkLoad([*axis, 0, 0, 0], end)})
     assert held.status == ks.Status.OK
     with pytest.raises(
-        ks.LimbEquilibriumError, match=r"and the loads on its links: its passive joints .* of these is not carried"
+        ks.exceptions.LimbEquilibriumError, match=r"and the loads on its links: its passive joints .* of these is not carried"
     ):
         ks.analyze(at, loads={link: ks.LinkLoad([0, 0, 0, *axis], end)})
 

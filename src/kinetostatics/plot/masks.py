@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.selection import IN_OTHER_MODE, Selection
-from kinetostatics.plots.style import legend_below
+from kinetostatics.plot.selection import IN_OTHER_MODE, Selection
+from kinetostatics.plot.style import legend_below
 from kinetostatics.status import Status
 
 if TYPE_CHECKING:

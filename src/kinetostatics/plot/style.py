@@ -19,8 +19,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import typeset
-from kinetostatics.plots.selection import Axis
+from kinetostatics.plot.display_units import typeset
+from kinetostatics.plot.selection import Axis
 
 P = ParamSpec("P")
 R = TypeVar("R")

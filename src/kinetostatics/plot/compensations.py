@@ -15,8 +15,8 @@ from matplotlib.patches import Patch
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
-from kinetostatics.plots.style import COLOURS, MARKERS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
+from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
+from kinetostatics.plot.style import COLOURS, MARKERS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.tool_point import named_point
 

@@ -10,10 +10,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import label, typeset
-from kinetostatics.plots.masks import check_numbers, common_masks, draw_masks, edges, patches_of
-from kinetostatics.plots.selection import axis_of, chosen_names, in_figure_units, select, select_each
-from kinetostatics.plots.style import (
+from kinetostatics.plot.display_units import label, typeset
+from kinetostatics.plot.masks import check_numbers, common_masks, draw_masks, edges, patches_of
+from kinetostatics.plot.selection import axis_of, chosen_names, in_figure_units, select, select_each
+from kinetostatics.plot.style import (
     COLOURS,
     DASHES,
     MARKERS,

@@ -20,17 +20,17 @@ except ModuleNotFoundError as error:
     name = {"matplotlib": "Matplotlib"}.get(str(error.name), error.name)
     raise KinetostaticsError(f"figures need {name}: pip install 'kinetostatics[plot]'") from None
 
-from kinetostatics.plots.bars import sensitivities
-from kinetostatics.plots.calibrations import calibration
-from kinetostatics.plots.compensations import compensation
-from kinetostatics.plots.fronts import pareto
-from kinetostatics.plots.histogram import spread
-from kinetostatics.plots.lines import line
-from kinetostatics.plots.optima import optimum
-from kinetostatics.plots.slices import slice
-from kinetostatics.plots.style import STYLE, save
-from kinetostatics.plots.surfaces import surface
-from kinetostatics.plots.workspaces import workspace
+from kinetostatics.plot.bars import sensitivities
+from kinetostatics.plot.calibrations import calibration
+from kinetostatics.plot.compensations import compensation
+from kinetostatics.plot.fronts import pareto
+from kinetostatics.plot.histogram import spread
+from kinetostatics.plot.lines import line
+from kinetostatics.plot.optima import optimum
+from kinetostatics.plot.slices import slice
+from kinetostatics.plot.style import STYLE, save
+from kinetostatics.plot.surfaces import surface
+from kinetostatics.plot.workspaces import workspace
 
 __all__ = [
     "STYLE",

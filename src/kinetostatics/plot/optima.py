@@ -10,8 +10,8 @@ from matplotlib.patches import Patch
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.display_units import display_unit
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
+from kinetostatics.plot.display_units import display_unit
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.reports.optimum import place_words
 from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
 

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tool_point import named_point
 

@@ -13,8 +13,8 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
 from kinetostatics.indices.poses import ANGULAR, LINEAR
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
-from kinetostatics.plots.ranges import main_range
+from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
+from kinetostatics.plot.ranges import main_range
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).

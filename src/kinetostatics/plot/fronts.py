@@ -6,8 +6,8 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import display_unit, label
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.plot.display_units import display_unit, label
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.pareto import ParetoFront
 
 

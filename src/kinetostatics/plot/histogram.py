@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.plots.display_units import display_unit
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.plot.display_units import display_unit
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.spread import LENGTHS, Spread
 from kinetostatics.results.tool_point import named_point
 

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots import solids
-from kinetostatics.plots.display_units import coordinate_unit, label, wrapped
-from kinetostatics.plots.masks import masks_of, reasons
-from kinetostatics.plots.planes import SLENDER
-from kinetostatics.plots.ranges import check_limits, range_of
-from kinetostatics.plots.selection import chosen_names, in_figure_units, select
-from kinetostatics.plots.solids import cells_of, outer_faces
-from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
+from kinetostatics.plot import solids
+from kinetostatics.plot.display_units import coordinate_unit, label, wrapped
+from kinetostatics.plot.masks import masks_of, reasons
+from kinetostatics.plot.planes import SLENDER
+from kinetostatics.plot.ranges import check_limits, range_of
+from kinetostatics.plot.selection import chosen_names, in_figure_units, select
+from kinetostatics.plot.solids import cells_of, outer_faces
+from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")

@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.display_units import label, typeset, wrapped
-from kinetostatics.plots.masks import check_numbers, common_masks, edges
-from kinetostatics.plots.ranges import check_limits, range_of
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select, select_each
-from kinetostatics.plots.solids import faces, grid_quads
-from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
+from kinetostatics.plot.display_units import label, typeset, wrapped
+from kinetostatics.plot.masks import check_numbers, common_masks, edges
+from kinetostatics.plot.ranges import check_limits, range_of
+from kinetostatics.plot.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select, select_each
+from kinetostatics.plot.solids import faces, grid_quads
+from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
 #: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.
 SURFACES = 5

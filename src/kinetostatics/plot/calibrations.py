@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import display_unit
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.plot.display_units import display_unit
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.calibration import Calibration
 
 #: Markers of gauges, which must differ without colour.

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.masks import edges
-from kinetostatics.plots.selection import Axis
-from kinetostatics.plots.style import name_ticks
+from kinetostatics.plot.masks import edges
+from kinetostatics.plot.selection import Axis
+from kinetostatics.plot.style import name_ticks
 
 #: Coordinates of polar figures: the one that goes round, and the one that goes outwards.
 ROUND, OUTWARDS = "azimuth", "tilt"

@@ -1,0 +1,72 @@
+from . import description, exceptions, files, functions, indices, plot, results, sections
+from .analysis import analyze
+from .authoring.extension import extend_robot, extension_text
+from .authoring.robot_by_name import new_robot, robot_text
+from .calibration import calibrate, plan_measurements
+from .compensation import compensate
+from .description.gauges import Gauge
+from .description.loads import LinkLoad, Payload
+from .design import optimize, pareto, sensitivities, spread
+from .error_ranking import tolerances
+from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
+from .files.bundled import robots
+from .files.importers import import_robot
+from .files.writer import save_robot
+from .functions.function import compile
+from .kinematics.configuration import Configuration
+from .report_page import save_report
+from .results.result import Result
+from .robot import Robot, load_robot
+from .status import Status
+from .verification import verify
+from .viewer import save_html, save_image, show
+from .workspace import sweep
+
+__version__: str
+
+__all__ = [
+    "ArgumentError",
+    "AssemblyError",
+    "Configuration",
+    "Gauge",
+    "KinetostaticsError",
+    "LinkLoad",
+    "Payload",
+    "Result",
+    "Robot",
+    "RobotFileError",
+    "StaticsError",
+    "Status",
+    "analyze",
+    "calibrate",
+    "compensate",
+    "compile",
+    "description",
+    "exceptions",
+    "extend_robot",
+    "extension_text",
+    "files",
+    "functions",
+    "import_robot",
+    "indices",
+    "load_robot",
+    "new_robot",
+    "optimize",
+    "pareto",
+    "plan_measurements",
+    "plot",
+    "results",
+    "robot_text",
+    "robots",
+    "save_html",
+    "save_image",
+    "save_report",
+    "save_robot",
+    "sections",
+    "sensitivities",
+    "show",
+    "spread",
+    "sweep",
+    "tolerances",
+    "verify",
+]

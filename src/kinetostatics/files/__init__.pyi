@@ -1,0 +1,6 @@
+from .reader import read_robot_file, validate
+
+__all__ = [
+    "read_robot_file",
+    "validate",
+]

@@ -1,0 +1,11 @@
+from .c_export import CExport
+from .function import Function, Jacobian
+from .values import Quantity, Values
+
+__all__ = [
+    "CExport",
+    "Function",
+    "Jacobian",
+    "Quantity",
+    "Values",
+]
