@@ -169,6 +169,17 @@ def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
     assert [float(J[place][0, 2]) for place in places] == pytest.approx([-1.0, 1.0])
 
 
+def test_derivatives_where_a_hinge_inside_a_spherical_joint_is_elastic():
+    """The bodies between its hinges, which the solver passes over, have frames of their own."""
+    soft = JointStiffness("spherical_1_y", linear=(1e6, 2e6, 1.5e6))
+    machine, at = ks.Robot(package_robots.robot("3rps").description.with_joint_stiffness(soft)), POSES["3rps"]
+    assert "spherical_1_y" in machine.mechanism.spherical_runs[0].joints
+    f = ks.compile(machine, tuple(at), outputs=OUTPUTS)
+    J, values = f.jacobian("twist", tuple(at))(load=LOAD, gravity=GRAVITY, **at), f(load=LOAD, gravity=GRAVITY, **at)
+    for key in at:
+        assert_alike(J["twist"][key], differences(f, at, key)["twist"], values["twist"], 1e-7)
+
+
 @pytest.mark.parametrize(("size", "gain"), [(1.0, 1.0), (4e-9, 2.5e8), (3e-10, 0.0)])
 def test_motions_that_hardly_close_loops_are_free(size, gain):
     """Singular values of the loops' gradient on both sides of a part in 10⁹ of the largest."""

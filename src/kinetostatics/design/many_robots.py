@@ -177,8 +177,10 @@ class ManyRobots:
         good = np.ones(N, dtype=bool)
         for some in _batches(N):
             frames[:, some], good[some] = self._closed(parts[:, some])
-        record, _ = self._derivatives.record
-        names = tuple(name for name in WANTED if name in record.shapes)
+        names = tuple(name for name in WANTED if name in self._derivatives.outputs)
+        own = self._derivatives.pose.frames
+        nominal = np.concatenate([own.rotation.reshape(-1, 1), own.position.reshape(-1, 1)])
+        record = self._recorded(names, np.zeros(len(self._reach)), nominal)
         found = {name: np.full((*record.shapes[name], N), np.nan) for name in names}
         left = np.flatnonzero(good)
         for _ in range(RECORDS):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 
@@ -143,11 +144,22 @@ def recorded_arrays(
     frames, *others = example
     inputs = frames.rotation, frames.position, *others
     rotation, position, *rest = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
+    with recording_equilibrium(robot):
+        return result(by_numpy(copy, Frames(rotation, position), *rest, *([] if places is None else [places])))
+
+
+@contextmanager
+def recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
+    """Record the equilibrium of a robot inside.
+
+    Raises:
+        NotRecordedError: it takes something that is not an operation on scalars.
+    """
     try:
         with recording():
-            return result(by_numpy(copy, Frames(rotation, position), *rest, *([] if places is None else [places])))
+            yield
     except NotRecordedError as error:
-        found = solve_with_springs(robot, *example[:3])
+        found = solve_with_springs(robot, *example_of(robot))
         if found.singular[0] or found.indeterminate[0]:
             raise NotRecordedError(SINGULAR if found.singular[0] else INDETERMINATE) from error
         if isinstance(error.__cause__, IndexError):  # poses are picked out by what is recorded

@@ -161,17 +161,32 @@ class _Group:
     def integrate(self, q: Array, v: Array) -> None:
         """Move the coordinates ``q`` (nq, N) in place by the displacement ``v`` (nv, N)."""
         c, d, first = q[self.q], v[self.v], self.shifts
-        shift, turn, by = d[:first], c[first:], d[first:]
-        if self.type.slides is Axes.ACROSS:
-            shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
-        elif self.type.slides is Axes.ALL:
-            shift = apply(rotations.matrix_of_quaternion(turn), shift)
+        turn, by = c[first:], d[first:]
         if first:
-            q[self.q[:first]] = c[:first] + shift
+            q[self.q[:first]] = c[:first] + self._shift(turn, d[:first])
         if self.type.turns is Axes.ALL:
             q[self.q[first:]] = _unit(rotations.quaternion_product(turn, rotations.quaternion_exponential(by)))
         elif self.type.turns is Axes.AXIS:
             q[self.q[first:]] = _turn(turn, by[0]) if self.type.endless else turn + by
+
+    def rates(self, q: Array, v: Array, found: Array) -> None:
+        """Write how fast the coordinates ``q`` (nq, N) change at velocities ``v`` (nv, N) into ``found`` (nq, N)."""
+        c, d, first = q[self.q], v[self.v], self.shifts
+        turn, by = c[first:], d[first:]
+        if first:
+            found[self.q[:first]] = self._shift(turn, d[:first])
+        if self.type.turns is Axes.ALL:
+            found[self.q[first:]] = rotations.quaternion_product(turn, np.concatenate([by / 2, 0 * by[:1]]))
+        elif self.type.turns is Axes.AXIS:
+            found[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
+
+    def _shift(self, turn: Array, shift: Array) -> Array:
+        """Return a displacement in the axes of the joint's placement, of one in those of the body, turned already."""
+        if self.type.slides is Axes.ACROSS:
+            shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
+        elif self.type.slides is Axes.ALL:
+            shift = apply(rotations.matrix_of_quaternion(turn), shift)
+        return shift
 
 
 def _unit(q: Array) -> Array:
@@ -250,6 +265,13 @@ class Tree:
         for group in self._groups:
             group.integrate(moved, v)
         return moved
+
+    def rates(self, q: Array, v: Array) -> Array:
+        """Return how fast the coordinates ``q`` (nq, N) change at velocities ``v`` (nv, N) [m/s, rad/s]."""
+        found = zeros_for(q.shape, q, v)
+        for group in self._groups:
+            group.rates(q, v, found)
+        return found
 
     def twists(self, frames: Frames) -> Array:
         """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""

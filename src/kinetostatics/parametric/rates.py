@@ -1,6 +1,6 @@
-"""What changes in a robot's statics and kinematics when its description changes a little: rates, by differences of fourth order.
+"""How fast a robot's numbers change with its description: by differences of fourth order.
 
-Only the constants that follow from a description are differenced, such as products of frames and 1/EI, at no loss but for some
+Only the numbers that follow from a description are differenced, such as products of frames and 1/EI, at no loss but for some
 parts in 10¹²; what they do to a pose is differentiated exactly (:mod:`kinetostatics.functions.derivatives`).
 """
 
@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.outputs import structure_of
+from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import known_valid
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.kinematics.solver import Solver
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import make_beam_models
-from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.robot import Robot
 from kinetostatics.statics.model import RobotStatics, statics_on
@@ -31,65 +30,24 @@ CENTRAL = ((1, 2 / 3), (2, -1 / 12))
 OTHER_MECHANISM = "the robot would be another mechanism, as axes that meet in a point would not meet any more"
 
 
-@dataclass(frozen=True)
-class Rates:
-    """How fast something changes with one number of the description.
-
-    Attributes:
-        constants: (P,) the numbers of the statics.
-        rotation, position: (3, 3, B, N), (3, B, N) the frames of all bodies, with the joints as they are.
-        residual: (m, N) the scaled residuals of the loops and of what is given.
-        loop_actuators: (n, N) the coordinates of driven loops.
-        mass: (N,) the robot's mass [kg].
-    """
-
-    constants: Array
-    rotation: Array
-    position: Array
-    residual: Array
-    loop_actuators: Array
-    mass: Array
+def rates_of(numbers: Callable[[float], Array], step: float) -> Array:
+    """Return how fast a robot's numbers (P,) change with an amount, by a small step of it."""
+    terms = [weight / step * (numbers(count * step) - numbers(-count * step)) for count, weight in CENTRAL]
+    return np.sum(terms, axis=0)
 
 
-def rates_of(
-    robot: Robot,
-    changed: Callable[[float], RobotDescription],
-    step: float,
-    prescribed: PrescribedCoordinates,
-    poses: SolverState,
-    target: Array,
-    decided: RobotStatics,
-) -> Rates:
-    """Return how fast a robot changes.
-
-    Args:
-        robot: the robot.
-        changed: the description in which a number is larger by an amount.
-        step: a small amount.
-        prescribed, poses, target: where the residuals are wanted, see :meth:`Solver.system`.
-        decided: the robot's statics, with the wrench bases that are taken.
+def varied_numbers(robot: Robot, description: RobotDescription, own: PoseModel) -> Array:
+    """Return the numbers (P,) of a robot that differs a little, as those of another, ``own``.
 
     Raises:
         KinetostaticsError: there is no such robot, or it is another mechanism.
     """
-
-    def parts(amount: float) -> list[Array]:
-        """Return what :class:`Rates` are the rates of."""
-        other, statics = varied_robot(robot, changed(amount), decided)
-        solver = Solver(other.equations, robot.length, robot.length)
-        frames = other.equations.forward(poses.x)
-        residual, _ = solver.system(prescribed, poses, target)
-        loops = robot.actuator_coordinates.loops
-        actuators = np.array([solver.loop_coordinate(number, frames) for number in loops]).reshape(len(loops), poses.x.shape[1])
-        mass = np.broadcast_to(statics.weights.masses(frames).sum(axis=0), poses.x.shape[1:])
-        return [structure_of(statics).values, *_known(robot, frames), residual, actuators, mass]
-
-    total: list[Array] = []
-    for count, weight in CENTRAL:
-        pairs = zip(parts(count * step), parts(-count * step), strict=True)
-        terms = [weight / step * (after - before) for after, before in pairs]
-        total = [a + b for a, b in zip(total, terms, strict=True)] if total else terms
-    return Rates(*total)
+    other, statics = varied_robot(robot, description, own.statics)
+    solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
+    found = PoseModel.of(solver, statics, own.prescribed).taken_apart(all_vary=True)
+    if found.key != own.taken_apart(all_vary=True).key:
+        raise ArgumentError(OTHER_MECHANISM)
+    return found.values
 
 
 def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics]:
@@ -121,16 +79,3 @@ def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescrip
         beams[name] = beam if beam.y_axis is not None else replace(beam, y_axis=y_axis)
     found = replace(description, beams=beams)
     return known_valid(found) if description.is_valid else found
-
-
-def _known(robot: Robot, frames: Frames) -> tuple[Array, Array]:
-    """Return rotations and positions, 0 of bodies inside spherical joints, which are not among the solver's."""
-    rotation, position = np.array(frames.rotation), np.array(frames.position)
-    inside = bodies_inside(robot)
-    rotation[:, :, inside], position[:, inside] = 0.0, 0.0
-    return rotation, position
-
-
-def bodies_inside(robot: Robot) -> list[int]:
-    """Return the bodies between the revolutes of spherical joints."""
-    return [body for run in robot.mechanism.spherical_runs for body in run.bodies[:2]]

@@ -1,0 +1,244 @@
+"""Records of closed poses: joint coordinates, frames, equilibrium and all that follows from it, operation by operation.
+
+Machine code, exported C, derivatives and samples of many robots are made of these records. What is recorded are the functions
+that assemble and analyse poses: there is no other mathematics here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
+from kinetostatics.engine.record import by_numpy, recorded_input, recording_equilibrium
+from kinetostatics.engine.recorder import recording
+from kinetostatics.engine.scalars import Number, Tape
+from kinetostatics.engine.structure import KEPT as KEPT_OF_STATICS
+from kinetostatics.engine.structure import Structure
+from kinetostatics.kinematics.joint_coordinates import JointCoordinates
+from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.math.arrays import Array, Mask, zeros_for
+from kinetostatics.math.screws import move
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.tree import Frames, TreeJoint
+from kinetostatics.quantities import COMPUTED, QUANTITIES
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution
+
+#: What is kept of classes that hold more than poses need.
+_KEPT: Mapping[type, tuple[str, ...]] = {
+    **KEPT_OF_STATICS,
+    **KEPT_OF_LOOPS,
+    RobotStatics: (*KEPT_OF_STATICS[RobotStatics], "joint_table"),
+    Mechanism: ("tree", "platform_frame", "base_frame", "connections", "description", "body_of_joint"),
+    RobotDescription: ("springs", "driven"),
+    LoopEquations: (*KEPT_OF_LOOPS[LoopEquations], "loop_of", "is_length"),
+    Connection: (
+        *("name", "kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame", "axis", "mimic", "cone"),
+        *("lower", "upper"),
+    ),
+    Couplings: (*KEPT_OF_LOOPS[Couplings], "names", "is_length"),
+    TreeJoint: ("kind", "body", "first_q", "first_v"),
+}
+
+
+class PoseModel(NamedTuple):
+    """What poses take of a robot.
+
+    Attributes:
+        joints: their coordinates, and what closes the loops.
+        statics: the equilibrium.
+        prescribed: coordinates that are given, where residuals are wanted.
+    """
+
+    joints: JointCoordinates
+    statics: RobotStatics
+    prescribed: PrescribedCoordinates
+
+    @classmethod
+    def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates) -> PoseModel:
+        """Return the model of a robot by what closes its loops and its statics."""
+        return cls(JointCoordinates(solver), statics, prescribed)
+
+    def taken_apart(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
+        """Return structure and numbers; with a tape also a copy that records, see :class:`Structure`."""
+        return Structure(self, tape, _KEPT, all_vary=all_vary)
+
+
+class Pose:
+    """Closed poses of a model, and what follows from them when it is asked for.
+
+    Args:
+        model: the robot.
+        x: (nq', N) solved coordinates.
+        load, gravity: (6, N) [N, N·m] and (3, N) [m/s²].
+        given: (3, N) orientation and (n, N) prescribed coordinates, where residuals are wanted.
+    """
+
+    def __init__(self, model: PoseModel, x: Array, load: Array, gravity: Array, *given: Array) -> None:
+        self.model, self.x, self.load, self.gravity, self.given = model, x, load, gravity, given
+        self.solver, self.statics = model.joints.solver, model.statics
+
+    @cached_property
+    def placed(self) -> Placed:
+        """What Pinocchio's coordinates say."""
+        return self.solver.equations.place(self.x)
+
+    @cached_property
+    def frames(self) -> Frames:
+        """Frames of all bodies; only those inside spherical joints take the angles of single hinges, which may be singular."""
+        frames = self.solver.equations.forward(self.x)
+        inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
+        if inside:
+            other = self.placed.frames
+            frames.rotation[:, :, inside], frames.position[:, inside] = other.rotation[:, :, inside], other.position[:, inside]
+        return frames
+
+    @cached_property
+    def solution(self) -> Solution:
+        """The equilibrium."""
+        return by_numpy(self.statics, self.frames, self.load, self.gravity)
+
+    @cached_property
+    def system(self) -> tuple[Array, Array]:
+        """Scaled residuals and gradients, see :meth:`Solver.system`."""
+        c, target = self.given
+        return self.solver.system(self.model.prescribed, SolverState(self.x, c), target)
+
+    @cached_property
+    def closures(self) -> Array:
+        """The loops' residuals (closures, N) [m, rad]."""
+        return self.solver.equations.evaluate(self.frames)[0]
+
+    def opening(self) -> Array:
+        """Return how far the worst loop is open (N,) [m, rad]."""
+        worst = zeros_for((self.x.shape[1],), self.x)
+        for metres, radians in self.solver.equations.openings(self.closures, self.x).values():
+            worst = np.maximum(worst, np.maximum(metres, radians))
+        return worst
+
+    def actuators(self) -> Array:
+        """Return the actuators' coordinates (n, N) in the file's order."""
+        coordinates = self.model.joints.at(self.placed.q, self.frames)
+        rows = [coordinates[name] for name in self.statics.description.driven]
+        return np.stack(rows) if rows else zeros_for((0, self.x.shape[1]), self.x)
+
+    def within(self) -> Mask:
+        """Return which poses (N,) are within all joints' limits."""
+        found: Mask = np.ones(self.x.shape[1], dtype=bool)
+        for *_, inside in self.model.joints.limited(self.placed.q, self.frames):
+            found = found & inside
+        return found
+
+    def platform(self) -> Array:
+        """Return the platform's rotation, row by row, and position (12, N)."""
+        R, o = self.solver.mechanism.platform_pose(self.frames)
+        return np.concatenate([R.reshape(9, -1), o])
+
+
+def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
+    """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
+    return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
+
+
+#: What may be recorded of a pose, each (…components, N).
+OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
+    "residual": lambda pose: pose.system[0],
+    "gradient": lambda pose: pose.system[1],
+    "worst_equation": lambda pose: np.max(np.abs(pose.closures), axis=0, initial=0.0),
+    "opening": Pose.opening,
+    "within": Pose.within,
+    "actuators": Pose.actuators,
+    "platform": Pose.platform,
+    "mass": lambda pose: pose.statics.weights.masses(pose.frames).sum(axis=0),
+}
+#: The same of the equilibrium.
+OF_EQUILIBRIUM: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
+    **COMPUTED,
+    "singular": lambda robot, solution: solution.singular,
+    "usual": is_usual,
+}
+
+
+def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> dict[str, Number]:
+    """Return outputs (…, N) by name; twist, stiffness and compliance about a ``tool`` (3,) from o in the platform's axes [m]."""
+    found: dict[str, Number] = {}
+    for name in names:
+        if name in OUTPUTS:
+            found[name] = OUTPUTS[name](pose)
+            continue
+        found[name] = OF_EQUILIBRIUM[name](pose.statics, pose.solution)
+        kind = QUANTITIES[name].moves_as if name in QUANTITIES else None
+        if tool is not None and kind is not None and not _is_unknown(found[name]):
+            R, _ = pose.solver.mechanism.platform_pose(pose.frames)
+            axis = QUANTITIES[name].dims.index("component")
+            found[name] = np.moveaxis(move(kind, np.moveaxis(found[name], axis, 0), np.einsum("ijn,j->in", R, tool)), 0, axis)
+    return found
+
+
+def _is_unknown(array: Array) -> bool:
+    """Whether all entries are NaN whatever the pose, as an infinite stiffness is: sums with it would spoil derivatives."""
+    return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
+
+
+@dataclass(frozen=True)
+class PoseRecord:
+    """What some outputs of a robot take, operation by operation.
+
+    Attributes:
+        tape: the operations; inputs are x, load, gravity, and where residuals are wanted c and the target.
+        rows: the operations of each output's components, in order.
+        shapes: of each output.
+        holds: the operation that tells whether the record holds, by the output up to which it is to.
+    """
+
+    tape: Tape
+    rows: Mapping[str, tuple[int, ...]]
+    shapes: Mapping[str, tuple[int, ...]]
+    holds: Mapping[str, int]
+
+    def all_rows(self, names: Sequence[str] | None = None) -> list[int]:
+        """Return the operations of some outputs, by default all of them, one output after the other."""
+        return [row for name in (self.rows if names is None else names) for row in self.rows[name]]
+
+    def all_hold(self) -> int:
+        """Return the operation that tells whether the record of all outputs holds."""
+        return list(self.holds.values())[-1]
+
+
+def pose_record(
+    model: PoseModel, names: Sequence[str], example: Sequence[Array], all_vary: bool = False, tool: Array | None = None
+) -> PoseRecord:
+    """Record some outputs.
+
+    Args:
+        model: the robot.
+        names: of the outputs, at least one.
+        example: x, load, gravity, and where residuals are wanted c and target of one pose, whose way is taken at branches.
+        all_vary: 0, 1 and −1 are numbers like others, see :class:`Structure`.
+        tool: see :func:`outputs_at`.
+
+    Raises:
+        NotRecordedError: it takes something that is not an operation on scalars.
+    """
+    tape = Tape()
+    copy = model.taken_apart(tape, all_vary).copy
+    copy.joints.solver.forget()
+    pose = Pose(copy, *(recorded_input(tape, number, array) for number, array in enumerate(example)))
+    rows, shapes, holds = {}, {}, {}
+    for name in names:
+        with recording_equilibrium(model.statics) if name in OF_EQUILIBRIUM else recording():
+            array = outputs_at(pose, [name], tool)[name]
+        rows[name] = tuple(tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist())
+        shapes[name] = tuple(array.shape[:-1])
+        holds[name] = tape.number_of(tape.holds())
+    return PoseRecord(tape, rows, shapes, holds)
