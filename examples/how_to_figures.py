@@ -34,19 +34,24 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
 
 def draw_feedforward(path: Path) -> None:
     """Draw the actuators' forces round the cone."""
-    ks.plot.save(ks.plot.compensation(page_names("feedforward")["found"], "force"), path, dpi=200)
+    names = page_names("feedforward")
+    ks.plot.save(ks.plot.line(names["found"].to_dataset({"azimuth": names["turn"]}), names["forces"]), path, dpi=200)
 
 
 def draw_correction(path: Path) -> None:
-    """Draw what the platform misses along the path, corrected in three coordinates or in other three."""
+    """Draw the pose error along the path, uncorrected and corrected, for two choices of the controlled coordinates."""
     from matplotlib import pyplot as plt
 
     names = page_names("correct_a_machine")
-    figure, rows = plt.subplots(2, 2, figsize=(7.2, 5.6), sharex=True, sharey="row", layout="constrained")
+    tilts = names["path"].platform["rx"]
+    figure, rows = plt.subplots(2, 2, figsize=(7.2, 5.0), sharex=True, sharey="row", layout="constrained")
     for column, found in enumerate((names["found"], names["other"])):
-        for row, what in zip(rows, ("displacement", "rotation"), strict=True):
-            ks.plot.compensation(found, what, ax=row[column])
-        rows[0, column].set_title(f"corrected: {', '.join(found.controlled)}", pad=38)
+        for row, name in zip(rows, ("y", "rx"), strict=True):
+            ks.plot.line(found.to_dataset({"rx": tilts}), [f"uncorrected_error:{name}", f"residual_error:{name}"], ax=row[column])
+        rows[0, column].set_title(f"controlled: {', '.join(found.controlled)}")
+    for legend in list(figure.legends):
+        legend.remove()
+    figure.legend(rows[0, 0].get_lines(), ["uncorrected", "corrected"], loc="outside lower center", ncols=2, frameon=False)
     for axes in rows.flat:
         axes.label_outer()
     ks.plot.save(figure, path, dpi=150)
@@ -66,11 +71,6 @@ def draw_spread(path: Path) -> None:
 def draw_front(path: Path) -> None:
     """Draw mass against the largest deflection."""
     ks.plot.save(ks.plot.pareto(page_names("size_a_rod")["front"]), path, dpi=200)
-
-
-def draw_sizes(path: Path) -> None:
-    """Draw the optimum between its bounds, and what decides."""
-    ks.plot.save(ks.plot.optimum(page_names("size_a_rod")["best"]), path, dpi=200)
 
 
 def draw_calibration(path: Path) -> None:
@@ -94,6 +94,5 @@ if __name__ == "__main__":
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
     draw_spread(folder / "spread_2pru_upr.png")
     draw_front(folder / "pareto_2pru_upr.png")
-    draw_sizes(folder / "size_2pru_upr.png")
     draw_calibration(folder / "calibrate_2pru_upr.png")
     draw_pendulum(folder / "pendulum.png")

@@ -51,7 +51,7 @@ MODULES = ["analysis", "error_ranking", "robot", "status", "printing/text"]
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(
-    r"test_(viewer|plots|fuzz|solid|workspace_figures|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api"
+    r"test_(viewer|plot|fuzz|solid|workspace_figures|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api"
     r"|random|rewritings|mutate)"
 )
 

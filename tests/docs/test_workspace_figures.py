@@ -65,8 +65,7 @@ def test_the_table_of_indices_is_what_the_code_has():
 
 
 def test_what_is_far_beyond_all_others_is_what_the_page_says():
-    from kinetostatics.plot.ranges import FAR, PART
-    from kinetostatics.plot.selection import ROUNDING
+    from kinetostatics.plot.selection import FAR, PART, ROUNDING
 
     assert (PART, FAR) == (0.02, 3.0) and f"less than {ROUNDING:.0e} of the motion" in PAGE
     assert "the outermost 2 % of the values reach more than three times as far as all the rest" in PAGE.replace("\n", " ")

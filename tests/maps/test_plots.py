@@ -26,7 +26,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from kinetostatics.plot.display_units import coordinate_unit, display_unit  # noqa: E402
 from kinetostatics.plot.masks import edges  # noqa: E402
-from kinetostatics.plot.ranges import main_range  # noqa: E402
+from kinetostatics.plot.selection import main_range  # noqa: E402
 from kinetostatics.plot.solids import cells_of, outer_faces  # noqa: E402
 from kinetostatics.plot.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
 

@@ -36,8 +36,8 @@ examples:
   kinetostatics compensate 3rps --platform z=450mm:650mm:5 rx=-10deg:10deg:9 ry=0 --load 0 0 -500 0 0 0 --out corrected.csv
   kinetostatics compensate 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --controlled z rx ry --json
   kinetostatics compensate 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z
-  kinetostatics compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 100 -500 0 0 0 --plot missed.svg
-  kinetostatics compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 0 -500 0 0 0 --plot forces.png --what force
+  kinetostatics compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 0 -500 0 0 0 --out tilted.nc
+  kinetostatics plot tilted.nc --kind line --what residual_error:x uncorrected_error:x --out missed.svg
   kinetostatics compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
 """
 
@@ -57,13 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_tool_argument(parser, "x, y and z of --controlled, and what remains, are those of this point instead of o")
     arguments.add_engine_argument(parser)
     parser.add_argument("--out", metavar="FILE", help="write a table (.csv) or netCDF (.nc)")
-    parser.add_argument("--plot", metavar="FILE", help="write a figure, before and after: .pdf, .svg or .png")
-    parser.add_argument(
-        "--what",
-        choices=("displacement", "rotation", "correction", "force"),
-        help="what --plot draws: by how much the platform misses its place or its angles, or what the actuators do "
-        "(default: displacement)",
-    )
     arguments.add_json_argument(parser)
 
 
@@ -73,9 +66,6 @@ def run(args: argparse.Namespace) -> int:
         from kinetostatics.compensation import compensate
 
         arguments.check_folder(args.out)
-        arguments.check_figure(args.plot)
-        if args.what is not None and args.plot is None:
-            raise ArgumentError("--what chooses what --plot draws: give --plot FILE too")
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, axes, warnings = _poses(robot, args)
@@ -89,9 +79,8 @@ def run(args: argparse.Namespace) -> int:
         )
         if args.out is not None:
             found.save(args.out, axes)
-        answers.save_figure(args.plot, "compensation", found, what=args.what or "displacement")
         answer = found.to_dict() if args.json else str(found)
-    answers.print_answer(answer, warnings, args.out, args.plot)
+    answers.print_answer(answer, warnings, args.out)
     return 0
 
 

@@ -36,7 +36,6 @@ examples:
   kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "deflection_any_direction(500 N) < 20um" --platform \\
       z=450mm,650mm rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
-  kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "sag < 0.2um" "stress < 80 MPa" --plot sized.svg
   kinetostatics optimize 3rps --vary "rod_*.outer_diameter=40mm:120mm" --subject-to "sag < 0.2um" --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(500 N)" --out front.svg
 """
@@ -58,7 +57,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--points", metavar="N", default="10", help="designs of --pareto (default: %(default)s)")
     group.add_argument("--starts", metavar="N", default="3", help="searches from different parameters (default: %(default)s)")
     parser.add_argument("--out", metavar="FILE", help="write the robot, plain URDF; --pareto: .csv, .svg, .pdf, .png")
-    parser.add_argument("--plot", metavar="FILE", help="write a figure of the optimum, or front: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 
 
@@ -69,7 +67,6 @@ def run(args: argparse.Namespace) -> int:
 
         draws = args.pareto is not None and not (args.out or "").endswith(".csv")
         (arguments.check_figure if draws else arguments.check_folder)(args.out, "--out")
-        arguments.check_figure(args.plot)
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
         starts = arguments.whole_number_of("--starts", args.starts)
@@ -96,7 +93,6 @@ def run(args: argparse.Namespace) -> int:
             answers.save_figure(args.out, "pareto", found)
         elif args.out is not None:
             found.save(args.out)
-        answers.save_figure(args.plot, "optimum" if args.pareto is None else "pareto", found)
         answer = found.to_dict() if args.json else str(found)
-    answers.print_answer(answer, [], args.out, args.plot)
+    answers.print_answer(answer, [], args.out)
     return 0 if feasible else 1

@@ -196,10 +196,10 @@ def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     """Return what a number is, in few words."""
     last = labels[-1] if labels else ""
     entry = VARIABLES.get(name)
-    if entry is not None and entry.moves_as == "twist":
+    if name == "uncorrected_error" or (entry is not None and entry.moves_as == "twist"):
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
-        if name == "residual_error":
-            return f"{motion} that remains"
+        if name in ("uncorrected_error", "residual_error"):
+            return f"{motion}, uncorrected" if name == "uncorrected_error" else f"{motion} that remains"
         return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
     if entry is not None and entry.unit == "actuator_force_unit":
         by = "" if len(labels) == 1 else f" by {_SAID.get(last, last)}"

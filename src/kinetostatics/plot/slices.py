@@ -16,8 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from kinetostatics.plot.display_units import label
 from kinetostatics.plot.masks import check_numbers, draw_masks, legend_of, masks_of
 from kinetostatics.plot.planes import OUTWARDS, ROUND, goes_round, label_axes, rectangle, round_a_pole
-from kinetostatics.plot.ranges import check_limits, range_of
-from kinetostatics.plot.selection import axis_of, chosen_names, in_figure_units, select
+from kinetostatics.plot.selection import axis_of, check_limits, chosen_names, in_figure_units, range_of, select
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled, title_of
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.

@@ -19,8 +19,17 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import label, typeset, wrapped
 from kinetostatics.plot.masks import check_numbers, common_masks, edges
-from kinetostatics.plot.ranges import check_limits, range_of
-from kinetostatics.plot.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select, select_each
+from kinetostatics.plot.selection import (
+    Selection,
+    axis_of,
+    check_limits,
+    chosen_names,
+    free_names,
+    in_figure_units,
+    range_of,
+    select,
+    select_each,
+)
 from kinetostatics.plot.solids import faces, grid_quads
 from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 

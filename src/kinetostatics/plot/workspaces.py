@@ -21,8 +21,7 @@ from kinetostatics.plot import solids
 from kinetostatics.plot.display_units import coordinate_unit, label, wrapped
 from kinetostatics.plot.masks import masks_of, reasons
 from kinetostatics.plot.planes import SLENDER
-from kinetostatics.plot.ranges import check_limits, range_of
-from kinetostatics.plot.selection import chosen_names, in_figure_units, select
+from kinetostatics.plot.selection import check_limits, chosen_names, in_figure_units, range_of, select
 from kinetostatics.plot.solids import cells_of, outer_faces
 from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -77,26 +77,23 @@ class Compensation(Told):
         grid, units = tuple(axes), _actuator_units(self)
         names, platform = list(self.actuators), list(self.target.platform)
 
-        def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
-            return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
+        def stacked(values: Mapping[str, Array], dim: str, unit: str, long_name: str) -> tuple[object, ...]:
+            return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name, "unit_coordinate": unit}
 
-        attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
+        def twists(values: Array, long_name: str) -> tuple[object, ...]:
+            return (*grid, "component"), values, {"long_name": long_name, "unit_coordinate": "component_unit"}
+
+        attributes = {"long_name": "status", "flag_meanings": " ".join(item.name.lower() for item in Status)}
+        position, force = "actuator_position_unit", "actuator_force_unit"
         data: dict[str, object] = {
             "status": (grid, self.status, attributes),
-            "target": stacked(self.target.platform, "platform_coordinate", "target coordinates of the loaded platform"),
-            "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the actuator"),
-            "actuator_correction": stacked(self.corrections, "actuator", "correction of the actuator"),
-            "actuator_force": stacked(self.actuator_forces, "actuator", VARIABLES["actuator_force"].words),
-            "uncorrected_error": (
-                (*grid, "component"),
-                self.uncorrected_error,
-                {"long_name": "how the loaded platform misses, uncorrected"},
-            ),
-            "residual_error": (
-                (*grid, "component"),
-                self.residual_error,
-                {"long_name": "how the loaded platform misses, corrected"},
-            ),
+            "characteristic_length": ((), self.target.robot.length, {"units": "m"}),
+            "target": stacked(self.target.platform, "platform_coordinate", "platform_coordinate_unit", "target coordinates"),
+            "actuator_position": stacked(self.actuators, "actuator", position, "corrected coordinate of the actuator"),
+            "actuator_correction": stacked(self.corrections, "actuator", position, "correction of the actuator"),
+            "actuator_force": stacked(self.actuator_forces, "actuator", force, VARIABLES["actuator_force"].words),
+            "uncorrected_error": twists(self.uncorrected_error, "pose error, uncorrected"),
+            "residual_error": twists(self.residual_error, "pose error, corrected"),
         }
         if self.uncorrectable_parts.shape[-1]:
             words = {
@@ -106,7 +103,7 @@ class Compensation(Told):
             words = {"long_name": "how much of what remains lies along each of these"}
             data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
         coords: dict[str, object] = {
-            **{name: np.asarray(values) for name, values in axes.items()},
+            **{name: (name, np.asarray(values), _axis_units(name, platform, units)) for name, values in axes.items()},
             "actuator": names,
             "component": list(COMPONENTS),
             "component_unit": ("component", list(TWIST_UNITS)),
@@ -116,7 +113,6 @@ class Compensation(Told):
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
         about: dict[str, object] = {"robot": self.target.robot.name, "controlled": " ".join(self.controlled)}
-        about["characteristic_length"] = self.target.robot.length
         about |= {} if self.tool is None else {"tool": self.tool.tolist()}
         return xr.Dataset(data, coords, {**about, "orientation": self.target.orientation.name})
 
@@ -305,6 +301,13 @@ def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
     """Return the units of position and force of every actuator."""
     connections = found.target.robot.mechanism.connections
     return {name: (connections[name].type.unit, connections[name].type.force_unit) for name in found.actuators}
+
+
+def _axis_units(name: str, platform: Sequence[str], units: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    """Return the attributes of an axis that is a coordinate of the platform or of an actuator."""
+    if name in units:
+        return {"units": units[name][0]}
+    return {"units": _unit_of(name)} if name in platform else {}
 
 
 def _unit_of(coordinate: str) -> str:

@@ -1,0 +1,198 @@
+"""Charts of results that are no maps: sensitivities, tolerances, Pareto fronts, residuals of a calibration."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.plot.display_units import display_unit, label
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.results.calibration import Calibration
+from kinetostatics.results.pareto import ParetoFront
+from kinetostatics.results.sensitivities import Sensitivities, is_location
+from kinetostatics.results.spread import LENGTHS, Spread
+from kinetostatics.results.tool_point import named_point
+
+#: Bars of each kind of sensitivities, at most, and bars of a histogram.
+MOST, BARS = 12, 60
+#: Markers of gauges, which must differ without colour.
+MARKERS = "osD^v<>Pd*"
+
+
+@styled
+def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
+    """Draw by how many per cent one per cent more of each parameter, or of a part's stiffness, changes how far o or a tool moves.
+
+    Args:
+        found: of :func:`kinetostatics.sensitivities`.
+        ax: to draw on; default: a new figure one column wide.
+
+    Returns:
+        The axes: bars to the left are less sag. Parameters of the file are dark, the stiffness of parts is light and hatched.
+
+    Raises:
+        ArgumentError: these are no sensitivities, the twist is not among them, or o does not move.
+    """
+    if not isinstance(found, Sensitivities):
+        raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
+    if "twist" not in found.of:
+        raise ArgumentError(f"the bars are of the twist, which was not asked for: of={found.of}")
+    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
+    if not size > 0:
+        raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")
+    rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
+    parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
+    rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
+    dark, light = mpl.colormaps[COLOURS]([0.15, 0.75])
+    ax = new_axes(1.4 * ONE_COLUMN, 0.5 + 0.17 * len(rows)) if ax is None else ax
+    for place, (_, value, is_part) in enumerate(rows):
+        colour, hatch = (light, "////") if is_part else (dark, None)
+        ax.barh(place, value, color=colour, hatch=hatch, edgecolor="white", height=0.75)
+    ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
+    ax.invert_yaxis()
+    ax.axvline(0.0, color="0.3", linewidth=0.6)
+    ax.set_xlabel(f"change of the displacement of {who} for 1 % more [%]")
+    ax.grid(axis="x", color="0.85", linewidth=0.4)
+    ax.set_axisbelow(True)
+    return ax
+
+
+@styled
+def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
+    """Draw how many robots made at random have how much of a quantity, and what first order says of them.
+
+    Args:
+        found: of :func:`kinetostatics.spread`.
+        what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
+        ax: to draw on; default: a new figure one column wide.
+
+    Returns:
+        The axes: bars are robots, the line is the same robots to first order, the dashed lines are its worst case.
+
+    Raises:
+        ArgumentError: this is no spread, there is no such quantity, or it is the same for all robots.
+    """
+    if not isinstance(found, Spread):
+        raise ArgumentError(f"{found!r} is no spread: ks.spread(pose, …) finds it")
+    values = found.samples.named(what)
+    worst, is_length = float(found.worst_case.named(what)), what in LENGTHS
+    nominal = 0.0 if is_length else float(found.nominal.named(what))
+    if not worst > 0:
+        raise ArgumentError(f"{what} is the same for all robots, to first order: there is nothing to draw")
+    if what in found.nominal.actuator_forces:
+        kind = found.result.robot.mechanism.connections[what].type
+        unit, title = kind.force_unit, f"{'force' if kind.is_slide else 'torque'} of {what}"
+    else:
+        unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
+        off = "from the nominal robot"
+        titles = {"displacement": f"distance of {named_point(found.tool)} {off}", "rotation": f"rotation {off}"}
+        title = titles.get(what, f"{what} of the twist")
+    values = values[np.isfinite(values)]
+    size, name = display_unit(unit, [nominal, values.min(), values.max()])
+    dark, light = mpl.colormaps[COLOURS]([0.1, 0.75])
+    ax = new_axes(1.4 * ONE_COLUMN, 2.3) if ax is None else ax
+    _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} robots")
+    ax.hist(_first_order(found, what) / size, edges.tolist(), histtype="step", color=dark, label="first order")
+    for sign in (1,) if is_length else (1, -1):
+        label = "worst case" if sign > 0 else None
+        ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
+    ax.set_xlabel(f"{title} [{name}]")
+    ax.set_ylabel("robots")
+    ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
+    return ax
+
+
+def _first_order(found: Spread, what: str) -> Array:
+    """Return a quantity (robots,) of the robots made at random, to first order."""
+    parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
+    if what in LENGTHS:
+        change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)
+        return np.asarray(np.linalg.norm(change, axis=-1))
+    return np.asarray(found.nominal.named(what) + sum(part * effect.named(what) for effect, part in parts))
+
+
+@styled
+def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
+    """Draw designs of which none is better in both of two quantities; of a single varied parameter the values stand beside them.
+
+    Args:
+        found: of :func:`kinetostatics.pareto`.
+        ax: to draw on; default: a new figure one column wide.
+
+    Returns:
+        The axes: the first quantity to the right, the second, by ratios where it spans more than a factor of ten, upwards.
+
+    Raises:
+        ArgumentError: this is no front.
+    """
+    if not isinstance(found, ParetoFront):
+        raise ArgumentError(f"{found!r} is no front: ks.pareto(robot, …) finds one")
+    scales = [display_unit(unit, found.objectives[:, k]) for k, unit in enumerate(found.units)]
+    (x, y), (x_unit, y_unit) = (found.objectives / [size for size, _ in scales]).T, (name for _, name in scales)
+    ax = new_axes(1.4 * ONE_COLUMN, 2.5) if ax is None else ax
+    ax.plot(x, y, "o-", color=mpl.colormaps[COLOURS](0.1))
+    if y.min() > 0 and y.max() > 10 * y.min():
+        ax.set_yscale("log")
+    if len(found.parameters) == 1:
+        ((name, values),) = found.parameters.items()
+        unit = found[0].units.get(name, "")
+        size, shown = display_unit(unit, values) if unit else (1.0, "")
+        for place, value in zip(zip(x, y, strict=True), values / size, strict=True):
+            ax.annotate(f"{value:.4g} {shown}".rstrip(), place, (4, 3), textcoords="offset points", fontsize=6)
+    ax.margins(0.12, 0.1)
+    ax.set_xlabel(label(found.minimized[0], x_unit))
+    ax.set_ylabel(label(found.minimized[1], y_unit))
+    ax.grid(color="0.85", linewidth=0.4, which="both")
+    ax.set_axisbelow(True)
+    return ax
+
+
+@styled
+def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
+    """Draw measured less computed readings over the computed ones, with outliers ringed and named by their rows.
+
+    Args:
+        found: of :func:`kinetostatics.calibrate`.
+        kind: "length" or "angle", the readings that are drawn; default: lengths, if there are any.
+        ax: to draw on; default: a new figure one column and a half wide.
+
+    Returns:
+        The axes: a marker for each gauge; the band is twice the standard deviation of a reading of each, the widest of them.
+
+    Raises:
+        ArgumentError: this is no calibration, or it has no readings of the kind.
+    """
+    if not isinstance(found, Calibration):
+        raise ArgumentError(f"{found!r} is no calibration: ks.calibrate(robot, …) makes one")
+    kinds = np.array([found.gauges[name].kind for name in found.gauge_of])
+    kind = kind or ("length" if "length" in kinds else "angle")
+    mine = kinds == kind
+    if not np.any(mine):
+        raise ArgumentError(f"kind is {kind!r}, of which there are no readings; it must be one of 'length', 'angle'")
+    across, across_unit = display_unit("m" if kind == "length" else "rad", found.computed[mine])
+    up, up_unit = display_unit("m" if kind == "length" else "rad", found.residuals[mine])
+    wrong = {(item.row, item.gauge) for item in found.outliers}
+    ax = new_axes(1.5 * ONE_COLUMN, 0.8 * ONE_COLUMN) if ax is None else ax
+    names = [name for name, gauge in found.gauges.items() if gauge.kind == kind]
+    colours = mpl.colormaps[COLOURS](np.linspace(0.1, 0.8, len(names)))
+    band = 2 * found.sigma[mine].max() / up
+    ax.axhspan(-band, band, color="0.92", linewidth=0, label="±2 standard deviations")
+    ax.axhline(0.0, color="0.3", linewidth=0.6)
+    for k, name in enumerate(names):
+        at = np.array([one == name for one in found.gauge_of])
+        x, y = found.computed[at] / across, found.residuals[at] / up
+        ax.plot(x, y, MARKERS[k % len(MARKERS)], color=colours[k], label=name)
+        for row, one, other in zip(found.rows[at].tolist(), x, y, strict=True):
+            if (row, name) in wrong:
+                ax.plot(one, other, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
+                ax.annotate(f"row {row}", (one, other), xytext=(7, 0), textcoords="offset points", va="center")
+    ax.set_xlabel(f"computed reading [{across_unit}]")
+    ax.set_ylabel(f"measured less computed [{up_unit}]")
+    ax.grid(color="0.85", linewidth=0.4)
+    ax.set_axisbelow(True)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=min(len(names) + 1, 4))
+    return ax
