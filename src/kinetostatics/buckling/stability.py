@@ -144,8 +144,8 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
             if place in structure.body_at and place in item.load.points:
                 others.append((structure.body_at[place], wrench[:3] * item.times, item.load.points[place]))
     centres, number = model.weights.centres(frames), {name: k for k, name in enumerate(model.weights.names)}
-    for body in structure.graph.bodies():
-        for k in (number[name] for name in structure.graph.weights_of(body)):
+    for body in structure.graph.bodies:
+        for k in (number[name] for name in body.weights):
             others.append((body, solution.weights[:3, k], centres[:, k]))
     joints = signs[:, None] * carried_wrenches(model, solution)[:3]
     points = frames.points(table.centre_body, table.centre)

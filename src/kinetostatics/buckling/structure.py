@@ -72,7 +72,7 @@ class Structure:
 
     def __init__(self, model: RobotStatics) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
-        self.body_at = {place: body for body in self.graph.bodies() for place in self.graph.places_of(body)}
+        self.body_at = {place: body for body in self.graph.bodies for place in body.places}
         self._drives = drives_of(model.mechanism)
         self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
@@ -86,7 +86,7 @@ class Structure:
             for body in edge.ends:
                 at.setdefault(body, []).append(edge)
         done: set[int] = set()
-        for root in (self.graph.base, self.graph.platform, *self.graph.bodies()):
+        for root in (self.graph.base, self.graph.platform, *self.graph.bodies):
             if root in self.columns:
                 continue
             self.columns[root] = () if root is self.graph.base else self._more([None] * 6)
@@ -118,7 +118,7 @@ class Structure:
     def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
         """Return the body behind some joints of a beam's span, seen from an end of it."""
         for joint in joints:
-            mine, behind = self._more(self._freedoms(joint)), RigidBody(joint.name)
+            mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
             inner, outer = (body, behind) if joint.predecessor == link else (behind, body)
             self.joints.append(Joint(joint, inner, outer, mine, False, 1 if outer is behind else -1))

@@ -104,7 +104,7 @@ class _Reducer:
         keys = {edge.key for edge in edges}
         mine = [edge for edge in self.graph.edges if edge.key in keys]
         self.ends = (self.graph.base, self.graph.platform)
-        welds = joined(self.graph.bodies(), (edge.ends for edge in mine if self._is_weld(edge)))
+        welds = joined(self.graph.bodies, (edge.ends for edge in mine if self._is_weld(edge)))
         #: the piece that stands for all that are welded to each
         self._node = {body: next(other for other in welds if other in welds[body]) for body in welds}
         self._names = self._name_nodes(mine)
@@ -137,7 +137,7 @@ class _Reducer:
         }
         members: dict[RigidBody, set[str]] = {}
         for body in {end for edge in edges for end in edge.ends}:
-            links = {link for link in self.graph.rigid_links_of(body) if link in holding or description.links[link].mass > 0}
+            links = {link for link in body.rigid_links if link in holding or description.links[link].mass > 0}
             members.setdefault(self._node[body], set()).update(links)
         named = {node: tuple(link for link in description.links if link in links) for node, links in members.items()}
         named[self.graph.base], named[self.graph.platform] = (description.base,), (description.platform,)

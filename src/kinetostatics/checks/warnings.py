@@ -193,7 +193,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
     locked = [edge.ends for edge in graph.edges if edge.connection and _is_locked(edge.connection)]
-    together = joined(graph.bodies(), locked)
+    together = joined(graph.bodies, locked)
     ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
         if edge.beam is not None:
@@ -201,8 +201,8 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
             start = frames.point(span.start_body, span.start)[:, 0]
             end = frames.point(span.end_body, span.end)[:, 0]
             along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-300)
-            ends.setdefault(together[edge.inner.find()], []).append((name, along))
-            ends.setdefault(together[edge.outer.find()], []).append((name, -along))
+            ends.setdefault(together[edge.ends[0]], []).append((name, along))
+            ends.setdefault(together[edge.ends[1]], []).append((name, -along))
     pairs = [here for here in ends.values() if len(here) == 2 and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5)]
     members = joined(known, ((one, other) for (one, _), (other, _) in pairs))
     return {

@@ -61,7 +61,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     both_ways: set[BodyEdge] = set()
     if base in at and platform in at:
         currents = _currents(edges, at, base, platform)
-        paths = Paths({edge: (edge.ends[0], edge.ends[1]) for edge in edges}, base, platform)
+        paths = Paths({edge: edge.ends for edge in edges}, base, platform)
         for edge, current in zip(edges, currents.tolist(), strict=True):
             if abs(current) > _NO_CURRENT:
                 inner[edge] = edge.ends[int(current < 0)]
@@ -79,7 +79,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
         for edge in at[body]:
             other = edge.other(body)
             if edge not in inner:
-                inner[edge] = edge.inner.find() if other in seen else body  # if seen, it closes a ring that hangs
+                inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring that hangs
                 if _in_ring(edge, at, live):
                     both_ways.add(edge)
             if other not in seen:

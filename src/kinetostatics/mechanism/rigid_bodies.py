@@ -6,6 +6,7 @@ between bodies. No name and no cut of the file plays a part.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,34 +18,28 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 @dataclass(eq=False)
 class RigidBody:
-    """A rigid body; ``point`` tells the bodies of one beam link apart, ``weights`` names the rigid links that weigh on it."""
+    """Links, and ends of beams, that move together.
 
-    link: str
-    point: Array | None = None
+    Attributes:
+        links: its links; a link with beams belongs to every body that one of its beams ends in.
+        rigid_links: those without beams.
+        weights: those of them that have a mass.
+        places: where loads may act: its rigid links, and the ends of beams.
+    """
+
+    links: list[str] = field(default_factory=list)
+    rigid_links: list[str] = field(default_factory=list)
     weights: list[str] = field(default_factory=list)
-    merged: RigidBody | None = None
-
-    def find(self) -> RigidBody:
-        """Return the body that this one has been made part of."""
-        body = self
-        while body.merged is not None:
-            body = body.merged
-        return body
+    places: list[str] = field(default_factory=list)
 
 
 @dataclass(eq=False)
 class BodyEdge:
     """A joint or a beam between two bodies: predecessor and successor, or the beam's start and end."""
 
-    inner: RigidBody
-    outer: RigidBody
+    ends: tuple[RigidBody, RigidBody]
     connection: Connection | None = None
     beam: BeamSpan | None = None
-
-    @property
-    def ends(self) -> tuple[RigidBody, RigidBody]:
-        """The bodies on both sides, inner and outer."""
-        return self.inner.find(), self.outer.find()
 
     @property
     def key(self) -> str:
@@ -53,8 +48,7 @@ class BodyEdge:
 
     def other(self, body: RigidBody) -> RigidBody:
         """Return the body on the other side."""
-        inner, outer = self.ends
-        return outer if inner is body else inner
+        return self.ends[self.ends[0] is body]
 
 
 def place_of_end(beam: str, end: int) -> str:
@@ -63,12 +57,13 @@ def place_of_end(beam: str, end: int) -> str:
 
 
 class BodyGraph:
-    """Pieces and edges of a mechanism.
+    """Rigid bodies and edges of a mechanism.
 
     Attributes:
         base, platform: the bodies that base and platform belong to.
         base_links, platform_links: links that are rigidly part of them.
         spans: all beams, from start to end as in the file.
+        bodies: all bodies, in the order of the file.
         edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
         misplaced: joints that are attached to a beam elsewhere than at its ends, and the beam's link.
         warnings: what is suspicious, in full sentences.
@@ -82,51 +77,32 @@ class BodyGraph:
         self.base_links, self.platform_links = finder.base_links, finder.platform_links
         self.spans = finder.spans()
         self.warnings = list(finder.warnings)
-        self._bodies: dict[str, list[RigidBody]] = {}
-        self._ends: dict[str, RigidBody] = {}
         self.misplaced: list[tuple[Connection, str]] = []
-        self._make_bodies()
-        edges = self._make_edges()
-        self.base, self.platform = self._merge(self.base_links), self._merge(self.platform_links)
-        self.edges = self._in_order([edge for edge in edges if edge.inner.find() is not edge.outer.find()])
-        for edge in edges:
-            if edge.beam is not None and edge.inner.find() is edge.outer.find():
-                raise beam_error(edge.beam.beam, "its two ends are fixed to the same rigid piece")
-        self._links_of: dict[RigidBody, list[str]] = {}
-        self._weights_of: dict[RigidBody, list[str]] = {}
-        self._rigid_links_of: dict[RigidBody, list[str]] = {}
-        for link, bodies in self._bodies.items():
-            for body in bodies:
-                whole = body.find()
-                self._links_of.setdefault(whole, []).append(link)
-                self._weights_of.setdefault(whole, []).extend(body.weights)
-                if body.point is None:
-                    self._rigid_links_of.setdefault(whole, []).append(link)
-        self._places_of: dict[RigidBody, list[str]] = {
-            body: [link for link in links if link not in self.beams_of] for body, links in self._rigid_links_of.items()
-        }
-        for name, body in self._ends.items():
-            self._places_of.setdefault(body.find(), []).append(name)
-
-    def bodies(self) -> list[RigidBody]:
-        """Return all bodies, in the order of the file."""
-        return list(dict.fromkeys(body.find() for bodies in self._bodies.values() for body in bodies))
-
-    def weights_of(self, body: RigidBody) -> list[str]:
-        """Return the names of the rigid links that weigh on a body."""
-        return self._weights_of.get(body, [])
-
-    def places_of(self, body: RigidBody) -> list[str]:
-        """Return the names of the places of a body at which loads may act: its links without beams, and the ends of beams."""
-        return self._places_of.get(body, [])
-
-    def rigid_links_of(self, body: RigidBody) -> list[str]:
-        """Return the links without beams that a body consists of."""
-        return self._rigid_links_of.get(body, [])
+        #: of every link the bodies that it belongs to, each with the point at which one of its beams ends
+        self._at = {link: self._bodies_of(link) for link in self.description.links}
+        self._join_links_in_spans()
+        self.base, self.platform = (
+            self._join([self._at[link][0][1] for link in self.description.links if link in links])
+            for links in (self.base_links, self.platform_links)
+        )
+        self.bodies = list(dict.fromkeys(body for here in self._at.values() for _, body in here))
+        self.edges = self._in_order([*self._beam_edges(), *self._joint_edges()])
+        for link, here in self._at.items():
+            for point, body in here:
+                body.links.append(link)
+                if point is None:
+                    body.rigid_links.append(link)
+                    if self.weighs(link):
+                        body.weights.append(link)
+                    if self.is_rigid(link):
+                        body.places.append(link)
+        for name, span in self.spans.items():
+            for end, body in enumerate(self._ends(span)):
+                body.places.append(place_of_end(name, end))
 
     def links_of(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> tuple[str, ...]:
         """Return the links of some bodies and beams, in the order of the file."""
-        found = {link for body in bodies for link in self._links_of.get(body, [])}
+        found = {link for body in bodies for link in body.links}
         found.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
         return tuple(link for link in self.description.links if link in found)
 
@@ -140,81 +116,78 @@ class BodyGraph:
 
     # ---- construction -----------------------------------------------------------------------------------------------
 
+    def _bodies_of(self, link: str) -> list[tuple[Array | None, RigidBody]]:
+        """Return the bodies of a link, still apart from other links': one, or one for each point at which its beams end."""
+        points: list[Array] = []
+        for beam in self.beams_of.get(link, []):
+            span = self.spans[beam.name]
+            for owner, point in ((span.start_link, span.start), (span.end_link, span.end)):
+                if owner == link and not any(_are_one_point(point, other) for other in points):
+                    points.append(point)
+        return [(point, RigidBody()) for point in points] or [(None, RigidBody())]
+
     def _body_at(self, link: str, point: Array) -> RigidBody | None:
         """Return the body of a link at a point, None if the link has beams and none of them ends there."""
-        bodies = self._bodies[link]
-        if bodies[0].point is None:
-            return bodies[0].find()
-        for body in bodies:
-            if body.point is not None and float(np.linalg.norm(body.point - point)) < SAME_POINT:
-                return body.find()
-        return None
+        return next((body for other, body in self._at[link] if other is None or _are_one_point(point, other)), None)
 
-    def _make_bodies(self) -> None:
-        for link, data in self.description.links.items():
-            if link not in self.beams_of:
-                self._bodies[link] = [RigidBody(link, weights=[link] if data.mass > 0 else [])]
-                continue
-            self._bodies[link] = []
-            for beam in self.beams_of[link]:
-                span = self.spans[beam.name]
-                for owner, point in ((span.start_link, span.start), (span.end_link, span.end)):
-                    if owner == link and (not self._bodies[link] or self._body_at(link, point) is None):
-                        self._bodies[link].append(RigidBody(link, point))
-            if not self._bodies[link]:
-                self._bodies[link] = [RigidBody(link)]
+    def _ends(self, span: BeamSpan) -> tuple[RigidBody, RigidBody]:
+        """Return the bodies at a beam's ends."""
+        start, end = self._body_at(span.start_link, span.start), self._body_at(span.end_link, span.end)
+        if start is None or end is None:
+            raise beam_error(span.beam, "it ends in the middle of another beam; split that beam with a fixed joint")
+        return start, end
 
-    def _make_edges(self) -> list[BodyEdge]:
-        edges: list[BodyEdge] = []
-        inside: set[str] = set()
-        for beam in self.description.beams.values():
-            span = self.spans[beam.name]
-            start, end = self._body_at(span.start_link, span.start), self._body_at(span.end_link, span.end)
-            if start is None or end is None:
-                raise beam_error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
-            self._ends |= {place_of_end(beam.name, 0): start, place_of_end(beam.name, 1): end}
-            inside.update(item.name for item in (*span.inward, *span.outward))
-            for path, body in ((span.inward, start), (span.outward, end)):
-                link = beam.link
-                for item in path[:-1]:  # links in mid-span go with the end on their side
+    def _join(self, bodies: list[RigidBody]) -> RigidBody:
+        """Make several bodies one, and return it."""
+        for here in self._at.values():
+            here[:] = [(point, bodies[0] if body in bodies else body) for point, body in here]
+        return bodies[0]
+
+    def _join_links_in_spans(self) -> None:
+        """Join the links that a telescopic beam passes to its end on their side, and its own link to its start."""
+        for span in self.spans.values():
+            ends = self._ends(span)
+            for path, body in zip((span.inward, span.outward), ends, strict=True):
+                link = span.beam.link
+                for item in path[:-1]:
                     link = item.other(link)
-                    for other in self._bodies[link]:
-                        if other.find() is not body.find():
-                            other.find().merged = body.find()
-            if self._bodies[beam.link][0].point is None and self._bodies[beam.link][0].find() not in (start, end):
-                self._bodies[beam.link][0].find().merged = start.find()
-            edges.append(BodyEdge(start, end, beam=span))
+                    self._join([body, *(other for _, other in self._at[link])])
+            point, own = self._at[span.beam.link][0]
+            if point is None and own not in ends:
+                self._join([ends[0], own])
+
+    def _beam_edges(self) -> Iterator[BodyEdge]:
+        for span in self.spans.values():
+            ends = self._ends(span)
+            if ends[0] is ends[1]:
+                raise beam_error(span.beam, "its two ends are fixed to the same rigid piece")
+            yield BodyEdge(ends, beam=span)
+
+    def _joint_edges(self) -> Iterator[BodyEdge]:
+        inside = {item.name for span in self.spans.values() for item in (*span.inward, *span.outward)}
         for connection in self.mechanism.connections.values():
-            if connection.name in inside:
-                continue
-            ends: list[RigidBody] = []
-            for link in (connection.predecessor, connection.successor):
-                found = self._body_at(link, connection.centre_on(link))
-                if found is None:
-                    self.misplaced.append((connection, link))
-                ends.append(found or self._nearest_body(link, connection.centre_on(link)))
-            edges.append(BodyEdge(ends[0], ends[1], connection=connection))
-        return edges
+            if connection.name not in inside:
+                ends = self._body_of(connection, connection.predecessor), self._body_of(connection, connection.successor)
+                if ends[0] is not ends[1]:
+                    yield BodyEdge(ends, connection=connection)
+
+    def _body_of(self, connection: Connection, link: str) -> RigidBody:
+        """Return the body of a link that a joint is attached to: if it stands along a beam, the nearest."""
+        centre = connection.centre_on(link)
+        found = self._body_at(link, centre)
+        if found is None:
+            self.misplaced.append((connection, link))
+            found = min(self._at[link], key=lambda item: 0.0 if item[0] is None else float(np.linalg.norm(centre - item[0])))[1]
+        return found
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
         """Sort joints by the places of their links in the file, be they joints of its tree or loops; beams stay first."""
         order: dict[RigidBody, int] = {}
-        for number, bodies in enumerate(self._bodies.values()):
-            for body in bodies:
-                order.setdefault(body.find(), number)
+        for number, here in enumerate(self._at.values()):
+            for _, body in here:
+                order.setdefault(body, number)
+        return sorted(edges, key=lambda edge: [] if edge.beam is not None else sorted(order[end] for end in edge.ends))
 
-        def place(edge: BodyEdge) -> list[int]:
-            return [] if edge.beam is not None else sorted((order[edge.inner.find()], order[edge.outer.find()]))
 
-        return sorted(edges, key=place)
-
-    def _nearest_body(self, link: str, point: Array) -> RigidBody:
-        gaps = [0.0 if body.point is None else float(np.linalg.norm(point - body.point)) for body in self._bodies[link]]
-        return self._bodies[link][int(np.argmin(gaps))].find()
-
-    def _merge(self, links: set[str]) -> RigidBody:
-        bodies = [self._bodies[link][0].find() for link in self.description.links if link in links]
-        for body in bodies[1:]:
-            if body is not bodies[0]:
-                body.merged = bodies[0]
-        return bodies[0]
+def _are_one_point(first: Array, second: Array) -> bool:
+    return float(np.linalg.norm(first - second)) < SAME_POINT

@@ -34,7 +34,7 @@ class _Builder:
     def build(self) -> Topology:
         graph = self.graph
         base, platform = graph.base, graph.platform
-        neighbours: dict[RigidBody, list[RigidBody]] = {body: [] for body in graph.bodies()}
+        neighbours: dict[RigidBody, list[RigidBody]] = {body: [] for body in graph.bodies}
         for edge in graph.edges:
             for end in edge.ends:
                 neighbours[end].append(edge.other(end))
@@ -43,11 +43,11 @@ class _Builder:
         attached: dict[RigidBody, list[tuple[list[RigidBody], Limb]]] = {base: [], platform: []}
         seen: set[RigidBody] = {base, platform}
         order = {link: number for number, link in enumerate(graph.description.links)}
-        for body in graph.bodies():
+        for body in graph.bodies:
             if body in seen:
                 continue
             together = reachable([body], lambda body: [other for other in neighbours[body] if other not in (base, platform)])
-            component = [body for body in graph.bodies() if body in together]
+            component = [body for body in graph.bodies if body in together]
             edges = [edge for edge in graph.edges if any(end in together for end in edge.ends)]
             seen.update(component)
             touched = {end for edge in edges for end in edge.ends}
@@ -106,12 +106,12 @@ class _Builder:
         last_key: dict[RigidBody, str] = {}
         keys: dict[BodyEdge, tuple[str, ...]] = {}
         for step in steps:
-            passes = step.in_tree and degree[step.outer] == 2 and not graph.weights_of(step.outer)
+            passes = step.in_tree and degree[step.outer] == 2 and not step.outer.weights
             chain = self._directed(step, below.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
             keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
-                for place in dict.fromkeys((*graph.rigid_links_of(step.outer), *graph.places_of(step.outer))):
+                for place in dict.fromkeys((*step.outer.rigid_links, *step.outer.places)):
                     self.carried_by[place] = chain[-1].key
             self._carry_ends(step, chain)
             if step.edge in leading:
@@ -119,9 +119,9 @@ class _Builder:
                 ends.extend([False] * (len(chain) - 1) + [not passes])
             else:
                 branches.extend(chain)
-        weights = [name for body in bodies for name in graph.weights_of(body)]
+        weights = [name for body in bodies for name in body.weights]
         weights += [f"beam:{edge.beam.beam.name}" for edge in edges if edge.beam is not None]
-        places = [name for body in bodies for name in graph.places_of(body)]
+        places = [name for body in bodies for name in body.places]
         places += [end for step in steps for ends in self._ends_in_span(step) for end in ends]
         return Limb(
             "",
@@ -141,7 +141,7 @@ class _Builder:
         if step.edge.beam is None:
             return [], []
         roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
-        forward = step.edge.inner.find() is step.inner
+        forward = step.edge.ends[0] is step.inner
         span, ends = (step.edge.beam, (0, 1)) if forward else (step.edge.beam.reversed, (1, 0))
         sides = zip((step.inner, step.outer), (span.inward, span.outward), ends, strict=True)
         inner, outer = ([place_of_end(name, end)] if joints and body in roots else [] for body, joints, end in sides)
@@ -196,7 +196,7 @@ class _Builder:
         for step in reversed(steps):  # outer edges come after inner ones
             _, mine = self._ends_in_span(step)
             if step.in_tree:
-                mine = self.graph.places_of(step.outer) + hanging.get(step.outer, [])
+                mine = step.outer.places + hanging.get(step.outer, [])
             below[step.edge] = mine
             own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
             hanging[step.inner] = mine + own + hanging.get(step.inner, [])
@@ -207,7 +207,7 @@ class _Builder:
     ) -> list[Edge]:
         """Return an edge, and the joints inside a telescopic beam, as seen on the way out."""
         edge = step.edge
-        forward = edge.inner.find() is step.inner
+        forward = edge.ends[0] is step.inner
         if edge.connection is not None:
             sign = 1 if forward else -1
             return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), cut_joints, step.both_ways)]
@@ -284,9 +284,9 @@ class _Builder:
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], held: set[str]) -> AttachedBodies:
         bodies = [root, *(body for component, _ in components for body in component)]
-        weights = [*self.graph.weights_of(root), *(name for _, limb in components for name in limb.weights)]
+        weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
-        places = [name for body in bodies for name in self.graph.places_of(body) if name not in held]
+        places = [name for body in bodies for name in body.places if name not in held]
         return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
 
 

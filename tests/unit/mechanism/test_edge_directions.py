@@ -13,9 +13,11 @@ class Network:
 
     def __init__(self, *edges: str, beams: str = "") -> None:
         names = sorted({letter for edge in edges for letter in edge} | {"0", "1"})
-        self.named = {letter: RigidBody(letter) for letter in names}
+        self.named = {letter: RigidBody([letter]) for letter in names}
         self.base, self.platform = self.named["0"], self.named["1"]
-        self.edges = [BodyEdge(self.named[a], self.named[b], beam="a beam" if a + b in beams.split() else None) for a, b in edges]
+        self.edges = [
+            BodyEdge((self.named[a], self.named[b]), beam="a beam" if a + b in beams.split() else None) for a, b in edges
+        ]
 
     def steps(self):
         return directed_edges(self.edges, self.base, self.platform)
@@ -26,7 +28,10 @@ class Network:
     def read(self):
         """Return the steps in words: ``ab``, ``~`` before those of both ways, ``-`` behind those not of the tree."""
         return [
-            "~" * step.both_ways + step.inner.link + step.outer.link + "-" * (not step.in_tree and step.outer.link != "1")
+            "~" * step.both_ways
+            + step.inner.links[0]
+            + step.outer.links[0]
+            + "-" * (not step.in_tree and step.outer.links[0] != "1")
             for step in self.steps()
         ]
 
@@ -78,7 +83,7 @@ def test_the_rungs_of_a_ladder_are_passed_both_ways():
 def test_cuts_are_what_every_way_passes():
     network = Network("0a", "ab", "ac", "bd", "cd", "d1")
     found = [
-        (inner.link, outer.link, [step.inner.link + step.outer.link for step in steps])
+        (inner.links[0], outer.links[0], [step.inner.links[0] + step.outer.links[0] for step in steps])
         for inner, outer, steps in network.blocks()
     ]
     assert found == [("0", "a", ["0a"]), ("a", "d", ["ab", "bd", "ac", "cd"]), ("d", "1", ["d1"])]
@@ -94,17 +99,17 @@ def ways(edges, here, platform, met=()):
     for edge in edges:
         if here in edge.ends and edge.other(here) not in (*met, here):
             for rest in ways(edges, edge.other(here), platform, (*met, here)):
-                yield [(edge, edge.inner is here), *rest]
+                yield [(edge, edge.ends[0] is here), *rest]
 
 
 @pytest.mark.parametrize("seed", range(30))
 def test_directions_are_those_of_all_ways(seed):
     random = np.random.default_rng(seed)
-    base, platform, *others = bodies = [RigidBody(str(k)) for k in range(random.integers(3, 9))]
+    base, platform, *others = bodies = [RigidBody([str(k)]) for k in range(random.integers(3, 9))]
     pairs = [(others[random.integers(k)], others[k]) for k in range(1, len(others))]  # they hang together
     pairs += [(base, others[random.integers(len(others))]), (others[random.integers(len(others))], platform)]
     pairs += [tuple(random.choice([*others, end], 2, replace=False)) for end in random.choice([base, platform], 3) if others[1:]]
-    edges = [BodyEdge(a, b) for a, b in pairs]
+    edges = [BodyEdge((a, b)) for a, b in pairs]
     passed = {edge: set() for edge in edges}
     for way in ways(edges, base, platform):
         for edge, forward in way:
