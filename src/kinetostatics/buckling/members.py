@@ -132,7 +132,8 @@ class Members:
         }
         springs.update({item.column: item.times**2 * springs[item.master] for item in self.structure.followers})
         turns = sum(soft.values()) + sum(c for k, c in springs.items() if k in turning) / model.length**2
-        turns += sum(c for k, c in springs.items() if k not in turning) / np.min(list(lengths.values()), axis=0) ** 2
+        with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
+            turns += sum(c for k, c in springs.items() if k not in turning) / np.min(list(lengths.values()), axis=0) ** 2
         arms = sum(np.linalg.norm(forces.beams[name], axis=1).max(axis=0) * lengths[name] for name in lengths)
         arms += np.linalg.norm(forces.joints, axis=0).max(axis=0, initial=0.0) * model.length
         return np.asarray(arms * (turns + np.trace(compliance[3:, 3:])))

@@ -28,8 +28,9 @@ from kinetostatics.statics.springs import placed_springs
 _CLOSING = 1e4
 #: Scaled stiffness below which a motion is one that nothing holds.
 _FREE = 1e-11
-#: Part of the stiffness that stands for what nothing holds, such as the spin of a strut between ball joints.
-_UNHELD = 1e-9
+#: Part of the stiffness that stands for what nothing holds, such as the spin of a strut between ball joints; and of that of loops
+#: that joints close, which is all there is to it but rounding.
+_UNHELD, _UNHELD_CLOSED = 1e-9, 1e-14
 #: Part of the largest factor below which one is rounding.
 _ROUNDING = 1e-12
 
@@ -60,12 +61,14 @@ class Stability:
     Attributes:
         stiffness: K (N, n, n) of the motions of rigid bodies [N/m]; of the beams' inner coordinates it is 1.
         geometric: K_G (N, n + b, n + b) of both.
+        unheld: (N, n) stiffness that holds what nothing else does, where only signs are asked for [N/m].
         beams: the strain energy of every beam, by name.
         followers: coordinates that have no stiffness of their own, as others move them along.
     """
 
     stiffness: Array
     geometric: Array
+    unheld: Array
     beams: dict[str, BeamEnergy]
     followers: tuple[Follower, ...]
 
@@ -75,7 +78,7 @@ class Stability:
         total[:, :n, :n] += self.stiffness
         diagonal = np.einsum("nii->ni", total)
         diagonal[:, n:] += 1.0
-        diagonal[:, :n] += _unheld(np.einsum("nii->in", self.stiffness)).T
+        diagonal[:, :n] += self.unheld
         try:
             np.linalg.cholesky(total)
         except np.linalg.LinAlgError:
@@ -155,7 +158,7 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
 def stability(structure: Structure, forces: Forces) -> Stability:
     """Put K and K_G together."""
     found = _Assembly(structure, forces)
-    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.beams, structure.followers)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, structure.followers)
 
 
 def surely_stable(structure: Structure, forces: Forces) -> Mask:
@@ -167,13 +170,8 @@ def surely_stable(structure: Structure, forces: Forces) -> Mask:
     """
     found = _Assembly(structure, forces, condensed=True)
     diagonal = np.einsum("iin->in", found.G)
-    diagonal += _unheld(found.K)
+    diagonal += found.unheld
     return definite_in_order(found.G, fronts(len(found.G), frozenset(found.coupled)))
-
-
-def _unheld(own: Array) -> Array:
-    """Return what holds what nothing else does, by the diagonal (n, N) of K."""
-    return np.asarray(_UNHELD * np.maximum(own, _UNHELD * own.max(axis=0, initial=0.0)))
 
 
 class _Assembly:
@@ -181,6 +179,7 @@ class _Assembly:
 
     def __init__(self, structure: Structure, forces: Forces, condensed: bool = False) -> None:
         self.structure, self.given, self.condensed = structure, forces, condensed
+        self.places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
         self.frames, self.o = forces.frames, forces.o
         self.units = structure.unit_twists(self.frames, self.o)
         _, n, N = self.units.shape
@@ -195,10 +194,19 @@ class _Assembly:
         with np.errstate(divide="ignore", invalid="ignore"):  # telescopes without length
             self.beams = dict(self._beams())
             self._springs()
+            closing = _CLOSING * self._diagonal().max(axis=0, initial=0.0)
             self._joints()
             self._bodies()
+            own = np.array(self._diagonal())
+            self._close_loops(closing)
+            self.unheld = _UNHELD * np.maximum(own, _UNHELD * own.max(axis=0, initial=0.0))
+            self.unheld += _UNHELD_CLOSED * (self._diagonal() - own)
         for item in structure.followers:
             self._moved_along(item)
+
+    def _diagonal(self) -> Array:
+        """Return the diagonal (n, N) of K."""
+        return self.K if self.condensed else np.einsum("iin->in", self.K)
 
     def _moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
@@ -290,28 +298,15 @@ class _Assembly:
                     self._add(columns, ends[1] - ends[0], *([(slice(0, 3), part)] for part in parts))
 
     def _joints(self) -> None:
-        """Joints: their springs, loops that they close, and the forces that slides pass on where the body that has them turns."""
-        structure, table = self.structure, self.structure.model.joint_table
-        places = {name: k for k, name in enumerate(table.names)}
-        diagonal = self.K if self.condensed else np.einsum("iin->in", self.K)
-        closing, one = _CLOSING * diagonal.max(axis=0, initial=0.0), np.ones_like(self.o[:1, None])
+        """Joints: their springs, and the forces that slides pass on where the body that has them turns."""
+        structure, one = self.structure, np.ones_like(self.o[:1, None])
         for joint in structure.joints:
-            k, bodies = places.get(joint.connection.name), (joint.inner, joint.outer)
+            k, bodies = self.places.get(joint.connection.name), (joint.inner, joint.outer)
             for column in joint.columns:
                 freedom = structure.freedoms[column]
                 if freedom is not None and freedom.stiffness:
                     scale = structure.model.length**2 if freedom.rotates else 1.0
                     self._add((column,), one, [(slice(0, 1), freedom.stiffness / scale * one)])
-            if joint.closes:
-                point = self.given.centres[:, k] if k is not None else self.o
-                columns = tuple(sorted({*structure.columns_of(*bodies), *joint.columns}))
-                ends = [self._moved(columns, body, point) for body in bodies]
-                rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
-                turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
-                own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
-                rows[:, [columns.index(column) for column in joint.columns]] -= own
-                rows *= np.repeat([structure.model.length, 1.0], 3)[:, None, None] * np.sqrt(closing)
-                self._add(columns, rows, [(slice(0, 6), np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(closing))))])
             if k is None:
                 continue
             force, point = self.given.joints[:, k], self.given.centres[:, k]
@@ -328,6 +323,23 @@ class _Assembly:
                 values[:3, 3:] = turn = np.array([[zero, fz, -fy], [-fz, zero, fx], [fy, -fx, zero]])
                 values[3:, :3] = np.swapaxes(turn, 0, 1)
                 self._add(columns, both, (), [(slice(0, 6), values)])
+
+    def _close_loops(self, closing: Array) -> None:
+        """Joints that close loops: a stiffness ``closing`` (N,) [N/m] against what they block."""
+        structure = self.structure
+        for joint in structure.joints:
+            if not joint.closes:
+                continue
+            k, bodies = self.places.get(joint.connection.name), (joint.inner, joint.outer)
+            point = self.given.centres[:, k] if k is not None else self.o
+            columns = tuple(sorted({*structure.columns_of(*bodies), *joint.columns}))
+            ends = [self._moved(columns, body, point) for body in bodies]
+            rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
+            turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
+            own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
+            rows[:, [columns.index(column) for column in joint.columns]] -= own
+            rows *= np.repeat([structure.model.length, 1.0], 3)[:, None, None] * np.sqrt(closing)
+            self._add(columns, rows, [(slice(0, 6), np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(closing))))])
 
     def _bodies(self) -> None:
         """Rigid bodies: a force f at an arm r does the work f · (θ × (θ × r)) / 2 when the body turns by θ."""

@@ -385,6 +385,18 @@ def test_what_is_surely_stable_does_not_buckle(name):
     assert np.mean(sure[times == 0.1]) > 0.9
 
 
+@pytest.mark.parametrize("seed", [2, 10])
+def test_soft_modes_beside_stiff_closures_are_not_missed(seed):
+    """Just beyond the critical load, found by eigenvalues, the robot buckles, however stiff its loops are closed; before, not."""
+    robot = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)[1].robot()
+    loads = np.random.default_rng(0).uniform(-1, 1, (8, 6))
+    found = ks.analyze(robot.assemble(), loads, (0, 0, 0))
+    ratios = np.max([beam.euler_ratio for beam in found.beams.values()], axis=0)
+    for times in (0.999, 1.001):
+        critical = ks.analyze(robot.assemble(), times * loads / ratios[:, None], (0, 0, 0))
+        assert np.all(critical.buckles == (times > 1))
+
+
 def test_a_leg_of_a_hexapod_is_one_member():
     robot = package_robots.robot("gough_stewart")
     found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))
