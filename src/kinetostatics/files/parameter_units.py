@@ -14,8 +14,7 @@ from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.beams import SECTIONS
-from kinetostatics.sections.kinds import Section
+from kinetostatics.files.element_tables import SECTIONS
 
 #: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
 UNITS: dict[type, dict[str, str]] = {
@@ -25,7 +24,11 @@ UNITS: dict[type, dict[str, str]] = {
     Cone: {"angle": "rad"},
     JointStiffness: {"linear": "N/m", "angular": "N m/rad"},
     Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³", "thermal_expansion": "1/K"},
-    **{kind: dict.fromkeys(names, "m") for kind, names in SECTIONS.values() if kind is not Section},
+    **{
+        kind: {row.field: "m" for row in table.rows[""]}
+        for tag, (kind, table) in SECTIONS.items()
+        if tag not in ("circle", "section")
+    },
     Beam: {},
     Joint: {},
     Loop: {},

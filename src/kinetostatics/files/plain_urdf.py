@@ -1,4 +1,4 @@
-"""What a URDF leaves open that was not written for this package: which link is the platform, and which joints are driven."""
+"""What a URDF leaves open that was not written for this package: its name, the platform, the base, and the driven joints."""
 
 from __future__ import annotations
 
@@ -11,8 +11,13 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import Element
 
-#: How many links a message proposes as the platform.
-PROPOSED = 8
+#: How many names a message lists.
+LISTED = 8
+
+
+def listed(names: Collection[str]) -> str:
+    """Return names in a row, the first of them if there are many."""
+    return ", ".join(map(repr, list(names)[:LISTED])) + (", …" if len(names) > LISTED else "")
 
 
 def file_name(root: Element, path: str, warnings: list[str]) -> str:
@@ -33,10 +38,11 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
     return name
 
 
-def end_links(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
-    """Return the links at the ends of the tree to which joints lead that move, first those to which most of them lead.
+def missing_platform(root: Element, links: Collection[str], joints: Mapping[str, Joint]) -> RobotFileError:
+    """Return the error of a file that does not say which link is the platform.
 
-    Of several that are fixed to each other the one that is written last comes first, which in arms is the tool's frame.
+    It lists the links at the ends of the tree to which moving joints lead, most joints first; of several that are fixed to each
+    other the last one, which in arms is the tool's frame.
     """
     above = {joint.child: joint for joint in joints.values()}
     parents = {joint.parent for joint in joints.values()}
@@ -49,19 +55,13 @@ def end_links(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
             link = joint.parent
         if name not in parents and count:
             moving[name] = count
-    return sorted(reversed(moving), key=lambda name: -moving[name])
-
-
-def missing_platform(root: Element, links: Collection[str], joints: Mapping[str, Joint]) -> RobotFileError:
-    """Return the error of a file that does not say which link is the platform."""
-    found = end_links(links, joints)
+    found = sorted(reversed(moving), key=lambda name: -moving[name])
     reason = 'the robot has no platform; name the moving platform with <platform link="…"/>'
     if not found:
         return root.error(f"{reason}, and the joint that moves it: no joint of this file moves")
-    listed = ", ".join(map(repr, found[:PROPOSED])) + (", …" if len(found) > PROPOSED else "")
     return root.error(
         f"{reason}, or leave the file as it is and say load_robot(…, platform={found[0]!r}), on the command line "
-        f"--platform-link {found[0]}; links at the ends of its branches: {listed}"
+        f"--platform-link {found[0]}; links at the ends of its branches: {listed(found)}"
     )
 
 
@@ -94,6 +94,5 @@ def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, 
     if others and not driven:
         warnings.append(f"{path}: the file has no <transmission>; its joints that move count as driven, all {len(others)}.")
     elif others:
-        listed = ", ".join(map(repr, others[:PROPOSED])) + (", …" if len(others) > PROPOSED else "")
-        warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed}.")
+        warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed(others)}.")
     return (*driven, *others)

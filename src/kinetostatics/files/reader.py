@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,17 +11,26 @@ from kinetostatics.argument_checks import check_mapping
 from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot import Items, RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.beams import read_beams
+from kinetostatics.files.attribute_values import new_name, reference
 from kinetostatics.files.bundled import read_robot
-from kinetostatics.files.element_writer import extra_of_robot, robot_element
-from kinetostatics.files.joint_attributes import check_masters, lacks_axis, read_driven, read_joint_stiffness, with_right_mimics
-from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
-from kinetostatics.files.loops import read_loops
+from kinetostatics.files.element_tables import BASE, PLATFORM
 from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
-from kinetostatics.files.springs import read_springs, with_counterweights
+from kinetostatics.files.robot_element import extra_of_robot, robot_element
+from kinetostatics.files.rules import (
+    check_masters,
+    lacks_axis,
+    read_beams,
+    read_driven,
+    read_joint_stiffness,
+    read_loops,
+    read_springs,
+    with_counterweights,
+    with_right_mimics,
+)
+from kinetostatics.files.tables import Table
+from kinetostatics.files.urdf import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import Element, parse, shortened, to_elements
-from kinetostatics.files.xml_values import allow, new_name, origin, reference
+from kinetostatics.files.xml import Element, parse, to_elements
 
 
 def read_robot_file(
@@ -95,38 +103,13 @@ def _read(
     check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
-    if uses_xacro and parameters:
-        try:
-            warnings = expand(document, path, parameters)
-            found = _describe(to_elements(document), path, warnings, platform, base)
-        except RobotFileError as error:
-            raise _with_odd_parameters(error, data, path, parameters) from None
-        return known_valid(replace(found, parameters=Items(parameters)))
     if uses_xacro:
         warnings = expand(document, path, parameters)
     elif parameters:
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    return _describe(to_elements(document), path, warnings, platform, base)
-
-
-def _with_odd_parameters(error: RobotFileError, data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotFileError:
-    """Return a complaint that names the parameters that are no finite numbers although the file's own are."""
-    try:
-        own = _values_of(data, path, {})
-    except RobotFileError:
-        return error
-    odd = [name for name, value in parameters.items() if name in own and not _is_finite(value) and _is_finite(own[name])]
-    given = {name: shortened(repr(parameters[name])) for name in odd}
-    said = "".join(f"; the parameter {name} is given as {value}, the file's own is {own[name]}" for name, value in given.items())
-    return RobotFileError(f"{error.reason}{said}", error.file, error.line)
-
-
-def _is_finite(value: object) -> bool:
-    try:
-        return math.isfinite(float(value))  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        return False
+    found = _describe(to_elements(document), path, warnings, platform, base)
+    return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
 
 
 def validate(description: RobotDescription) -> RobotDescription:
@@ -175,7 +158,7 @@ def _describe(
     links, joints = with_counterweights(root, links, joints)
     tree = tree_root(links, joints)
     loops = read_loops(root, links, joints, warnings)
-    platform_element, base_element = _only(root, "platform", links, "origin"), _only(root, "base", links)
+    platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
     joints = with_right_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
     if platform is not None:
@@ -185,7 +168,11 @@ def _describe(
     elif platform_element is None:
         raise missing_platform(root, links, joints)
     else:
-        platform, place, frame = platform_element.attributes["link"], platform_element.place, origin(platform_element)
+        platform, place, frame = (
+            platform_element.attributes["link"],
+            platform_element.place,
+            PLATFORM.read(platform_element)["platform_origin"],
+        )
     if base is not None:
         base = known_link("base", base, links, path)
     elif base_element is not None:
@@ -238,12 +225,12 @@ def _check_robot_level(root: Element) -> None:
             materials.add(material)
 
 
-def _only(root: Element, tag: str, links: Mapping[str, Link], *children: str) -> Element | None:
-    """Return the one element of a name that names a link, or None."""
-    found = root.named(tag)
+def _only(root: Element, table: Table, links: Mapping[str, Link]) -> Element | None:
+    """Return the one element of a table that names a link, or None."""
+    found = root.named(table.tag)
     if len(found) > 1:
-        raise found[1].error(f"there are two <{tag}>; a robot has one")
+        raise found[1].error(f"there are two <{table.tag}>; a robot has one")
     for element in found:
-        allow(element, ("link",), children)
+        table.read(element)
         reference(element, "link", links, "link")
     return found[0] if found else None

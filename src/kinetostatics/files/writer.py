@@ -10,8 +10,8 @@ from typing import Protocol
 from kinetostatics.argument_checks import path_name
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.element_writer import robot_text
 from kinetostatics.files.reader import validate
+from kinetostatics.files.robot_element import robot_text
 
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
 #: Files that elements name, which lie beside the file that the robot was read from.

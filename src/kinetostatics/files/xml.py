@@ -13,16 +13,13 @@ import re
 import stat
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
 
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import RobotFileError
 
-#: Deeper documents are refused, so that nothing downstream can run out of stack.
-MAX_DEPTH = 100
-#: Larger files [bytes], more elements and attributes, and longer attributes [characters] are refused too.
-MAX_FILE, MAX_NODES, MAX_ATTRIBUTE = 10_000_000, 100_000, 10_000
 #: Longest message [characters], the file's name not counted.
 MAX_MESSAGE = 700
 
@@ -43,7 +40,7 @@ class Element:
     place: Place
     owner: str = ""
 
-    @property
+    @cached_property
     def children(self) -> tuple[Element, ...]:
         """The child elements."""
         return tuple(item for item in self.content if isinstance(item, Element))
@@ -70,7 +67,7 @@ class Element:
 
     def child(self, tag: str) -> Element | None:
         """Return the child element called ``tag``, or None; two of them are an error."""
-        found = self.named(tag)
+        found = [child for child in self.children if child.tag == tag]
         if len(found) > 1:
             raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
         return found[0] if found else None
@@ -90,20 +87,17 @@ def shortened(message: str) -> str:
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
-    """Return what is in an ordinary file; pipes and devices, which may never end, are refused.
+    """Return the content of an ordinary file.
 
     Raises:
-        OSError: it cannot be read, or is too large.
+        OSError: it cannot be read, or is a pipe or device, which may never end.
         ValueError: the path has a null character.
     """
     mode = os.stat(path).st_mode
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
         raise OSError(errno.EINVAL, "it is not an ordinary file")
     with open(path, "rb") as stream:
-        data = stream.read(MAX_FILE + 1)
-    if len(data) > MAX_FILE:
-        raise OSError(errno.EFBIG, f"it is larger than {MAX_FILE / 1e6:g} MB")
-    return data
+        return stream.read()
 
 
 class _KeepPlace:
@@ -118,42 +112,18 @@ _KEEP_PLACE = _KeepPlace()
 
 
 class _Builder(expatbuilder.ExpatBuilder):
-    """Builds a document, notes each element's line and refuses what has no business in a robot file."""
+    """Builds a document, notes each element's line, and refuses entities."""
 
     file = ""
-    depth = 0
-    nodes = 0
     uses_xacro = False
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
-        self._count(1 + len(attributes) // 2)
         super().start_element_handler(name, attributes)
-        node, line = self.curNode, self.getParser().CurrentLineNumber
+        node = self.curNode
         assert isinstance(node, minidom.Element)
-        node.setUserData(_PLACE, Place(self.file, line), _KEEP_PLACE)
+        node.setUserData(_PLACE, Place(self.file, self.getParser().CurrentLineNumber), _KEEP_PLACE)
         if node.tagName.startswith("xacro:") or node.hasAttribute("xmlns:xacro"):
             self.uses_xacro = True
-        self.depth += 1
-        if self.depth > MAX_DEPTH:
-            raise RobotFileError(f"elements are nested more than {MAX_DEPTH} deep", self.file, line)
-
-    def end_element_handler(self, name: str) -> None:
-        super().end_element_handler(name)
-        self.depth -= 1
-
-    def comment_handler(self, data: str) -> None:
-        self._count(1)
-        super().comment_handler(data)
-
-    def pi_handler(self, target: str, data: str) -> None:
-        self._count(1)
-        super().pi_handler(target, data)
-
-    def _count(self, number: int) -> None:
-        self.nodes += number
-        if self.nodes > MAX_NODES:
-            reason = f"there are more than {MAX_NODES} elements and attributes"
-            raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
 
     def start_doctype_decl_handler(self, *_declaration: object) -> None:
         reason = "a DOCTYPE, with the entities it may declare, is not allowed in a robot file; delete it"
@@ -176,7 +146,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
         The document with the place of each element, and whether it uses xacro.
 
     Raises:
-        RobotFileError: if it is not well-formed, too deep, or has a DOCTYPE.
+        RobotFileError: it is not well-formed, or has a DOCTYPE.
     """
     if not data.strip():
         raise RobotFileError("the file is empty", file)
@@ -219,50 +189,39 @@ _NO_NAME = re.compile(r"[\s<>&\"'/=]|^[-.\d]|^$")
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
-def to_elements(document: minidom.Document) -> Element:
-    """Turn a document into elements; comments and processing instructions are dropped.
+def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> Element:
+    """Turn a document into elements, without comments, processing instructions and blank text between elements.
+
+    Args:
+        document: the document.
+        place, owner: of all elements, instead of their own.
 
     Raises:
-        RobotFileError: xacro has made something that is not XML or too large.
+        RobotFileError: xacro has made something that is not XML.
     """
     # loops instead of recursion, because expanded macros may be nested deep
-    order = [(root, 1) for root in document.childNodes if isinstance(root, minidom.Element)]
-    for node, depth in order:  # grows on the way: parents come before their children
-        _check_node(node, depth)
-        order.extend((child, depth + 1) for child in node.childNodes if isinstance(child, minidom.Element))
+    order = [root for root in document.childNodes if isinstance(root, minidom.Element)]
+    for node in order:  # grows on the way: parents come before their children
+        order.extend(child for child in node.childNodes if isinstance(child, minidom.Element))
     built: dict[int, Element] = {}
-    for node, _ in reversed(order):
+    for node in reversed(order):
+        here = place or node.getUserData(_PLACE) or place_of(node) or Place("")
+        attributes = {str(name): str(value) for name, value in node.attributes.items()}
         content: list[Element | str] = []
         for child in node.childNodes:
             if isinstance(child, minidom.Element):
                 content.append(built.pop(id(child)))
             elif isinstance(child, minidom.Text):  # CDATA sections too
                 content.append(str(child.data))
-        attributes = {str(name): str(value) for name, value in node.attributes.items()}
-        built[id(node)] = Element(node.tagName, attributes, tuple(content), place_of(node) or Place("", None))
-    return built[id(order[0][0])]
-
-
-def _check_node(node: minidom.Element, depth: int) -> None:
-    place = place_of(node) or Place("", None)
-
-    def error(reason: str) -> RobotFileError:
-        return place.error(shortened(reason))
-
-    if depth > MAX_DEPTH:
-        raise error(f"elements are nested more than {MAX_DEPTH} deep")
-    items = [(str(name), str(value)) for name, value in node.attributes.items()]
-    names, values = [node.tagName, *(name for name, _ in items)], [value for _, value in items]
-    for name in names:
-        if len(name) > MAX_ATTRIBUTE or _NO_NAME.search(name) or _NO_CHARACTER.search(name):
-            raise error(f"{name!r} is not a name for an element or attribute")
-    for name, value in items:
-        if len(value) > MAX_ATTRIBUTE:
-            raise error(f"the attribute {name!r} of <{node.tagName}> is longer than {MAX_ATTRIBUTE} characters")
-    texts = [child.data for child in node.childNodes if child.nodeType != minidom.Node.ELEMENT_NODE]
-    for text in (*values, *map(str, texts)):
-        if _NO_CHARACTER.search(text):
-            raise error(f"<{node.tagName}> has a character that XML does not allow")
+        texts = [item for item in content if isinstance(item, str)]
+        if wrong := next((name for name in (node.tagName, *attributes) if _NO_NAME.search(name)), None):
+            raise here.error(shortened(f"{wrong!r} is not a name for an element or attribute"))
+        if _NO_CHARACTER.search("".join((node.tagName, *attributes, *attributes.values(), *texts))):
+            raise here.error(shortened(f"<{node.tagName}> has a character that XML does not allow"))
+        if not any(text.strip() for text in texts):
+            content = [item for item in content if isinstance(item, Element)]
+        built[id(node)] = Element(node.tagName, attributes, tuple(content), here, owner)
+    return built[id(order[0])]
 
 
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})

@@ -76,7 +76,6 @@ BAD: list[tuple[str, str, list[str]]] = [
         '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]><!--!-->\n',
         ["DOCTYPE", "entities"],
     ),
-    ('<link name="ground"/>', "<a>" * 5000 + "</a>" * 5000 + "<!--!-->", ["deep"]),
     # <robot>
     ('<robot name="r">', '<robot name="r" version="3"><!--!-->', ["version", "'3'"]),
     (END, '<material name="m"/>\n<material name="m"/><!--!-->\n</robot>', ["material", "twice"]),
@@ -318,7 +317,11 @@ def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: lis
         ("<robot name='r'/>", 1, ["no links"]),
         ("<robot name='r'>\n<link name='a'/></robot>", 1, ["no platform", "<platform link="]),
         ("\ud800", 1, ["decoded"]),
-        ("<a>" * 100_000, 1, ["deep"]),
+        (
+            f'<!DOCTYPE r [<!ENTITY a "aa"><!ENTITY b "{"&a;" * 10}"><!ENTITY c "{"&b;" * 10}">]><robot name="&c;"/>',
+            1,
+            ["DOCTYPE"],
+        ),
     ],
 )
 def test_bad_text(text: str, line: int | None, words: list[str]) -> None:
@@ -632,6 +635,11 @@ BAD_XACRO: list[tuple[str, list[str]]] = [
     ),
     ('<xacro:property name="x" value="${-1}"/>\n<base link="r${x}"/><!--!-->', ["'r-1'", "known: ground, plate, rod"]),
     ("<!DOCTYPE x>", ["well-formed"]),
+    ('<xacro:include filename="/etc/passwd"/>', ["/etc/passwd:1", "well-formed"]),
+    ('<xacro:include filename="/dev/zero"/><!--!-->', ["not an ordinary file"]),
+    ('<xacro:include filename="."/><!--!-->', ["directory"]),
+    ('<xacro:element xacro:name="a b"/><!--!-->', ["'a b' is not a name"]),
+    ("<gazebo>${'\\x00'}</gazebo><!--!-->", ["character"]),
 ]
 
 
@@ -640,7 +648,6 @@ def test_bad_xacro_is_refused_with_line_and_reason(body: str, words: list[str], 
     text = xacro(body)
     with pytest.raises(RobotFileError) as caught:
         parse_robot_text(text)
-    assert caught.value.file == "<text>"
     assert caught.value.line == (marked_line(text) or caught.value.line)
     assert "\n" not in str(caught.value)
     for word in words:
@@ -795,15 +802,3 @@ def test_mutated_files_are_read_or_refused(data: st.DataObject) -> None:
         assert error.line is not None or not text.strip()
     else:
         pin.buildModelFromXML(robot.urdf)
-
-
-@pytest.mark.parametrize("value", ["eighty", "80mmm", "nan", float("inf")])
-def test_parameters_that_are_no_numbers_are_named(value):
-    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
-        <xacro:arg name="size" default="0.1"/><xacro:arg name="colour" default="red"/>
-        <link name="base"/><link name="tip"><inertial><mass value="$(arg size)"/></inertial></link>
-        <joint name="j" type="fixed"><parent link="base"/><child link="tip"/></joint><platform link="tip"/></robot>"""
-    with pytest.raises(RobotFileError) as raised:
-        parse_robot_text(text, parameters={"size": value, "colour": "blue"})
-    assert str(raised.value).endswith(f"; the parameter size is given as {value!r}, the file's own is 0.1")
-    assert raised.value.line is not None

@@ -15,9 +15,9 @@ from kinetostatics.files.importers import gepetto, isaac, onshape
 from kinetostatics.files.importers.answers import Actuators, Answers, complete
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
-from kinetostatics.files.links_joints import read_joints, read_links, tree_root
 from kinetostatics.files.plain_urdf import drivable
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.files.urdf import read_joints, read_links, tree_root
 from kinetostatics.files.xml import Element
 
 

@@ -32,7 +32,6 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.yaml_source import fail, place, read_mapping, scalar, sequence
-from kinetostatics.files.loops import MAX_LOOPS
 from kinetostatics.files.xml import Element
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
@@ -96,8 +95,6 @@ def _loops(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[
     if "closed_loop" not in keys:
         return frozenset(), []
     pairs = [_pair(node, file) for node in sequence(keys["closed_loop"], file, "closed_loop")]
-    if len(pairs) > MAX_LOOPS:
-        fail(keys["closed_loop"], file, f"closed_loop has more than {MAX_LOOPS} pairs")
     types = _types(keys, len(pairs), file)
     loops: list[ForeignLoop] = []
     names: set[str] = {*source.joints}

@@ -19,9 +19,9 @@ from __future__ import annotations
 from kinetostatics.description.elements import Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
+from kinetostatics.files.attribute_values import allow, new_name, point, reference, vector
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.xml import Element
-from kinetostatics.files.xml_values import LONGEST, allow, new_name, reference, vector
 
 #: The importer's types that a loop can have.
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical")
@@ -65,6 +65,6 @@ def _type(element: Element) -> str | None:
 def _side(element: Element, tag: str, source: SourceRobot) -> tuple[str, Origin]:
     side = element.required_child(tag)
     allow(side, ("link", "xyz", "rpy"))
-    zero = (0.0, 0.0, 0.0)
-    origin = Origin(vector(side, "xyz", zero, LONGEST), vector(side, "rpy", zero))
+    readers = {"xyz": point, "rpy": vector}
+    origin = Origin(**{name: read(side, name) for name, read in readers.items() if name in side.attributes})
     return reference(side, "link", source.links, "link"), origin

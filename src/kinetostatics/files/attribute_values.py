@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable
 from typing import NoReturn
 
-from kinetostatics.description.elements import Origin, Vector
+from kinetostatics.description.elements import Vector
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.xml import Element
@@ -17,8 +17,6 @@ from kinetostatics.files.xml import Element
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
-#: Longest name of anything [characters].
-MAX_NAME = 200
 #: Numbers beyond these, in SI units, are slips that would overflow later: of anything, of lengths, and the least of sizes.
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 
@@ -51,11 +49,9 @@ def text(element: Element, name: str) -> str:
     return value
 
 
-def new_name(element: Element) -> str:
-    """Return the attribute ``name``, which must be there and be short, in one line."""
-    value = text(element, "name")
-    if len(value) > MAX_NAME:
-        raise element.error(f"the name of <{element.tag}> has {len(value)} characters; {MAX_NAME} are allowed")
+def new_name(element: Element, name: str = "name") -> str:
+    """Return the name of something, which must be there and in one line."""
+    value = text(element, name)
     if not value.isprintable():
         raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
     return value
@@ -74,17 +70,18 @@ def reference(element: Element, name: str, known: Collection[str], kind: str) ->
 
 def _parse(element: Element, name: str, item: str, largest: float = LARGEST) -> float:
     """Return one number of an attribute."""
-    where = f"{name}={element.attributes[name]!r} of {element.label}"
     if _NUMBER.fullmatch(item):
         value = float(item)
         if abs(value) <= largest:
             return value
-        if math.isfinite(value):
-            raise element.error(f"{where} is too large to compute with; it is in SI units, and at most {largest:g}")
-    elif not _NOT_FINITE.fullmatch(item):
+        reason = f"is too large to compute with; it is in SI units, and at most {largest:g}"
+        reason = reason if math.isfinite(value) else "is not finite"
+    elif _NOT_FINITE.fullmatch(item):
+        reason = "is not finite"
+    else:
         what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
-        raise element.error(f"{where} {what}{_without_unit(item)}")
-    raise element.error(f"{where} is not finite")
+        reason = f"{what}{_without_unit(item)}"
+    raise element.error(f"{name}={element.attributes[name]!r} of {element.label} {reason}")
 
 
 def _without_unit(item: str) -> str:
@@ -130,14 +127,17 @@ def _too_small(element: Element, name: str) -> NoReturn:
     raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
 
 
-def vector(element: Element, name: str, default: Vector | None = None, largest: float = LARGEST) -> Vector:
-    """Return three numbers of at most ``largest``; without a default the attribute must be there."""
-    if default is not None and name not in element.attributes:
-        return default
+def vector(element: Element, name: str, largest: float = LARGEST) -> Vector:
+    """Return three numbers of at most ``largest``, which must be there."""
     value = element.attributes.get(name)
     if value is None:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
     return _three(element, name, re.split(f"[{_SPACE}]+", value), lambda item: _parse(element, name, item, largest))
+
+
+def point(element: Element, name: str) -> Vector:
+    """Return the three coordinates [m] of a point, which must be there."""
+    return vector(element, name, LONGEST)
 
 
 def _three(element: Element, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
@@ -167,9 +167,9 @@ def stiffnesses(element: Element, name: str) -> Vector:
     return _three(element, name, text(element, name).split(), read)
 
 
-def direction(element: Element, name: str, default: Vector | None = None) -> Vector:
+def direction(element: Element, name: str) -> Vector:
     """Return a unit vector along three numbers that are not all zero."""
-    value = vector(element, name, default, sys.float_info.max)
+    value = vector(element, name, sys.float_info.max)
     if abs(math.hypot(*value) - 1) < 1e-15:  # it stays as it is, so that what was written comes back
         return value
     largest = max(map(abs, value))
@@ -178,24 +178,3 @@ def direction(element: Element, name: str, default: Vector | None = None) -> Vec
     x, y, z = (item / largest for item in value)  # first to the order of 1: squares may overflow
     length = math.hypot(x, y, z)
     return x / length, y / length, z / length
-
-
-def origin(element: Element) -> Origin:
-    """Return the element's ``<origin xyz rpy>``, by default its own frame."""
-    found = element.child("origin")
-    if found is None:
-        return Origin()
-    allow(found, ("xyz", "rpy"))
-    zero = (0.0, 0.0, 0.0)
-    return Origin(vector(found, "xyz", zero, LONGEST), vector(found, "rpy", zero))
-
-
-def limits(limit: Element | None) -> tuple[float, float]:
-    """Return ``lower`` and ``upper``; infinite if both are left out, and zero if one of them is, as in URDF."""
-    if limit is None or not {"lower", "upper"} & set(limit.attributes):
-        return -math.inf, math.inf
-    lower, upper = number(limit, "lower", 0.0), number(limit, "upper", 0.0)
-    if lower > upper:
-        given = "" if {"lower", "upper"} <= set(limit.attributes) else " (the one left out is 0)"
-        raise limit.error(f"<limit> has lower={lower:g} above upper={upper:g}{given}")
-    return lower, upper

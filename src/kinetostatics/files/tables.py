@@ -1,0 +1,205 @@
+"""Tables of elements: each row has an attribute, the kind of its value, its default and its field in the description.
+
+The same rows read an element and write it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files import attribute_values as values
+from kinetostatics.files.attribute_values import allow
+from kinetostatics.files.xml import Element, shortened
+
+#: Default of an attribute that must be there, as must the element that it stands in.
+NEEDED = object()
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How a value is read, and in what ``form`` it is written: a text, a number or several numbers."""
+
+    read: Callable[[Element, str], Keyword]
+    form: str = "number"
+
+
+NAME, TEXT = Kind(values.new_name, "text"), Kind(values.text, "text")
+NUMBER, POSITIVE, NOT_NEGATIVE = Kind(values.number), Kind(values.positive), Kind(values.not_negative)
+POSITIVE_OR_INF = Kind(values.positive_or_inf)
+VECTOR, POINT, DIRECTION = (Kind(read, "numbers") for read in (values.vector, values.point, values.direction))
+STIFFNESSES = Kind(values.stiffnesses, "numbers")
+
+
+@dataclass(frozen=True)
+class Row:
+    """An attribute.
+
+    Attributes:
+        attribute: its name.
+        kind: of its value.
+        default: its value where it or its element is left out; NEEDED: neither may be.
+        name: its field in the description, such as ``axis`` or ``cone.angle``; the attribute's own name if empty.
+        must: whether it must be there if its element is, which may be left out.
+    """
+
+    attribute: str
+    kind: Kind
+    default: Keyword = NEEDED
+    name: str = ""
+    must: bool = False
+
+    @cached_property
+    def field(self) -> str:
+        """Its field in the description."""
+        return self.name or self.attribute
+
+    @cached_property
+    def default_text(self) -> str | None:
+        """Its default as it would be written."""
+        return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
+
+
+#: Classes of what the description keeps together.
+PARTS: dict[str, Callable[..., Keyword]] = {
+    **dict.fromkeys(("origin", "predecessor_origin", "successor_origin", "platform_origin"), Origin),
+    **{"cone": Cone, "mimic": Mimic, "material": Material},
+}
+
+
+@dataclass(frozen=True)
+class Table:
+    """An element.
+
+    Attributes:
+        tag: its name.
+        rows: its attributes, and those of its child elements by their path, such as ``predecessor/origin``.
+        children: further child elements that may stand in it.
+        open: paths of elements in which other attributes and children may stand, which mean nothing here.
+    """
+
+    tag: str
+    rows: Mapping[str, tuple[Row, ...]]
+    children: Collection[str] = ()
+    open: Collection[str] = ()
+    _inner: dict[str, tuple[str, ...]] = field(init=False, repr=False, default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for path in self.rows:
+            beneath = (other.rpartition("/") for other in self.rows if other)
+            inside = tuple(tag for head, _, tag in beneath if head == path)
+            self._inner[path] = (*inside, *self.children) if not path else inside
+
+    def read(self, element: Element, without: Collection[str] = ()) -> dict[str, Keyword]:
+        """Return the values of an element by field, parts of it as objects.
+
+        Args:
+            element: the element.
+            without: paths of child elements that are not looked at.
+
+        Raises:
+            RobotFileError: it has an attribute or child that it may not have, lacks one that it must have, or a value is wrong.
+        """
+        found: dict[str, Keyword] = {}
+        parts: dict[str, dict[str, Keyword]] = {}
+        at: dict[str, Element | None] = {"": element}
+        for path, rows in self.rows.items():
+            head, _, tag = path.rpartition("/")
+            here = at[head]
+            if path and here is not None:
+                here = None if path in without else (here.required_child if rows[0].default is NEEDED else here.child)(tag)
+            at[path] = here
+            if here is not None and path not in self.open:
+                allow(here, [row.attribute for row in rows], self._inner[path])
+            for row in rows:
+                given = here is not None and (row.must or row.default is NEEDED or row.attribute in here.attributes)
+                value = row.kind.read(here, row.attribute) if here is not None and given else row.default
+                part, dot, name = row.field.partition(".")
+                if dot:
+                    parts.setdefault(part, {})[name] = value
+                else:
+                    found[part] = value
+        for part, items in parts.items():
+            found[part] = PARTS[part](**items) if next(iter(items.values())) is not None else None
+        return found
+
+    def write(
+        self,
+        item: object,
+        place: Place,
+        label: str = "",
+        *,
+        given: Mapping[str, Keyword] | None = None,
+        always: Collection[str] = (),
+        more: Iterable[Element] = (),
+    ) -> Element:
+        """Return the element that reads as an item of the description.
+
+        Args:
+            item: has the fields of the rows.
+            place: of the element.
+            label: what errors call the item.
+            given: values of fields instead of the item's.
+            always: paths of child elements that are written even if they say no more than defaults.
+            more: further child elements.
+
+        Raises:
+            RobotFileError: a value is no text or number, where it should be one.
+        """
+        given = given or {}
+        inside: dict[str, list[Element]] = {path: [] for path in self.rows}
+        inside[""] += more
+        for path, rows in reversed(list(self.rows.items())):
+            texts: dict[str, str] = {}
+            says = path in always or bool(inside[path]) or not path
+            for row in rows:
+                value = given.get(row.field, NEEDED)
+                if value is NEEDED:
+                    value = item
+                    for name in row.field.split("."):
+                        value = None if value is None else getattr(value, name)
+                if value is None:
+                    continue
+                try:
+                    text = written(row.kind.form, value)
+                except ArgumentError as error:
+                    raise place.error(shortened(f"{row.field.rpartition('.')[2]} of {label} {error}")) from None
+                if text != row.default_text:
+                    says = True
+                elif not (row.must or row.default is NEEDED):
+                    continue
+                texts[row.attribute] = text
+            if says:
+                head, _, tag = path.rpartition("/")
+                element = Element(tag or self.tag, texts, tuple(inside[path]), place, label)
+                if not path:
+                    return element
+                inside[head].insert(0, element)
+        raise AssertionError(self.tag)
+
+
+def written(form: str, value: Keyword) -> str:
+    """Return a value as it is written, numbers with all digits that it takes to read the same again.
+
+    Raises:
+        ArgumentError: it has another form.
+    """
+    if form == "text":
+        if not isinstance(value, str):
+            raise ArgumentError(f"is {value!r}; it must be a text")
+        return value
+    try:
+        items = [value] if form == "number" else list(value)
+    except TypeError:
+        raise ArgumentError(f"is {value!r}; it must be three numbers") from None
+    texts = []
+    for item in items:
+        try:
+            texts.append(repr(float(item)).removesuffix(".0"))
+        except (TypeError, ValueError, OverflowError):
+            raise ArgumentError(f"is {item!r}; it must be a number") from None
+    return " ".join(texts)
