@@ -63,9 +63,9 @@ def draw_sensitivities(path: Path) -> None:
     ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
 
 
-def draw_spread(path: Path) -> None:
-    """Draw how far robots made at random differ."""
-    ks.plot.save(ks.plot.spread(page_names("tolerances")["s"]), path, dpi=200)
+def draw_tolerances(path: Path) -> None:
+    """Draw the histogram of random samples."""
+    ks.plot.save(ks.plot.tolerances(page_names("tolerances")["s"]), path, dpi=200)
 
 
 def draw_front(path: Path) -> None:
@@ -92,7 +92,7 @@ if __name__ == "__main__":
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
-    draw_spread(folder / "spread_2pru_upr.png")
+    draw_tolerances(folder / "tolerances_2pru_upr.png")
     draw_front(folder / "pareto_2pru_upr.png")
     draw_calibration(folder / "calibrate_2pru_upr.png")
     draw_pendulum(folder / "pendulum.png")

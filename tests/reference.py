@@ -213,7 +213,7 @@ def designs(out: Found, name: str, robot: ks.Robot, facts: dict, zero: ks.Config
     attempt(out, "tolerances", lambda: ks.tolerances(pose))
     attempt(out, "sensitivities", lambda: ks.sensitivities(pose, load=load))
     moduli = [f"{beam}.youngs_modulus" for beam in list(robot.description.beams)[:2]]
-    attempt(out, "spread", lambda: ks.spread(pose, dict.fromkeys(moduli, "1%"), robots=50, seed=1, load=load))
+    attempt(out, "variation", lambda: ks.tolerances(pose, dict.fromkeys(moduli, "1%"), samples=50, seed=1, load=load))
 
     function = attempt(out, "function", lambda: ks.compile(robot, platform=names, outputs=["twist", "actuator_forces"]))
     if function is not None:

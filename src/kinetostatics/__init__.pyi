@@ -6,8 +6,7 @@ from .calibration import calibrate, plan_measurements
 from .compensation import compensate
 from .description.gauges import Gauge
 from .description.loads import LinkLoad, Payload
-from .design import optimize, pareto, sensitivities, spread
-from .error_ranking import tolerances
+from .design import optimize, pareto, sensitivities, tolerances
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
 from .files.importers import import_robot
@@ -65,7 +64,6 @@ __all__ = [
     "sections",
     "sensitivities",
     "show",
-    "spread",
     "sweep",
     "tolerances",
     "verify",

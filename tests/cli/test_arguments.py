@@ -54,14 +54,10 @@ def calls(robot, pose, folder):
         for name in ("n", "over", "loads")
     }
     found |= {
-        f"spread({name}=)": lambda v, name=name: ks.spread(
-            **{"configuration": pose, "tolerances": {"rod_1.density": "1%"}, "robots": 10, name: v}
+        f"tolerances({name}=)": lambda v, name=name: ks.tolerances(
+            **{"configuration": pose, "tolerances": {"rod_1.density": "1%"}, "samples": 10, name: v}
         )
-        for name in ("configuration", "tolerances", "robots", "distribution", "seed")
-    }
-    found |= {
-        f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})
-        for name in ("configuration", "length", "angle", "temperature", "by")
+        for name in ("configuration", "tolerances", "rank_by", "samples", "distribution", "seed")
     }
     found |= {
         f"sweep({name}=)": lambda v, name=name: ks.sweep(**{"robot": robot if name != "parameters" else "3rps", name: v})
@@ -214,7 +210,7 @@ def test_those_that_are_named_do(name, orientation):
     [
         ["compensate"],
         ["sensitivities"],
-        ["spread", "--off", "rod_diameter=1%"],
+        ["tolerances", "--tolerance", "rod_diameter=1%"],
         ["optimize", "--vary", "rod_diameter=4cm:8cm"],
         ["report"],
         ["calibrate", "--plan", "1", "--unknowns", "rod_1"],

@@ -35,12 +35,11 @@ SLOW = {
         "calibrating",
     ),
     "sensitivities": (["five_bar", "--by", "tool_mass"], "kinetostatics.design.sensitivities", "changing parameters one by one"),
-    "spread": (["five_bar", "--off", "tool_mass=1%", "--robots", "10"], "kinetostatics.design.spread", "making robots"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer._page", "making the page"),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
     "report": (["five_bar", "--out", "report.html"], "kinetostatics.report_page.save_report", "writing the report"),
-    "tolerances": (["five_bar"], "kinetostatics.error_ranking.tolerances", "trying errors one by one"),
+    "tolerances": (["five_bar"], "kinetostatics.design.tolerances", "computing effects of tolerances"),
     "import": (
         [FOREIGN, "--platform", "tool", "--types", "revolute", "--driven", "motor_1", "motor_2"],
         "kinetostatics.files.importers.convert.convert",

@@ -149,7 +149,7 @@ def test_the_tip_of_a_tool_on_rigid_limbs():
     one = at_o["rod_1.outer_diameter"].twist
     wanted = one[:3] + np.cross(one[3:], pose.platform_frame[:3, :3] @ tool)
     np.testing.assert_allclose(at_tip["rod_1.outer_diameter"].twist, [*wanted, *one[3:]], rtol=1e-9)
-    off = ks.spread(pose, {"rod_1.outer_diameter": "0.1mm"}, load=LOAD, tool=tool, robots=5).effects["rod_1.outer_diameter"]
+    off = ks.tolerances(pose, {"rod_1.outer_diameter": "0.1mm"}, load=LOAD, tool=tool, samples=5).effects["rod_1.outer_diameter"]
     np.testing.assert_allclose(off.twist, 1e-4 * np.append(wanted, one[3:]), rtol=1e-9)
 
 
@@ -394,5 +394,5 @@ def test_files_with_rounded_angles_keep_the_tolerance_of_their_pose():
     name, how = "rod_1.youngs_modulus", {"load": LOAD, "point": (0, 0, 0)}  # which is done by differences
     one, other = (ks.sensitivities(pose, [name], ["twist"], **how)[name].twist for pose in poses)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())
-    one, other = (ks.spread(pose, {name: "1%"}, robots=2, seed=1, **how).standard_deviation.twist for pose in poses)
+    one, other = (ks.tolerances(pose, {name: "1%"}, samples=2, seed=1, **how).standard_deviation.twist for pose in poses)
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-3 * np.abs(other).max())

@@ -19,7 +19,7 @@ LONG = {
     "kinetostatics.design.optimize",
     "kinetostatics.design.pareto",
     "kinetostatics.design.sensitivities",
-    "kinetostatics.design.spread",
+    "kinetostatics.design.tolerances",
 }
 
 

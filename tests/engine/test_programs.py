@@ -125,7 +125,7 @@ def test_whatever_analyses_closes_its_loops_by_the_same_engine(monkeypatch):
         lambda: ks.sensitivities(pose, ["youngs_modulus"], ["twist"], **differenced),
         lambda: ks.optimize("3rps", {"rod_diameter": "19mm:20mm"}, "mass", ["sag < 1 mm"], over, starts=1, engine="numpy"),
         lambda: ks.calibrate(robot, {**over, **read}, ["rod_1.youngs_modulus"], engine="numpy"),
-        lambda: ks.spread(pose, {"youngs_modulus": "1%"}, robots=10, **differenced),
+        lambda: ks.tolerances(pose, {"youngs_modulus": "1%"}, samples=10, **differenced),
     ):
         asked.clear()
         analysed()

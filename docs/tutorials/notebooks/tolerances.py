@@ -54,8 +54,8 @@ assert max(abs(force) for force in result.actuator_forces.values()) < 1e-6
 # %% [markdown]
 # ## All errors, ranked
 #
-# `ks.tolerances` tries every error of every joint and rod, by 0.1 mm, 1
-# mrad and 1 K unless told otherwise.
+# `ks.tolerances` takes every error of every joint and rod, by 0.1 mm, 1
+# mrad and 1 K unless tolerances are given.
 
 # %%
 found = ks.tolerances(pose)
@@ -66,9 +66,13 @@ found
 # calibration takes them out.
 
 # %%
-harmful = [row for row in found if row.force > 1e-6]
-assert len(found) == 50 and len(harmful) == 24
-f"{len(harmful)} of {len(found)}"
+harmful = {
+    name: effect
+    for name, effect in found.effects.items()
+    if effect.force > 1e-6
+}
+assert len(found.effects) == 50 and len(harmful) == 24
+f"{len(harmful)} of {len(found.effects)}"
 
 # %% [markdown]
 # ## A limit
@@ -78,30 +82,34 @@ f"{len(harmful)} of {len(found)}"
 
 # %%
 worst = {}
-for row in harmful:
-    if row.error in ("rx", "ry", "rz"):
-        worst[row.name] = max(
-            worst.get(row.name, 0.0), row.force / row.amount
-        )  # N/rad
-needed = {name: 50 / slope * 1e3 for name, slope in worst.items()}  # mrad
+for name, effect in harmful.items():
+    joint, _, error = name.split(".")
+    if error in ("rx", "ry", "rz"):
+        slope = effect.force / found.parameters[name].tolerance  # N/rad
+        worst[joint] = max(worst.get(joint, (0.0, "")), (slope, name))
+needed = {
+    joint: 50 / slope * 1e3 for joint, (slope, _) in worst.items()
+}  # mrad
 assert min(needed, key=needed.get) in ("revolute_1", "revolute_2")
-{name: f"{value:.2f} mrad" for name, value in needed.items()}
+{joint: f"{value:.2f} mrad" for joint, value in needed.items()}
 
 # %% [markdown]
 # Try it: the worst joint off by just that much locks in 50 N.
 
 # %%
-name, slope = max(worst.items(), key=lambda item: item[1])
-row = next(row for row in harmful if row.name == name)
+slope, name = max(worst.values())
+joint, _, component = name.split(".")
 error = [0.0] * 6
-error[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = 50 / slope
+error[("x", "y", "z", "rx", "ry", "rz").index(component)] = 50 / slope
 again = ks.analyze(
     pose,
     gravity=[0, 0, 0],
-    assembly_errors={name: {"twist": error, "frame": "joint"}},
+    assembly_errors={joint: {"twist": error, "frame": "joint"}},
 )
 np.testing.assert_allclose(
-    np.linalg.norm(again.joint_wrenches[row.at][:3]), 50, rtol=1e-6
+    np.linalg.norm(again.joint_wrenches[harmful[name].at][:3]),
+    50,
+    rtol=1e-6,
 )
 
 # %% [markdown]

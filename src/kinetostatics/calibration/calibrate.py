@@ -55,7 +55,7 @@ def calibrate(
             drz, and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
         unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the joint is
             elastic as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
-            :func:`kinetostatics.spread` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; "payload.mass",
+            :func:`kinetostatics.tolerances` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; "payload.mass",
             "payload.x", "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads
             where nothing moves, or "offsets" for all gauges.
         gauges: by name, a :class:`Gauge` each, or the path of a CSV file of them.

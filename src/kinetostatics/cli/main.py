@@ -23,7 +23,7 @@ from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
 COMMANDS = (
-    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "spread", "sensitivities"),
+    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "sensitivities"),
     *("optimize", "calibrate", "import", "new", "plot", "export", "robots"),
 )
 

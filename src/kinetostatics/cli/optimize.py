@@ -26,7 +26,7 @@ quantities:
 --vary:
   rod_diameter=20mm:120mm is a range, rod_diameter=20mm,25mm,30mm a list. A catalogue is a CSV file with a row for each
   size, whose columns set one argument, or several: tube_diameter+tube_wall=tubes.csv. standard_bars and standard_tubes come with
-  the package. Numbers of parts have names as in spread, rod_1.outer_diameter=20mm:120mm, also of a plain URDF; of
+  the package. Numbers of parts have names as in tolerances, rod_1.outer_diameter=20mm:120mm, also of a plain URDF; of
   rod_*.outer_diameter=20mm:120mm all are alike.
 
 exit code:

@@ -3,6 +3,6 @@
 from kinetostatics.design.optimize import optimize
 from kinetostatics.design.pareto import pareto
 from kinetostatics.design.sensitivities import sensitivities
-from kinetostatics.design.spread import spread
+from kinetostatics.design.tolerances import tolerances
 
-__all__ = ["optimize", "pareto", "sensitivities", "spread"]
+__all__ = ["optimize", "pareto", "sensitivities", "tolerances"]

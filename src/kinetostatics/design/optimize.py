@@ -61,7 +61,7 @@ def optimize(
     Args:
         robot: the robot's file, or the name of one that comes with the package.
         vary: what may change, by the name of a xacro argument, or of a number of one part, also of a plain URDF, as
-            :func:`kinetostatics.spread` has them, ``"rod_1.outer_diameter"``; of ``"rod_*.outer_diameter"`` all are alike. A
+            :func:`kinetostatics.tolerances` has them, ``"rod_1.outer_diameter"``; of ``"rod_*.outer_diameter"`` all are alike. A
             range ``"20mm:120mm"`` or ``(0.02, 0.12)``; values, ``"20mm,25mm"`` or a list; or a catalogue of standard sizes, the
             path of a CSV file, "standard_bars" or "standard_tubes", whose rows may set several:
             ``{("tube_diameter", "tube_wall"): "standard_tubes"}``.

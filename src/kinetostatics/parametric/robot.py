@@ -18,6 +18,7 @@ from kinetostatics.files.parameter_units import parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.parametric.errors import AssemblyError, errors_of
 from kinetostatics.parametric.numbers import STEP, Number, numbers_of_parts
 from kinetostatics.robot import Robot
 
@@ -53,6 +54,11 @@ class ParametricRobot:
     def parts(self) -> dict[str, Number]:
         """The numbers of parts that can be changed, one by one."""
         return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
+
+    @cached_property
+    def errors(self) -> dict[str, AssemblyError]:
+        """The assembly errors of joints and beams, by name."""
+        return errors_of(self.robot)
 
     @cached_property
     def arguments(self) -> dict[str, float]:
@@ -101,28 +107,34 @@ class ParametricRobot:
 
         return Number(name, parameter_unit(value, read), value, STEP * (abs(value) or 1.0), self.robot.description, read=read)
 
-    def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, Number]]:
-        """Return the numbers that patterns name, each with its pattern.
+    def names(self, patterns: Sequence[str], what: str = "", errors: bool = False) -> dict[str, str]:
+        """Return the names that patterns stand for, each with its pattern.
 
         Args:
-            patterns: names of arguments of the robot's file and of numbers of its parts; ``*`` stands for anything.
-            what: the patterns are called, if each number is to be named once.
+            patterns: names of arguments of the robot's file and of numbers of its parts; ``*`` is a wildcard.
+            what: name of the argument with the patterns, if each number is to be named once.
+            errors: whether assembly errors, ``revolute_*.error.[xyz]``, may be among them.
 
         Raises:
             ArgumentError: a pattern names nothing, or arguments of a file that says something else than the robot is; or a number
                 is named twice.
         """
         known = [*self.parts, *(self.arguments if any("." not in name for name in patterns) else ())]
-        found: dict[str, tuple[str, Number]] = {}
+        found: dict[str, str] = {}
         for pattern in patterns:
-            names = fnmatch.filter(known, pattern)
+            mine = list(self.errors) if errors and ".error." in pattern else known
+            names = fnmatch.filter(mine, pattern)
             if not names:
-                raise ArgumentError(f"{self.robot.name!r} has no parameter {pattern!r}: {near_names(pattern, known)}")
+                raise ArgumentError(f"{self.robot.name!r} has no parameter {pattern!r}: {near_names(pattern, mine)}")
             for name in names:
                 if what and name in found:
                     raise ArgumentError(f"{what}: {name!r} is named twice, the second time by {pattern!r}")
-                found.setdefault(name, (pattern, self.number(name)))
-        return list(found.values())
+                found.setdefault(name, pattern)
+        return found
+
+    def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, Number]]:
+        """Return the numbers that patterns name, each with its pattern, see :meth:`names`."""
+        return [(pattern, self.number(name)) for name, pattern in self.names(patterns, what).items()]
 
     def check_units(self, typed: Mapping[str, str], what: str) -> None:
         """Complain of arguments of the file that are given in units of another kind than their own, see :func:`check_unit`."""
@@ -189,7 +201,7 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[Number, floa
     return description
 
 
-def check_unit(number: Number, typed: str, what: str) -> None:
+def check_unit(number: Number | AssemblyError, typed: str, what: str) -> None:
     """Complain of a number that is given in a unit of another kind than its own; that may not be known.
 
     Raises:
@@ -234,5 +246,5 @@ def opens_loops(name: str) -> ArgumentError:
     """Return the complaint of a number with which, a little off, loops that are closed do not close any more."""
     return ArgumentError(
         f"{name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
-        "tolerances tells what such errors do, and which forces they lock in"
+        "tolerances of JOINT.error.x … rz tell what such errors do, and which forces they lock in"
     )

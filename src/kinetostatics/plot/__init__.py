@@ -2,7 +2,7 @@
 
 Of the Dataset of :func:`kinetostatics.sweep`: :func:`slice`, a quantity over two coordinates in colour; :func:`surface`, as
 surfaces like the paper's Figs 6, 7, 12 and 13; :func:`workspace`, on the body of the reachable poses; :func:`line`, over one
-coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`spread`, :func:`pareto`,
+coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
 :func:`calibration`. All of them return Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
 
 Every figure names its units, reads in grey and by the colour-blind (cividis; lines differ in dashes and markers), and shows
@@ -18,7 +18,7 @@ except ModuleNotFoundError as error:
     name = {"matplotlib": "Matplotlib"}.get(str(error.name), error.name)
     raise KinetostaticsError(f"figures need {name}: pip install 'kinetostatics[plot]'") from None
 
-from kinetostatics.plot.charts import calibration, pareto, sensitivities, spread
+from kinetostatics.plot.charts import calibration, pareto, sensitivities, tolerances
 from kinetostatics.plot.lines import line
 from kinetostatics.plot.slices import slice
 from kinetostatics.plot.style import STYLE, save
@@ -33,7 +33,7 @@ __all__ = [
     "save",
     "sensitivities",
     "slice",
-    "spread",
     "surface",
+    "tolerances",
     "workspace",
 ]

@@ -14,7 +14,7 @@ from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.calibration import Calibration
 from kinetostatics.results.pareto import ParetoFront
 from kinetostatics.results.sensitivities import Sensitivities, is_location
-from kinetostatics.results.spread import LENGTHS, Spread
+from kinetostatics.results.tolerances import LENGTHS, Tolerances
 from kinetostatics.results.tool_point import named_point
 
 #: Bars of each kind of sensitivities, at most, and bars of a histogram.
@@ -62,27 +62,27 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 
 
 @styled
-def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
-    """Draw how many robots made at random have how much of a quantity, and what first order says of them.
+def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
+    """Draw the histogram of a quantity of random samples, and the same to first order.
 
     Args:
-        found: of :func:`kinetostatics.spread`.
+        found: of :func:`kinetostatics.tolerances`.
         what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: bars are robots, the line is the same robots to first order, the dashed lines are its worst case.
+        The axes: bars are samples, the line is the same samples to first order, the dashed lines are its worst case.
 
     Raises:
-        ArgumentError: this is no spread, there is no such quantity, or it is the same for all robots.
+        ArgumentError: these are no tolerances, there is no such quantity, or it is the same for all samples.
     """
-    if not isinstance(found, Spread):
-        raise ArgumentError(f"{found!r} is no spread: ks.spread(pose, …) finds it")
+    if not isinstance(found, Tolerances):
+        raise ArgumentError(f"{found!r} are no tolerances: ks.tolerances(pose, …) computes them")
     values = found.samples.named(what)
     worst, is_length = float(found.worst_case.named(what)), what in LENGTHS
     nominal = 0.0 if is_length else float(found.nominal.named(what))
     if not worst > 0:
-        raise ArgumentError(f"{what} is the same for all robots, to first order: there is nothing to draw")
+        raise ArgumentError(f"{what} is the same for all samples, to first order: there is nothing to draw")
     if what in found.nominal.actuator_forces:
         kind = found.result.robot.mechanism.connections[what].type
         unit, title = kind.force_unit, f"{'force' if kind.is_slide else 'torque'} of {what}"
@@ -95,19 +95,19 @@ def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None)
     size, name = display_unit(unit, [nominal, values.min(), values.max()])
     dark, light = mpl.colormaps[COLOURS]([0.1, 0.75])
     ax = new_axes(1.4 * ONE_COLUMN, 2.3) if ax is None else ax
-    _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} robots")
+    _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} samples")
     ax.hist(_first_order(found, what) / size, edges.tolist(), histtype="step", color=dark, label="first order")
     for sign in (1,) if is_length else (1, -1):
         label = "worst case" if sign > 0 else None
         ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
     ax.set_xlabel(f"{title} [{name}]")
-    ax.set_ylabel("robots")
+    ax.set_ylabel("samples")
     ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
     return ax
 
 
-def _first_order(found: Spread, what: str) -> Array:
-    """Return a quantity (robots,) of the robots made at random, to first order."""
+def _first_order(found: Tolerances, what: str) -> Array:
+    """Return a quantity (samples,) of the samples, to first order."""
     parts = [(found.effects[name], (found.values[name] - item.value) / item.tolerance) for name, item in found.parameters.items()]
     if what in LENGTHS:
         change = sum(np.outer(part, effect.twist[LENGTHS[what]]) for effect, part in parts)

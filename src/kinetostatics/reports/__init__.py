@@ -11,7 +11,6 @@ from kinetostatics.reports.optimum import optimum_report
 from kinetostatics.reports.result import result_report
 from kinetostatics.reports.robot import robot_report
 from kinetostatics.reports.sensitivities import sensitivities_report
-from kinetostatics.reports.spread import spread_report
 from kinetostatics.reports.tolerances import tolerances_report
 
 __all__ = [
@@ -24,6 +23,5 @@ __all__ = [
     "robot_report",
     "robot_to_dict",
     "sensitivities_report",
-    "spread_report",
     "tolerances_report",
 ]

@@ -21,7 +21,6 @@ from kinetostatics.quantities import QUANTITIES, told_of
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
-from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 
@@ -136,14 +135,6 @@ def result_to_dict(result: Result) -> dict[str, object]:
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
     found["beams"] = {name: named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
     return found
-
-
-@dict_of.register(Tolerances)
-def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
-    """Return what small errors do as plain values: what ``tolerances --json`` prints."""
-    errors = [{**dataclasses.asdict(row), "twist": list(row.twist)} for row in found.rows]
-    about = {} if found.tool is None else {"tool": plain(found.tool)}
-    return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, **about, "errors": errors}
 
 
 def named(item: object, names: Iterable[str]) -> dict[str, object]:

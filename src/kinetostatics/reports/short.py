@@ -38,7 +38,6 @@ from kinetostatics.printing.text import (
 from kinetostatics.reports.calibration import estimate_words, interval_words
 from kinetostatics.reports.json import actuator_unit, wrench_units
 from kinetostatics.reports.pose import actuator_coordinates, facts_of, platform_coordinates, statuses_of
-from kinetostatics.reports.tolerances import amount_words
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.calibration import Calibration, MeasurementPlan
 from kinetostatics.results.compensation import Compensation
@@ -47,7 +46,6 @@ from kinetostatics.results.optimum import Optimum
 from kinetostatics.results.pareto import ParetoFront
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities, is_location
-from kinetostatics.results.spread import Spread
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.results.tool_point import named_point
 from kinetostatics.robot import Robot
@@ -283,36 +281,19 @@ def _sensitivities(found: Sensitivities) -> Short:
 
 
 @_short.register
-def _spread(found: Spread) -> Short:
-    rows = []
+def _tolerances(found: Tolerances) -> Short:
+    who, rows = named_point(found.tool), []
     for name in ("displacement", "rotation"):
         units = LENGTHS if name == "displacement" else ANGLES
         several = [float(item.named(name)) for item in (found.nominal, found.worst_case, found.standard_deviation)]
         rows.append((name, *(values_words(value, units) for value in (*several, found.sampled(name)[1]))))
-    title = f"Spread of {found.result.robot.name!r}"
-    who = named_point(found.tool)
-    line = f"{title} by {_count(len(found.parameters), 'parameter')}: {who} moves by {rows[0][1]}, "
-    line += f"and is {rows[0][2]} off at worst, standard deviation {rows[0][3]}; {rows[0][4]} of {len(found):,} robots"
-    return Short(line, title, ("quantity", "nominal", "worst case ±", "standard deviation", "of robots made at random"), rows)
-
-
-@_short.register
-def _tolerances(found: Tolerances) -> Short:
-    rows = [
-        (
-            *(row.name, row.error, amount_words(row), values_words(row.displacement, LENGTHS)),
-            *(values_words(row.rotation, ANGLES), values_words(row.force, FORCES), row.at or MISSING),
-        )
-        for row in found.rows[:_WORST]
-    ]
-    name, ranked = f"Tolerances of {found.configuration.robot.name!r}", f"ranked by {found.ranked_by}"
-    line = f"{name}: {_count(len(found), 'error')}, {ranked}"
-    title = f"{name}, {ranked}" + f": the worst {len(rows)} of {len(found)}" * (len(found) > len(rows))
-    if rows:
-        what, error, amount, shift, _, force, _ = rows[0]
-        line += f"; the worst is {error} of {what} by {amount}: it moves {named_point(found.tool)} by {shift}"
-        line += f" and locks in {force}" if found.rows[0].force > 0 else ""
-    return Short(line, title, ("what", "error", "by", f"moves {named_point(found.tool)}", "turns", "force", "at"), rows)
+    title = f"Tolerances of {found.result.robot.name!r}"
+    line = f"{title}, {_count(len(found.parameters), 'parameter')}: {who} is {rows[0][2]} off at worst, standard deviation "
+    line += rows[0][3]
+    for name, effect in [*found.effects.items()][:1]:
+        line += f"; the largest effect is of {name}: it moves {who} by {values_words(effect.displacement, LENGTHS)}"
+        line += f" and locks in {values_words(effect.force, FORCES)}" if effect.force > 0 else ""
+    return Short(line, title, ("quantity", "nominal", "worst case ±", "standard deviation", "of random samples"), rows)
 
 
 for _shown in {*_short.registry} - {object}:

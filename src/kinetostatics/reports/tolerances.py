@@ -1,52 +1,150 @@
-"""What a person reads of tolerances: ``print(ks.tolerances(…))`` and ``kinetostatics tolerances``."""
+"""The report of tolerances: effects of the parameters, ranked, and the variation between robots."""
 
 from __future__ import annotations
 
-from kinetostatics.printing.dispatch import text_of
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
     FORCES,
     LENGTHS,
     MISSING,
     MOMENTS,
+    STIFFNESSES,
+    TURNING_STIFFNESSES,
     UNITS_OF,
     Column,
+    Units,
+    as_told,
     column_table,
+    largest,
     quantity,
     section,
+    table,
+    wrapped,
 )
+from kinetostatics.reports.json import named, plain
+from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import named_point
 
-_AMOUNTS = {"temperature": UNITS_OF["K"], "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
-_RANKED = {"force": "by the force that they lock in", "displacement": "by what they move {}", "rotation": "by what they turn"}
+#: What the numbers mean.
+UNITS = {
+    "general": "SI; null: not a number",
+    "twist": "at o [m, rad]; displacement and rotation: distances from the nominal robot, the nominal ones lengths",
+    "stiffness": "at o, actuators locked [N/m, N, N·m]",
+    "actuator_forces": "[N, N·m]",
+    "effects": "of each parameter alone that is off by its tolerance, to first order; force, at and moment: the largest that an "
+    "assembly error locks into a joint",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; second of distances: root mean square",
+}
 
 
 @text_of.register(Tolerances)
 def tolerances_report(found: Tolerances) -> str:
-    """Return a ranked table of what small errors do."""
-    robot, who = found.configuration.robot, named_point(found.tool)
-    lines = [f"Tolerances of {robot.name!r}: what each error does alone, ranked {_RANKED[found.ranked_by].format(who)}"]
-    if not found.rows:
-        return "\n".join([*lines, "", "No error has an effect."])
-
-    columns = [
-        Column("what", [row.name for row in found.rows]),
-        Column("error", [row.error for row in found.rows]),
-        Column("by", [amount_words(row) for row in found.rows]),
-        Column.of(f"moves {who}", [row.displacement for row in found.rows], LENGTHS),
-        Column.of("turns", [row.rotation for row in found.rows], ANGLES),
-        Column.of("force", [row.force for row in found.rows], FORCES),
-        Column("at", [row.at or MISSING for row in found.rows]),
-        Column.of("moment", [row.moment for row in found.rows], MOMENTS),
+    """Return two tables: the effects of the parameters, and nominal values with worst case and deviations."""
+    size, who = float(found.nominal.displacement), named_point(found.tool)
+    lines = [f"Tolerances of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}, nominally"]
+    names, effects = list(found.effects), list(found.effects.values())
+    items = [found.parameters[name] for name in names]
+    columns = [Column("parameter", names)]
+    if any(item.value for item in items):
+        columns.append(Column("value", [as_told(item.value, item.unit) if item.value else MISSING for item in items], "r"))
+    columns += [
+        Column("±", [_amount(item) for item in items], "r"),
+        Column.of(f"moves {who}", [float(item.displacement) for item in effects], LENGTHS),
+        Column.of("turns", [float(item.rotation) for item in effects], ANGLES),
     ]
-    title = "Errors of joints along (x y z) and about (rx ry rz) the axes of their frames, and of beams"
-    lines += section(title, column_table(columns))
-    if all(row.force == row.moment == 0 for row in found.rows):
-        lines += ["", "The robot is not overconstrained: errors move the platform but lock in no force."]
-    return "\n".join(lines)
+    locks = any(item.force > 0 or item.moment > 0 for item in effects)
+    if locks:
+        columns += [
+            Column.of("force", [item.force for item in effects], FORCES),
+            Column("at", [item.at or MISSING for item in effects]),
+            Column.of("moment", [item.moment for item in effects], MOMENTS),
+        ]
+    columns.append(Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"))
+    title = f"Effect of each alone, to first order, ranked by {found.ranked_by}"
+    more = [f"and {len(found.parameters) - len(names)} more"] if len(names) < len(found.parameters) else []
+    lines += section(title, [*column_table(columns), *more])
+    three = found.nominal, found.worst_case, found.standard_deviation
+    rows = [
+        _row(title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
+    ]
+    if np.any(found.worst_case.stiffness):
+        for k, name in enumerate(COMPONENTS):
+            values, units = found.samples.stiffness[:, k, k], STIFFNESSES if k < 3 else TURNING_STIFFNESSES
+            sampled = np.nanmean(values), np.nanstd(values, ddof=1), *np.nanpercentile(values, [2.5, 97.5])
+            rows.append(_row(f"stiffness {name}", [item.stiffness[k, k] for item in three], sampled, units))
+    header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
+    title = f"Variation: first order (worst case, standard deviation), and {len(found.samples.displacement):,} random samples"
+    lines += section(title, table(header, rows, "lrrrrrr"))
+    return "\n".join([*lines, "", *(line for text in _sentences(found, locks) for line in wrapped(text))])
 
 
-def amount_words(row: Tolerance) -> str:
-    """Write how large an error is."""
-    return quantity(row.amount, _AMOUNTS.get(row.error, ANGLES), digits=3)
+def _amount(item: Tolerance) -> str:
+    known = item.unit in ("m", "rad", "K") and not item.value
+    return quantity(item.tolerance, UNITS_OF[item.unit], digits=3) if known else as_told(item.tolerance, item.unit, 4)
+
+
+def _quantities(found: Tolerances) -> list[tuple[str, str, Units]]:
+    connections = found.result.robot.mechanism.connections
+    where = f"displacement of {named_point(found.tool)}"
+    rows: list[tuple[str, str, Units]] = [(where, "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
+    rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
+    actuators = found.nominal.actuator_forces
+    return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
+
+
+def _row(title: str, first_order: Sequence[ArrayLike], sampled: Sequence[float], units: Units) -> tuple[str, ...]:
+    """Return nominal, worst and deviation of first order, and deviation and limits of the samples, formatted."""
+    noise = 1e-9 * largest([first_order[0], *sampled[2:]])
+    return (title, *(quantity(value, units, noise, digits=4) for value in (*first_order, *sampled[1:])))
+
+
+def _sentences(found: Tolerances, locks: bool) -> list[str]:
+    normal = found.distribution == "normal"
+    by = "normally, with a standard deviation of a third of its tolerance" if normal else "uniformly within its tolerance"
+    said = [
+        f"Each parameter varies independently, {by}; seed {found.seed}. The column random is the standard deviation of the "
+        "samples, of which 95 % lie between the last two columns. Displacement and rotation are distances from the nominal "
+        "robot; their standard deviation is the root mean square."
+    ]
+    if not locks and any(".error." in name for name in found.parameters):
+        said.append("The assembly errors lock in no force.")
+    lost = int(np.sum(np.isnan(found.samples.displacement)))
+    if lost:
+        said.append(f"{lost:,} samples have no such pose and do not count.")
+    if not found.at_once:
+        said.append("Every sample was analysed by itself, as this analysis cannot be recorded.")
+    elif not math.isnan(found.difference):
+        said.append(f"Those analysed by themselves differ by {found.difference:.1g} standard deviations at most.")
+    return said
+
+
+@dict_of.register(Tolerances)
+def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
+    """Return tolerances as plain values: what ``tolerances --json`` prints."""
+    numbers = ("twist", "displacement", "rotation", "stiffness", "actuator_forces")
+    names = [name for _, name, _ in _quantities(found)]
+    return {
+        "robot": found.result.robot.name,
+        **said_of(found.tool, UNITS),
+        "ranked_by": found.ranked_by,
+        "parameters": {
+            name: named(item, ("value", "unit", "tolerance", "standard_deviation")) for name, item in found.parameters.items()
+        },
+        "nominal": named(found.nominal, numbers),
+        "effects": {name: named(item, (*numbers, "force", "at", "moment")) for name, item in found.effects.items()},
+        "worst_case": named(found.worst_case, numbers),
+        "standard_deviation": named(found.standard_deviation, numbers),
+        "random": {name: [plain(value) for value in found.sampled(name)] for name in names},
+        "samples": len(found.samples.displacement),
+        "distribution": found.distribution,
+        "seed": found.seed,
+    }

@@ -7,8 +7,7 @@ from .pareto import ParetoFront
 from .payload import PayloadCoefficients
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity
-from .spread import Spread, SpreadQuantities, Toleranced
-from .tolerances import Tolerance, Tolerances
+from .tolerances import Effect, PoseQuantities, Tolerance, Tolerances
 from .tool_point import PointResult
 
 __all__ = [
@@ -16,6 +15,7 @@ __all__ = [
     "Calibration",
     "CheckedRequirement",
     "Compensation",
+    "Effect",
     "Estimate",
     "LimbResult",
     "MeasurementPlan",
@@ -24,13 +24,11 @@ __all__ = [
     "ParetoFront",
     "PayloadCoefficients",
     "PointResult",
+    "PoseQuantities",
     "Result",
     "Sensitivities",
     "Sensitivity",
-    "Spread",
-    "SpreadQuantities",
     "Tolerance",
-    "Toleranced",
     "Tolerances",
     "Unidentifiable",
 ]

@@ -106,7 +106,7 @@ def test_an_unknown_unit_is_answered_by_those_there_are():
         ("analyze 3rps --closure-tolerance 1kg", "--closure-tolerance: '1kg' is a mass, but a length is needed"),
         ("view 3rps --platform z=0.5 rx=0 --sweep ry=0:5mm", "--sweep: ry: '5mm' is a length, but an angle is needed"),
         ("view 3rps --platform z=0.5deg rx=0 --sweep ry=0:5deg", "--platform: z: '0.5deg' is an angle, but a length is needed"),
-        ("tolerances 3rps --temperature 5N", "'5N' is a force, but a temperature is needed"),
+        ("tolerances 3rps --tolerance rod_1.error.length=5N", "rod_1.error.length is given in N, but it is in m"),
         ("sweep 3rps --set rod_diameter=60mm:100deg:5 --out x.nc", "rod_diameter: '60mm' and '100deg' are not of one kind"),
         ("sweep 3rps --set rod_diameter=60mm,2kg --out x.nc", "rod_diameter: '60mm' and '2kg' are not of one kind"),
         ("sweep 3rps --set rod_diameter=60mm:100inch:5 --out x.nc", "'100inch' has the unknown unit 'inch'; units are m, g,"),

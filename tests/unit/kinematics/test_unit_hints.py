@@ -186,19 +186,25 @@ def test_tolerances_in_millimetres():
     with pytest.warns(
         UserWarning, match=r"rod_1.outer_diameter may be off by 0.03 m, 0.3 times the length itself of 0.1 m"
     ) as told:
-        ks.spread(pose, {"rod_1.outer_diameter": 0.03}, robots=2)
+        ks.tolerances(pose, {"rod_1.outer_diameter": 0.03}, samples=2)
     assert len(told) == 1 and told[0].filename == __file__ and "write 3e-05 for 0.03 mm, or 0.03mm on" in str(told[0].message)
     with pytest.warns(UserWarning, match=r"platform.center_of_mass.x may be off by 0.5 m, .* the robot's size of"):
-        ks.spread(pose, {"platform.center_of_mass.x": "0.5"}, robots=2)
+        ks.tolerances(pose, {"platform.center_of_mass.x": "0.5"}, samples=2)
     with pytest.warns(UserWarning) as told:
-        ks.tolerances(pose, length=1, angle=0.5)
+        ks.tolerances(pose, {"*.error.[xyz]": 1, "*.error.r?": 0.5}, samples=2)
     assert [item.filename for item in told] == [__file__] * 2
-    assert str(told[0].message).startswith("length may be off by 1 m, 1.14 times the robot's size of 0.875 m: lengths are in m")
-    assert str(told[1].message).startswith("angle may be off by 0.5 rad, which is 28.6°: angles are in rad; write 0.0005 for")
+    assert "revolute_1.error.x may be off by 1 m, 1.14 times the robot's size of 0.875 m: lengths are in m" in str(
+        told[0].message
+    )
+    assert "revolute_1.error.rx may be off by 0.5 rad, which is 28.6°: angles are in rad; write 0.0005 for" in str(
+        told[1].message
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        ks.tolerances(pose, length=0.01, angle=0.1)
-        ks.spread(pose, {"rod_1.outer_diameter": "30mm", "rod_2.outer_diameter": "30%", "rod_3.outer_diameter": 0.001}, robots=2)
+        ks.tolerances(pose, {"*.error.[xyz]": 0.01, "*.error.r?": 0.1}, samples=2)
+        ks.tolerances(
+            pose, {"rod_1.outer_diameter": "30mm", "rod_2.outer_diameter": "30%", "rod_3.outer_diameter": 0.001}, samples=2
+        )
 
 
 def test_parameters_of_a_file_in_millimetres():

@@ -96,7 +96,7 @@ def test_a_rail_that_is_off_presses_the_paper_s_robot():
     found = ks.analyze(pose, gravity=STILL, assembly_errors={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
     assert np.linalg.norm(found.joint_wrenches["prismatic_1"][:3]) == pytest.approx(34, abs=0.5)
     ranked = ks.tolerances(pose)
-    row = next(item for item in ranked if (item.name, item.error) == ("prismatic_1", "x"))
+    row = ranked.effects["prismatic_1.error.x"]
     assert row.force == pytest.approx(np.linalg.norm(found.joint_wrenches[row.at][:3]), rel=1e-9)
     assert row.twist == pytest.approx(found.twist, rel=1e-9, abs=1e-18)
 

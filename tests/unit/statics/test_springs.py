@@ -95,9 +95,9 @@ def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
 def test_what_an_error_does_is_told_without_the_springs_own_pull():
     """Spring, weight and actuator share an error of the hinge's angle; the spring's tension is no error."""
     found = ks.tolerances(loaded(pendulum(HARDER)).assemble(actuators={"hinge": -0.6}))
-    row = next(row for row in found if (row.name, row.error) == ("hinge", "ry"))
+    row, amount = found.effects["hinge.error.ry"], found.parameters["hinge.error.ry"].tolerance
     stiffness = 2 * MASS * G * LENGTH * np.sin(0.6)
-    turn = row.amount * 1e4 / (1e4 + stiffness)
+    turn = amount * 1e4 / (1e4 + stiffness)
     assert row.rotation == pytest.approx(turn, rel=1e-10) and row.displacement == pytest.approx(turn * LENGTH, rel=1e-10)
     assert abs(row.actuator_forces["hinge"]) == pytest.approx(stiffness * turn, rel=1e-9)
 

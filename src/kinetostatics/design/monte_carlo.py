@@ -11,16 +11,22 @@ the equilibrium alone 0.2, 0.25 and 0.9 s. Nearly all else goes into robots that
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import warnings
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.design.sensitivities import numbers_of
 from kinetostatics.engine import loop_record
 from kinetostatics.engine.derivatives import values
 from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.outputs import OutputRecord, output_record
 from kinetostatics.engine.outputs import structure_of as statics_structure
+from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recording
 from kinetostatics.engine.scalars import Tape
@@ -31,9 +37,13 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, Values
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.parametric.errors import AssemblyError, together
 from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.rates import OTHER_MECHANISM, varied_robot
-from kinetostatics.parametric.robot import ParametricRobot
+from kinetostatics.parametric.robot import ParametricRobot, same_pose
+from kinetostatics.printing.waiting import waiting
+from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import seen
 from kinetostatics.robot import Robot
 
 #: What is computed.
@@ -46,6 +56,88 @@ BATCH, RECORDS = 1000, 6
 CORRECTIONS, ROUNDING = 12, 1e-13
 #: Part of the loops' opening by the changes that may stay: more stays where an overconstrained robot's loops do not close.
 OPEN = 0.03
+#: Samples of a batch that are analysed one by one too.
+CHECKED = 3
+
+
+def random_robots(
+    nominal: Result,
+    derivatives: Derivatives | None,
+    family: ParametricRobot,
+    numbers: Sequence[Number],
+    errors: Sequence[AssemblyError],
+    linear: Mapping[str, Array],
+    values: Array,
+    analysis: Mapping[str, Keyword],
+    deviation: float,
+    tool: Array | None,
+) -> tuple[dict[str, Array], float]:
+    """Return twist, stiffness and actuator forces (N, …) of robots, and how far those that are analysed one by one differ.
+
+    Args:
+        nominal: the analysis of the nominal robot.
+        derivatives: of it; None: all robots are analysed one by one.
+        family: the robots that there may be.
+        numbers, errors: their parameters.
+        linear: (errors, …) effects per unit of assembly errors, which are added: they change no other robot to first order.
+        values: (numbers + errors, N) by how much everything is off.
+        analysis: arguments of :func:`kinetostatics.analyze`.
+        deviation: standard deviation of the displacement, the unit of the difference.
+        tool: the point of the platform of twist and stiffness; None: o.
+    """
+    N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
+    by_numbers, by_errors = values[: len(numbers)], values[len(numbers) :]
+    if not numbers:
+        found = {name: np.broadcast_to(array, (N, *array.shape)) for name, array in own.items()}
+    elif derivatives is None:
+        found = {name: np.full((N, *array.shape), np.nan) for name, array in own.items()}
+    else:
+        with waiting(f"computing {N:,} robots"):
+            made = ManyRobots(derivatives, family, numbers, np.max(np.abs(by_numbers), axis=1)).at(by_numbers)
+        found = {name: np.moveaxis(array, -1, 0) for name, array in made.items()}
+    found = {name: array + np.tensordot(by_errors.T, linear[name], 1) if errors else array for name, array in found.items()}
+    is_lost = np.isnan(found["twist"][:, 0])
+    checked = np.flatnonzero(~is_lost)[: CHECKED * bool(numbers)].tolist()
+    lost, worst = np.flatnonzero(is_lost).tolist(), math.nan
+    for done, k in enumerate([*checked, *lost]):
+        with waiting(f"analysing robots one by one: {done} of {len(checked) + len(lost)}"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                off = {item.name: float(by) for item, by in zip(numbers, by_numbers[:, k], strict=True)}
+                one = _analysed(family.off(off), nominal, errors, by_errors[:, [k]], analysis, tool)
+            except KinetostaticsError:  # there is no such robot
+                continue
+        if done < len(checked):
+            apart = float(np.linalg.norm((one["twist"] - found["twist"][k])[:3]))
+            worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
+        else:
+            for name, array in one.items():
+                found[name][k] = array
+    return found, worst
+
+
+def _analysed(
+    description: RobotDescription,
+    nominal: Result,
+    errors: Sequence[AssemblyError],
+    amounts: Array,
+    analysis: Mapping[str, Keyword],
+    tool: Array | None,
+) -> dict[str, Array]:
+    """Return the quantities of one robot with assembly errors by amounts (errors, 1).
+
+    Raises:
+        KinetostaticsError: there is no such robot.
+    """
+    pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
+    found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
+    if errors:
+        off = analyze(pose, **{**analysis, "assembly_errors": together(errors, amounts), "on_failure": "nan"})
+        found["twist"] = found["twist"] + seen(off, tool).contributions["assembly_errors"][0]
+        if "actuator_forces" in found:
+            more = np.array([parts["assembly_errors"][0] for parts in off.actuator_contributions.values()])
+            found["actuator_forces"] = found["actuator_forces"] + more
+    return found
 
 
 class Constants:

@@ -1,0 +1,365 @@
+"""Pose errors and forces by manufacturing tolerances: first order, ranked, and random samples.
+
+Parameters of sizes, materials and placements: derivatives ∂f/∂p of :mod:`kinetostatics.functions.derivatives`. Assembly errors of
+joints and beams: the equilibrium is affine in them, so that one analysis of each is exact (the method page, section 11). Worst
+case Σ |∂f/∂p| t, standard deviation √Σ (∂f/∂p σ)²; random samples are :mod:`kinetostatics.design.monte_carlo`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.analysis import analyze, check_keywords
+from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
+from kinetostatics.description.units import parse_number
+from kinetostatics.design.monte_carlo import WANTED, random_robots
+from kinetostatics.design.requirements import typed_unit
+from kinetostatics.design.sensitivities import slopes_by
+from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.functions.derivatives import Derivatives, derivatives_at
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.unit_hints import odd_angle, odd_tolerance
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.ordering import first_largest, ranked
+from kinetostatics.parametric.errors import AssemblyError, together
+from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.result import Result
+from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
+from kinetostatics.results.tool_point import seen, tool_on_robot
+from kinetostatics.robot import robot_of
+
+#: Standard deviation of a parameter, as part of its tolerance, by its distribution.
+DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
+#: Samples, and samples where robots are analysed one by one, unless a number is given.
+SAMPLES, ONE_BY_ONE = 10_000, 300
+#: Tolerances of all errors of joints and beams, by unit.
+USUAL = {"m": 1e-4, "rad": 1e-3, "K": 1.0}
+RANKINGS = ("force", "displacement", "rotation")
+#: Part of the largest effect of all errors below which one counts as none: along a joint's own freedoms.
+_NO_EFFECT = 1e-9
+
+
+def tolerances(
+    configuration: Configuration,
+    tolerances: Mapping[str, object] | None = None,
+    *,
+    rank_by: str | None = None,
+    samples: int | None = None,
+    distribution: str = "normal",
+    seed: int = 0,
+    tool: ArrayLike | None = None,
+    **analysis: Keyword,
+) -> Tolerances:
+    """Rank manufacturing errors by pose error and internal force, with worst case, standard deviation and random samples.
+
+    All parameters are independent of one another.
+
+    Args:
+        configuration: one pose. While parameters of sizes and placements change, the coordinates stay that it was assembled with:
+            the platform's, or the actuators'. Assembly errors displace the platform with the actuators locked.
+        tolerances: ± tolerances by name: a number (SI), a text with a unit ``"0.1mm"``, or a part of the value, ``"2%"``. Names
+            are xacro arguments of the robot's file, which change all that the file computes from them; numbers of one part, as
+            :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
+            ``"prismatic_1.actuator_stiffness"``; and assembly errors: of joints ``"revolute_1.error.x"`` … ``rz``, along and
+            about the axes of the joint's frame on its base side, of beams ``"rod_1.error.length"`` and
+            ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard: ``"rod_*.outer_diameter"`` are several
+            parameters. None: all assembly errors that have an effect, by 0.1 mm, 1 mrad and 1 K.
+        rank_by: order of the effects: "force" (of equal ones by the moment), "displacement" or "rotation"; default: force, where
+            any error locks in a force or moment, else displacement.
+        samples: random robots; default: 10,000, or 300 where they have to be analysed one by one, as with rigid limbs that
+            overconstrain one another, a payload or loads on links.
+        distribution: "normal", not truncated, with a standard deviation of a third of the tolerance, so that three robots in a
+            thousand exceed each; or "uniform" within it.
+        seed: of the random numbers.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, of twist and stiffness; default: o.
+            Where ``load`` acts is ``point``.
+        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``payload``, ….
+
+    Returns:
+        Effects of the parameters, worst case, standard deviation, and the quantities of every sample.
+
+    Raises:
+        ArgumentError: not a single pose; there is no such parameter, or it cannot be off by so much; or a placement opens the
+            loops of an overconstrained robot, whose assembly errors, ``revolute_1.error.x``, lock in forces instead.
+        StaticsError: as :func:`kinetostatics.analyze`.
+
+    Examples:
+        The assembly error that locks the largest force into an overconstrained robot:
+
+        >>> import kinetostatics as ks
+        >>> found = ks.tolerances(ks.load_robot("2pru_upr").assemble())
+        >>> name, worst = next(iter(found.effects.items()))
+        >>> name, worst.at, round(worst.force)  # [N]
+        ('revolute_1.error.ry', 'prismatic_1', 261)
+
+        Rods whose diameters are within 0.1 mm, each by itself, and steel whose modulus is within 3 %, the same for all:
+
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
+        >>> off = {"rod_*.outer_diameter": "0.1mm", "youngs_modulus": "3%"}
+        >>> found = ks.tolerances(pose, off, load=[0, 0, -500, 0, 0, 0], samples=3000)
+        >>> len(found.parameters)
+        4
+        >>> mean, deviation, low, high = found.sampled("displacement")
+        >>> bool(abs(deviation / found.standard_deviation.displacement - 1) < 0.05)
+        True
+        >>> max(found.parameters, key=found.share)
+        'youngs_modulus'
+    """
+    _check_keywords(analysis)
+    if not isinstance(configuration, Configuration) or configuration.shape != ():
+        raise ArgumentError("tolerances needs a single pose; create one with robot.assemble(…)")
+    if rank_by is not None:
+        check_choice("rank_by", rank_by, RANKINGS)
+    check_choice("distribution", distribution, tuple(DEVIATIONS))
+    count = None if samples is None else whole_number("samples", samples, 2)
+    seed = whole_number("seed", seed, 0)
+    robot = robot_of(configuration)
+    place, family = tool_on_robot(tool, robot), ParametricRobot(robot)
+    numbers, errors, given = _read_tolerances(family, tolerances)
+    result = analyze(configuration, **analysis)
+    if result.shape != ():
+        raise ArgumentError("tolerances needs a single pose and a single load")
+    derivatives = derivatives_at(result, analysis, place, WANTED) if numbers else None
+    effects = {item.name: _by_number(item, given[item.name], result, derivatives, analysis, place) for item in numbers}
+    effects |= _by_errors(errors, [given[item.name] for item in errors], result, analysis, place, tolerances is None)
+    errors = [item for item in errors if item.name in effects]
+    if not effects:
+        raise ArgumentError(f"no error of a joint or beam of {robot.name!r} has an effect")
+    every: list[Number | AssemblyError] = [*numbers, *errors]
+    ratio = DEVIATIONS[distribution]
+    parameters = {
+        item.name: Tolerance(item.name, item.value, item.unit, given[item.name], ratio * given[item.name]) for item in every
+    }
+    at_once = derivatives is not None or not numbers
+    count = count or (SAMPLES if at_once else ONE_BY_ONE)
+    rng = np.random.default_rng(seed)
+    shape = len(every), count
+    units = rng.standard_normal(shape) if distribution == "normal" else rng.uniform(-math.sqrt(3), math.sqrt(3), shape)
+    values = units * np.array([[item.standard_deviation] for item in parameters.values()])
+    worst, deviation = _worst(list(effects.values())), _deviation(list(effects.values()), ratio)
+    slopes = [{name: _array(effects[item.name], name) / given[item.name] for name in WANTED} for item in errors]
+    linear = {name: np.stack([slope[name] for slope in slopes]) for name in WANTED if slopes}
+    made, difference = random_robots(
+        result, derivatives, family, numbers, errors, linear, values, analysis, float(deviation.displacement), place
+    )
+    ranked_by = rank_by or ("force" if any(item.force > 0 or item.moment > 0 for item in effects.values()) else "displacement")
+    return Tolerances(
+        result,
+        Named(parameters),
+        Named(_ordered(effects, ranked_by)),
+        ranked_by,
+        worst,
+        deviation,
+        _sampled(made, result, place),
+        Named({item.name: frozen(row + item.value) for item, row in zip(every, values, strict=True)}),
+        distribution,
+        seed,
+        at_once,
+        difference,
+        place,
+    )
+
+
+def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
+    check_keywords(tolerances, analysis)
+
+
+def _read_tolerances(
+    family: ParametricRobot, tolerances: Mapping[str, object] | None
+) -> tuple[list[Number], list[AssemblyError], dict[str, float]]:
+    """Return parameters, the file's arguments first, assembly errors, and the tolerances of all.
+
+    Raises:
+        ArgumentError: they make no sense.
+    """
+    if tolerances is None:
+        errors = list(family.errors.values())
+        return [], errors, {item.name: USUAL[item.unit] for item in errors}
+    check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
+    if not tolerances:
+        raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
+    named = family.names(list(tolerances), "tolerances", errors=True)
+    errors = [family.errors[name] for name, pattern in named.items() if ".error." in pattern]
+    numbers = [family.number(name) for name, pattern in named.items() if ".error." not in pattern]
+    numbers.sort(key=lambda item: item.read is None)
+    found: dict[str, float] = {}
+    odd: set[str] = set()  # patterns of which that was said
+    every: list[Number | AssemblyError] = [*numbers, *errors]
+    for item in every:
+        pattern = named[item.name]
+        given = tolerances[pattern]
+        found[item.name] = amount = _amount(item, given)
+        if pattern not in odd and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
+            hints = odd_tolerance(item.name, amount, item.value, family.robot.zero_size) if item.unit == "m" else []
+            hints += odd_angle(item.name, amount) if item.unit == "rad" else []
+            for hint in hints:
+                warn(hint)
+                odd.add(pattern)
+    return numbers, errors, found
+
+
+def _amount(number: Number | AssemblyError, given: object) -> float:
+    """Return a tolerance in SI.
+
+    Raises:
+        ArgumentError: it is no positive number, or of another kind than the parameter.
+    """
+    what = f"tolerances: {number.name}"
+    amount = math.nan
+    if isinstance(given, str) and given.rstrip().endswith("%"):
+        amount = 0.01 * abs(number.value) * parse_number(given.rstrip()[:-1], "number", what)
+        if number.value == 0:
+            raise ArgumentError(f"{what} is {given!r}, and a part of a number that is zero is nothing: give it with a unit")
+    elif isinstance(given, str):
+        amount = parse_number(given, "", what)
+        check_unit(number, typed_unit(given), "tolerances")
+    elif isinstance(given, (int, float, np.number)) and not isinstance(given, bool):
+        amount = float(given)
+    if not 0 < amount < math.inf:
+        raise ArgumentError(f"{what} is {given!r}; it must be a positive number such as '0.1mm' or '2%'")
+    return amount
+
+
+# ---- first order -----------------------------------------------------------------------------------------------------------
+
+
+def _by_number(
+    number: Number,
+    amount: float,
+    nominal: Result,
+    derivatives: Derivatives | None,
+    analysis: Mapping[str, Keyword],
+    tool: Array | None,
+) -> Effect:
+    """Return the effect of a parameter, amount · ∂f/∂p."""
+    slopes, _ = slopes_by(number, nominal, derivatives, analysis, tool, WANTED)
+    if not np.all(np.isfinite(slopes["twist"])):
+        raise opens_loops(number.name)
+    return _effect({name: amount * slope for name, slope in slopes.items()}, nominal.robot.description.driven)
+
+
+def _effect(arrays: Mapping[str, Array], driven: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0) -> Effect:
+    forces = Named({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(driven)})
+    one = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
+    return Effect(one.twist, one.displacement, one.rotation, one.stiffness, forces, force, at, moment)
+
+
+def _by_errors(
+    errors: Sequence[AssemblyError],
+    amounts: Sequence[float],
+    nominal: Result,
+    analysis: Mapping[str, Keyword],
+    tool: Array | None,
+    only_effective: bool,
+) -> dict[str, Effect]:
+    """Return the effects of assembly errors, one at a time, and the forces that each locks in; tangent stiffness stays.
+
+    Raises:
+        StaticsError: an error contradicts rigid parts; where only those with an effect are wanted, it is left out with a warning.
+    """
+    if not errors:
+        return {}
+    robot = nominal.robot
+    given = {**analysis, "assembly_errors": together(errors, np.diag(amounts)), "on_failure": "nan"}
+    result = analyze(nominal.configuration, **given)
+    twists = np.array(seen(result, tool).contributions["assembly_errors"])
+    is_possible = np.all(np.isfinite(twists), axis=1)
+    if not np.all(is_possible):
+        bad = [item.name for item, possible in zip(errors, is_possible, strict=True) if not possible]
+        said = f"{bad[0]} contradicts rigid parts, which cannot deform"
+        if not only_effective or not np.any(is_possible):
+            raise StaticsError(f"{said}: give those parts some elasticity (<beam>, <joint_stiffness>)")
+        warn(f"{said}, and is left out{f', as {len(bad) - 1} others are' if len(bad) > 1 else ''}")
+    wrenches = np.stack([parts["assembly_errors"] for parts in result.joint_contributions.values()], axis=1)
+    twists = np.where(is_possible[:, None], twists, 0.0)
+    wrenches = np.where(is_possible[:, None, None], wrenches, 0.0)
+    forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
+    if np.any(result.indeterminate):
+        forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
+    shifts, turns = np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)
+    forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # the rounding of moments
+    stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
+    size = np.maximum(shifts, turns * robot.length)
+    # unit loads tell which forces are more than the rounding of locked ones
+    stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
+    locks = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
+    joints, driven, found = list(result.joint_contributions), robot.description.driven, {}
+    told = locks | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
+    for k in np.flatnonzero(told).tolist():
+        worst = first_largest(forces[k])
+        on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if locks[k] else 0.0 for name in driven]
+        arrays = {"twist": twists[k], "stiffness": np.zeros((6, 6)), "actuator_forces": np.array(on_actuators)}
+        at = joints[worst] if locks[k] and forces[k, worst] else ""
+        moment = float(moments[k].max()) if locks[k] else 0.0
+        found[errors[k].name] = _effect(arrays, driven, float(forces[k, worst]) if at else 0.0, at, moment)
+    return found
+
+
+def _ordered(effects: Mapping[str, Effect], ranked_by: str) -> dict[str, Effect]:
+    """Return effects from the largest to the smallest; of forces that are printed alike the larger moment is first."""
+    names = list(effects)
+    for measure in ("moment", "force") if ranked_by == "force" else (ranked_by,):
+        names = [names[k] for k in ranked([float(getattr(effects[name], measure)) for name in names], 1e-4)]
+    return {name: effects[name] for name in names}
+
+
+def _array(item: PoseQuantities, name: str) -> Array:
+    if name == "actuator_forces":
+        return np.array([float(force) for force in item.actuator_forces.values()])
+    return np.asarray(getattr(item, name))
+
+
+def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> PoseQuantities:
+    driven = nominal.robot.description.driven
+    forces = Named({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(driven)})
+    return quantities(frozen(made["twist"]), frozen(made["stiffness"]), forces, np.asarray(seen(nominal, tool).twist))
+
+
+def _worst(effects: Sequence[Effect]) -> PoseQuantities:
+    """Return Σ |effect|, and the longest displacement and rotation."""
+    furthest = (longest_sum(np.array([item.twist[part] for item in effects])) for part in LENGTHS.values())
+    return _combined(effects, lambda parts: np.abs(parts).sum(axis=0), *furthest)
+
+
+def _deviation(effects: Sequence[Effect], ratio: float) -> PoseQuantities:
+    """Return √Σ (ratio · effect)²; of displacement and rotation the root mean square of their lengths."""
+
+    def total(parts: Array) -> Array:
+        return np.asarray(ratio * np.linalg.norm(parts, axis=0))
+
+    lengths = (float(total(np.array([getattr(item, name) for item in effects]))) for name in LENGTHS)
+    return _combined(effects, total, *lengths)
+
+
+def _combined(effects: Sequence[Effect], total: Callable[[Array], Array], displacement: float, rotation: float) -> PoseQuantities:
+    twist, stiffness = (frozen(total(np.array([getattr(item, name) for item in effects]))) for name in ("twist", "stiffness"))
+    actuators = effects[0].actuator_forces
+    forces = {name: frozen(total(np.array([item.actuator_forces[name] for item in effects]))) for name in actuators}
+    return PoseQuantities(twist, np.asarray(displacement), np.asarray(rotation), stiffness, Named(forces))
+
+
+def longest_sum(vectors: Array) -> float:
+    """Return the length of the longest sum Σ ± v of vectors (n, 3), each taken with one of two signs.
+
+    All such sums lie in a zonotope, of which two vectors span a face: the longest one is a corner, where the others have the sign
+    of their component along the face's normal. (G. M. Ziegler, Lectures on Polytopes, 1995, section 7.3.)
+    """
+    largest, n = float(np.abs(vectors).max(initial=0.0)), len(vectors)
+    own = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)
+    # vectors in a plane or along a line have faces too, if they are ever so little off
+    general = own + 1e-9 * np.random.default_rng(0).uniform(-1, 1, own.shape)
+    longest = 0.0
+    for k in range(n + 1):
+        signs = np.sign(np.cross(general[k], general[k + 1 :]) @ general.T)
+        for first, second in itertools.product((-1, 1), repeat=2):
+            signs[:, k] = first
+            signs[np.arange(n + 1 - k), np.arange(k + 1, n + 2)] = second
+            longest = max(longest, float(np.linalg.norm(signs @ own, axis=1).max()))
+    return largest * longest
