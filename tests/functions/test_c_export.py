@@ -13,7 +13,7 @@ from c_programs import SANITIZED, around, compiled, rows, run
 
 import kinetostatics as ks
 from kinetostatics.functions.c_export import _references
-from kinetostatics.functions.c_parts import c_names, identifier
+from kinetostatics.functions.c_programs import c_names, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES, _words
 from kinetostatics.functions.values import Quantity

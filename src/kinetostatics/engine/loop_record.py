@@ -19,11 +19,11 @@ from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.kinematics.velocities import actuator_rates, frame_rates, freedom_rates, with_given
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
-from kinetostatics.mechanism.tree import Frames, TreeJoint
+from kinetostatics.mechanism.tree import TreeJoint
 
 #: What is kept of classes that hold more than closing the loops needs; a solver's caches are made anew.
 KEPT: Mapping[type, tuple[str, ...]] = {
@@ -116,34 +116,6 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     return Program(tape, (), tuple(recorded_rows(tape, computed)))
 
 
-def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> Program:
-    """Record where a line of prescribed coordinates starts, as :func:`kinetostatics.kinematics.prescribed.line_start` says.
-
-    Inputs are the prescribed coordinates (n,) at the pose where it starts and all orientation coordinates (3,) there, the target
-    (n,), and whether the shorter way is wanted (1,). The numbers are coordinates and orientation, the truth value is whether the
-    record holds.
-
-    Args:
-        prescribed: the coordinates, angles of the platform among them.
-        target, c: an example.
-    """
-    tape, orientation = Tape(), prescribed.orientation
-    assert orientation is not None
-    examples = target, c, target + 0.1, np.ones((1, 1))
-    first, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
-
-    def computed() -> list[Array]:
-        shorter = flag[0] != 0
-        known = np.where(shorter, orientation.coordinates(orientation.matrix(c)), c)
-        at = prescribed.first_angle
-        begin = np.concatenate([first[:at], np.where(shorter, known[list(prescribed.angles)], first[at:])])
-        numbers = line_start(prescribed, (begin, known), aim, shorter)
-        return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
-
-    *numbers, holds = recorded_rows(tape, computed)
-    return Program(tape, tuple(numbers), (holds,))
-
-
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
     """Record :meth:`Solver.line`.
 
@@ -165,7 +137,7 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 
 
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
-    """Record how fast the freedoms move with each given coordinate, see :mod:`kinetostatics.kinematics.velocities`.
+    """Record how fast x changes with each given coordinate, see :mod:`kinetostatics.kinematics.velocities`.
 
     Inputs are x and c of a closed pose. The numbers are the rates, for one coordinate after the other; the truth value is whether
     the record holds.
@@ -180,40 +152,10 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
         step = -least_squares(gradient, rates, local)
         step = step - least_squares(gradient, rates + np.einsum("mnN,nkN->mkN", gradient, step), local)  # digits it has lost
         v = with_given(copy, prescribed, freedom_rates(copy, prescribed, gradient, rates, step))
-        return [*np.swapaxes(v, 0, 1).reshape(-1, 1), held(tape)]
+        return [*(row for k in range(prescribed.size) for row in copy.tree.rates(x, v[:, k])), held(tape)]
 
     *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
-
-
-def motion_record(
-    solver: Solver, given: PrescribedCoordinates, moves: Array, example: tuple[SolverState, Frames], local: int
-) -> Program:
-    """Record how fast frames and actuators move with the freedoms, see :mod:`kinetostatics.kinematics.velocities`.
-
-    Inputs are x (nq'), the rotations and the positions of all bodies, and the freedoms' rates (nv,). The numbers are the rates of
-    rotations, positions and actuators, in the order of ``given``.
-
-    Args:
-        solver: of the loops.
-        given: the actuators.
-        moves: (B, nv) how each freedom moves each body.
-        example: a pose.
-        local: see :class:`Solver`.
-    """
-    tape = Tape()
-    copy = _copy_of(solver, given, local, tape)
-    poses, frames = example
-    examples = poses.x, frames.rotation, frames.position, np.ones((solver.tree.nv, 1))
-    x, rotation, position, v = (recorded_input(tape, k, array) for k, array in enumerate(examples))
-
-    def computed() -> list[Array]:
-        twists = copy.tree.twists(copy.equations.forward(x))
-        turned, moved = frame_rates(moves, twists, Frames(rotation, position), v)
-        actuators = actuator_rates(copy, given, SolverState(x, poses.c), v[:, None])
-        return [row for array in (turned, moved, actuators) for row in array.reshape(-1, 1)]
-
-    return Program(tape, tuple(recorded_rows(tape, computed)), ())
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
@@ -243,17 +185,3 @@ def recorded_rows(tape: Tape, computed: Callable[[], list[Array]]) -> list[int]:
     """Return the numbers of the operations that give arrays (1,)."""
     with recording():
         return [tape.number_of(array[0]) for array in computed()]
-
-
-def actuators_record(solver: Solver, given: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record the coordinates of actuators, in the order of ``given``; input is x (nq')."""
-    tape = Tape()
-    copy = _copy_of(solver, given, 0, tape)
-    x = recorded_input(tape, 0, example.x)
-
-    def computed() -> list[Array]:
-        frames = copy.equations.forward(x)
-        rows = [copy.equations.couplings.coordinate(copy.joint_of_column[column], x) for column in given.columns]
-        return rows + [copy.loop_coordinate(number, frames) for number in given.loops]
-
-    return Program(tape, tuple(recorded_rows(tape, computed)), ())

@@ -15,7 +15,7 @@ from kinetostatics.compensation.search import MOST, enough
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
-from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs, identifier
+from kinetostatics.functions.c_programs import Exported, Programs, asked_outputs, identifier
 from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference, Values
 from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.configuration import Configuration
@@ -99,7 +99,7 @@ def export_c(
         raise ArgumentError("near= of what is exported wants one closed pose of the robot: make it with robot.assemble(…)")
     begin = function.robot.zero_poses if start is None else start.poses
     try:
-        parts = Parts(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
+        parts = Programs(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
     references = _references(function, jacobian, start, REFERENCES, SCALARS[scalar])
@@ -107,10 +107,10 @@ def export_c(
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
-    return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.operations), 8 * parts.work)
+    return CExport(where, tuple(texts), own, (parts.line.newton.operations, parts.pose.operations), 8 * parts.work)
 
 
-def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
+def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
     """Return what the texts are made of."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
@@ -140,7 +140,7 @@ def _facts(function: Exported, parts: Parts, begin: SolverState) -> Facts:
     }
 
 
-def _of_endless_actuators(parts: Parts) -> str:
+def _of_endless_actuators(parts: Programs) -> str:
     """Return in words how many sines and cosines are not in the records."""
     count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose)
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""

@@ -2,50 +2,55 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from kinetostatics.engine.c_code import CProgram, literal
-from kinetostatics.functions import c_jacobian, c_lines
-from kinetostatics.functions.c_lines import c_array
-from kinetostatics.functions.values import Facts
+from kinetostatics.engine.c_code import literal
+from kinetostatics.functions.c_programs import Jacobian, Line, Programs
+from kinetostatics.functions.values import LOADS, Facts, Quantity
+from kinetostatics.math.arrays import Array
+
+
+def c_array(values: Sequence[float] | Array) -> str:
+    """Return an array as C spells it; there is none without entries."""
+    return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
+
+
+def size(item: Quantity) -> int:
+    """Return how many numbers it has."""
+    return int(np.prod(item.shape))
+
+
+def valid(name: str, facts: Facts, status: str) -> str:
+    """Return C that tells whether outputs are valid."""
+    found = f"{status} == {name.upper()}_OK"
+    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found
 
 
 def source(name: str, scalar: str, facts: Facts) -> str:
     """Return what computes."""
-    parts = facts["parts"]
-    programs: list[CProgram] = parts.programs
-    nx, nt = parts.nx, parts.nt
-    numbers = parts.frame_numbers
+    parts: Programs = facts["parts"]
+    nx, nt = len(parts.start[0]), len(parts.start[2])
     coordinates = [f"    target[{k}] = (double)input->{facts['names'][place]};" for k, place in enumerate(facts["order"])]
-    results, at = [], 0
+    results, lost = [], []
     for item in parts.outputs:
-        if item.name == "actuators":
-            for k, row in enumerate(parts.actuator_order):
-                results.append(f"    output->actuators[{k}] = ({scalar})actuator[{row}];")
-        elif item.name == "residual_error":
-            results.append(f"    for (k = 0; k < 6; ++k) output->residual_error[k] = ({scalar})residual_error[k];")
+        loop = f"    for (k = 0; k < {size(item)}; ++k) output->{item.name}[k] = ({scalar})"
+        if facts["compensates"] and item.name in ("actuators", "residual_error"):
+            results.append(f"{loop}{item.name}[k];")
         else:
-            count = parts.rows[item.name]
-            results.append(f"    for (k = 0; k < {count}; ++k) output->{item.name}[k] = ({scalar})result[{at} + k];")
-            at += count
-    lost = [
-        f"    for (k = 0; k < {int(np.prod(item.shape))}; ++k) output->{item.name}[k] = ({scalar})NAN;" for item in parts.outputs
-    ]
-    rows = sum(parts.rows.values())
-    place = f"double frame[{numbers + parts.closures + 1}], result[{rows + 3}]"
-    actuators = max(len(parts.actuator_order), 1)
-    searched = parts.search is not None
+            results.append(f"{loop}result[{parts.at[item.name]} + k];")
+        lost.append(f"{loop}NAN;")
     lines = [parts.line, *([] if parts.drives is None else [parts.drives])]
-    more = "    double residual_error[6], inside[2];\n" if searched else ""
+    more = f"    double residual_error[6], actuators[{max(len(parts.order), 1)}];\n" if facts["compensates"] else ""
     return f"""/* {facts["robot"]}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {{ NX = {nx}, NT = {nt}, WORK = {parts.work}, MOST_CORRECTIONS = {facts["corrections"]} }};
+enum {{ NX = {nx}, NT = {nt}, RESULTS = {parts.at["holds"] + 1}, WORK = {parts.work} }};
+enum {{ MOST_CORRECTIONS = {facts["corrections"]} }};
 #ifndef {name.upper()}_MOST_STEPS
 #define {name.upper()}_MOST_STEPS 200 /* of a line, those that were too long included */
 #endif
@@ -54,18 +59,8 @@ static const double START_X[{max(nx, 1)}] = {c_array(parts.start[0])};
 static const double START_C[3] = {c_array(parts.start[1])};
 static const double START_TARGET[{max(nt, 1)}] = {c_array(parts.start[2])};
 
-{chr(10).join(item.text for item in programs)}
-{chr(10).join(c_lines.source(name, facts, line) for line in lines)}
-/* What the statics say of frames: the results, and a status. */
-static int analysed(const double *frame, const double *load, const double *gravity, double *w, double *result)
-{{
-    if (frame[{numbers + parts.closures}] == 0.0) return {name.upper()}_NOT_COVERED;
-    statics(frame, load, gravity, w, result);
-    if (result[{rows + 1}] == 0.0) return {name.upper()}_NOT_COVERED;
-    if (result[{rows}] != 0.0) return {name.upper()}_SINGULAR;
-    return result[{rows + 2}] == 0.0 ? {name.upper()}_NOT_COVERED : {name.upper()}_OK;
-}}
-{_compensated(name, facts) if searched else ""}
+{chr(10).join(item.text for _, item in parts.all)}
+{chr(10).join(_following(name, facts, line) for line in lines)}{_compensated(name, facts) if facts["compensates"] else ""}
 static void lost({name}_output *output)
 {{
     int k;
@@ -84,8 +79,7 @@ void {name}_start({name}_state *state)
 
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output)
 {{
-    double w[WORK], target[NT + 1], load[6], gravity[3], worst, actuator[{actuators}];
-    {place};
+    double w[WORK], target[NT + 1], load[6], gravity[3], result[RESULTS];
 {more}    {name}_state pose;
     int k, status;
     if (!input || !state || !output) return {name.upper()}_BAD_ARGUMENT;
@@ -98,68 +92,188 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     for (k = 0; k < 3; ++k) if (!isfinite(gravity[k])) return {name.upper()}_BAD_ARGUMENT;
     pose = *state;
     if (!followed(&pose, pose.target, target, w)) return {name.upper()}_UNREACHABLE;
-    closed(&pose, pose.target, w, frame, &worst);
-    status = analysed(frame, load, gravity, w, result);
+    status = analysed(&pose, pose.target, load, gravity, w, result);
     *state = pose;
     if (status != {name.upper()}_OK) return status;
-{_correction(name) if searched else "    actuators(pose.x, w, actuator);" + chr(10) + "    (void)actuator;"}
-{chr(10).join(results)}
-    output->residual = ({scalar})worst;
+{_correction(name, parts) if facts["compensates"] else ""}{chr(10).join(results)}
+    output->residual = ({scalar})result[{parts.at["worst_equation"]}];
     return status;
 }}
-{c_jacobian.source(name, scalar, facts) if parts.jacobian is not None else ""}"""
+{"" if parts.jacobian is None else _differentiate(name, scalar, facts, parts.jacobian)}"""
+
+
+# ---- lines of coordinates, and poses where they end ----------------------------------------------------------------------
+
+
+def _following(name: str, facts: Facts, line: Line) -> str:
+    """Return the functions that follow a line of coordinates, and analyse the pose where it ends."""
+    pre, nt, at = line.prefix, line.prescribed.size, facts["parts"].at
+    side = (
+        f"    {pre}side(first->x, first->c, second->x, second->c, w, &sure);\n    return sure != 0.0;"
+        if line.side is not None
+        else "    (void)first; (void)second; (void)w; (void)sure;\n    return 1; /* freedoms that move no platform are left */"
+    )
+    return f"""static const double {pre}LONGEST[{max(nt, 1)}] = {c_array(line.strides)}; /* of a line in one go */
+
+static void {pre}impose(const double *target, double *x, double *c)
+{{
+    (void)target; (void)x; (void)c;
+{chr(10).join(f"    {text}" for text in line.impose)}
+}}
+
+/* Newton's method from a pose to a target beside it; returns whether it converged steadily. */
+static int {pre}corrected({name}_state *pose, const double *target, int passing, double *w)
+{{
+    double state[NX + 8], given[{nt + 1}], next[NX + 9];
+    int k;
+    memcpy(given, target, {nt} * sizeof(double));
+    given[{nt}] = passing ? 1.0 : 0.0;
+    {pre}impose(target, pose->x, pose->c);
+    memcpy(state, pose->x, NX * sizeof(double));
+    memcpy(state + NX, pose->c, 3 * sizeof(double));
+    state[NX + 3] = (double)INFINITY;
+    state[NX + 4] = {literal(facts["shrinking"])};
+    state[NX + 5] = 1.0;
+    state[NX + 6] = 0.0;
+    state[NX + 7] = 1.0;
+    for (k = 0; k < MOST_CORRECTIONS && state[NX + 5] != 0.0; ++k) {{
+        {pre}newton(state, given, w, next);
+        ++pose->corrections;
+        memcpy(state, next, sizeof state);
+    }}
+    memcpy(pose->x, state, NX * sizeof(double));
+    memcpy(pose->c, state + NX, 3 * sizeof(double));
+    return state[NX + 6] != 0.0 && state[NX + 7] != 0.0;
+}}
+
+/* Whether there is surely no singular pose between two poses. */
+static int {pre}on_one_side(const {name}_state *first, const {name}_state *second, double *w)
+{{
+    double sure = 0.0;
+{side}
+}}
+
+/* Follow the straight line from coordinates of a pose, which go with it, to others; returns whether the end was reached. */
+static int {pre}followed({name}_state *pose, double *at, const double *target, double *w)
+{{
+    double gone = 0.0, far = 0.0, longest, stride, first[{nt + 1}], goal[{nt + 1}];
+    {name}_state moved;
+    int steady = 1, k, steps;
+    memcpy(first, at, {nt} * sizeof(double));
+{_line_start(facts, line)}    for (k = 0; k < {nt}; ++k) {{
+        const double part = fabs(target[k] - first[k]) / {pre}LONGEST[k];
+        if (part > far) far = part;
+    }}
+    longest = far > 1.0 ? 1.0 / far : 1.0;
+    stride = longest;
+    for (steps = 0; steps < {name.upper()}_MOST_STEPS; ++steps) {{
+        const double trial = gone + stride < 1.0 ? gone + stride : 1.0;
+        int good;
+        for (k = 0; k < {nt}; ++k) goal[k] = first[k] + trial * (target[k] - first[k]);
+        if (trial >= 1.0) memcpy(goal, target, {nt} * sizeof(double));
+        moved = *pose;
+        good = {pre}corrected(&moved, goal, trial < 1.0, w) && {pre}on_one_side(pose, &moved, w);
+        if (good) {{
+            *pose = moved;
+            memcpy(at, goal, {nt} * sizeof(double));
+            gone = trial;
+            pose->moved = 1.0;
+            if (gone >= 1.0) return 1;
+            if (steady) stride = 2.0 * stride < longest ? 2.0 * stride : longest;
+        }} else {{
+            pose->corrections = moved.corrections;
+            stride /= 2.0;
+            if (stride <= 1e-3 * longest) return 0;
+        }}
+        steady = good;
+    }}
+    return 0;
+}}
+
+/* The results of a pose, which is put right if its last correction was not quite as small as expected; returns the status. */
+static int {pre}analysed(
+    {name}_state *pose, const double *at, const double *load, const double *gravity, double *w, double *result)
+{{
+    analysis(pose->x, load, gravity, w, result);
+    if (result[{at["worst_equation"]}] > {literal(facts["rough"])}) {{
+        (void){pre}corrected(pose, at, 0, w);
+        analysis(pose->x, load, gravity, w, result);
+    }}
+    if (result[{at["holds"]}] == 0.0) return {name.upper()}_NOT_COVERED;
+    if (result[{at["singular"]}] != 0.0) return {name.upper()}_SINGULAR;
+    return result[{at["usual"]}] == 0.0 ? {name.upper()}_NOT_COVERED : {name.upper()}_OK;
+}}
+"""
+
+
+def _line_start(facts: Facts, line: Line) -> str:
+    """Return what makes the coordinates where a line starts those that are nearest to its end, where several mean the same."""
+    if line.start is None:
+        return ""
+    unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
+    nt = line.prescribed.size
+    return f"""    if ({unsure}) {{
+        double begin[{nt + 4}];
+        {line.prefix}line(pose->x, pose->c, target, &pose->moved, w, begin);
+        if (begin[{nt + 3}] != 0.0) {{
+            memcpy(first, begin, {nt} * sizeof(double));
+            memcpy(pose->c, begin + {nt}, 3 * sizeof(double));
+        }}
+    }}
+"""
+
+
+# ---- compensation --------------------------------------------------------------------------------------------------------
 
 
 def _compensated(name: str, facts: Facts) -> str:
     """Return the function that searches where the unloaded robot is commanded."""
-    parts = facts["parts"]
-    search, size, actuators = parts.search, parts.search.numbers, max(len(parts.actuator_order), 1)
-    frame, rows = parts.frame_numbers + parts.closures + 1, sum(parts.rows.values()) + 3
-    at = sum(parts.rows[item] for item in itertools.takewhile(lambda item: item != "twist", parts.rows))
+    parts: Programs = facts["parts"]
+    search, at, n = parts.search, parts.at, len(parts.order)
+    assert search is not None
+    numbers, first = search.numbers, at["actuators"]
+    order = "\n".join(
+        f"    before[{place}] = wanted[{k}]; after[{place}] = actuators[{k}];" for k, place in enumerate(parts.order)
+    )
     return f"""
 /* Go on until the loaded platform stands where it was asked to: Broyden's method, from the wanted pose and what is known there.
  * Each of its steps follows a line. Then the actuators are moved where they were found, straight from the wanted pose: beyond a
  * singular pose they would hold the platform elsewhere. */
 static int compensated(
-    {name}_state *pose, const double *load, const double *gravity, double *w, double *frame, double *worst, double *result,
-    double *residual_error, double *actuator)
+    {name}_state *pose, const double *load, const double *gravity, double *w, double *result, double *residual_error,
+    double *actuators)
 {{
-    double asked[13], stands[13], search[{size + 1}], next[{size + 1}], left[7], wanted[{actuators}], whole[{actuators + 1}];
-    double open, driven_frame[{frame}], driven_result[{rows}];
-    const double *const twist = result + {at};
+    double asked[12], search[{numbers + 1}], next[{numbers + 1}], left[7], wanted[{n + 1}], before[{n + 1}], after[{n + 1}];
+    double driven_result[RESULTS];
+    const double *const stands = result + {at["platform"]}, *const twist = result + {at["twist"]};
     {name}_state driven = *pose;
     int k;
-    actuators(pose->x, w, wanted);
-    platform(frame, w, asked);
+    memcpy(wanted, result + {first}, {n} * sizeof(double));
+    memcpy(asked, stands, sizeof asked);
     begin(asked, twist, w, search);
-    if (search[{size}] == 0.0) return {name.upper()}_NOT_COVERED;
+    if (search[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
     for (k = 0; k < {facts["searches"]} && search[{search.going}] != 0.0; ++k) {{
         int status;
         if (!followed(pose, pose->target, search, w)) return {name.upper()}_UNREACHABLE;
-        closed(pose, pose->target, w, frame, worst);
-        status = analysed(frame, load, gravity, w, result);
+        status = analysed(pose, pose->target, load, gravity, w, result);
         if (status != {name.upper()}_OK) return status == {name.upper()}_SINGULAR ? {name.upper()}_UNREACHABLE : status;
-        platform(frame, w, stands);
         learn(search, stands, twist, w, next);
-        if (next[{size}] == 0.0) return {name.upper()}_NOT_COVERED;
+        if (next[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
         memcpy(search, next, sizeof search);
     }}
     if (!(search[{search.size}] <= {literal(search.enough)})) return {name.upper()}_UNREACHABLE;
-    platform(frame, w, stands);
     remains(asked, stands, twist, w, left);
     memcpy(residual_error, left, 6 * sizeof(double));
     if (left[6] == 0.0) return {name.upper()}_NOT_COVERED;
-    actuators(pose->x, w, actuator);
-    correct(wanted, actuator, w, whole);
-    memcpy(actuator, whole, sizeof wanted);
+    correct(wanted, result + {first}, w, before);
+    memcpy(actuators, before, {n} * sizeof(double));
+{order}
     driven.corrections = pose->corrections;
-    k = driven_followed(&driven, wanted, actuator, w);
+    k = driven_followed(&driven, before, after, w);
     pose->corrections = driven.corrections;
     if (!k) return {name.upper()}_UNREACHABLE;
-    driven_closed(&driven, actuator, w, driven_frame, &open);
-    if (analysed(driven_frame, load, gravity, w, driven_result) != {name.upper()}_OK) return {name.upper()}_UNREACHABLE;
-    platform(driven_frame, w, stands);
-    learn(search, stands, driven_result + {at}, w, next);
+    if (driven_analysed(&driven, after, load, gravity, w, driven_result) != {name.upper()}_OK) return {name.upper()}_UNREACHABLE;
+    learn(search, driven_result + {at["platform"]}, driven_result + {at["twist"]}, w, next);
     for (k = 0; k < {search.count}; ++k)
         if (!(fabs(next[{search.error} + k]) <= {literal(search.led)})) return {name.upper()}_UNREACHABLE;
     return {name.upper()}_OK;
@@ -167,17 +281,60 @@ static int compensated(
 """
 
 
-def _correction(name: str) -> str:
+def _correction(name: str, parts: Programs) -> str:
     """Return what is done behind the analysis of the wanted pose."""
-    return f"""    status = compensated(&pose, load, gravity, w, frame, &worst, result, residual_error, actuator);
+    return f"""    status = compensated(&pose, load, gravity, w, result, residual_error, actuators);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;
-    limits(pose.x, w, inside);
-    if (inside[1] == 0.0) return {name.upper()}_NOT_COVERED;
-    if (inside[0] == 0.0) status = {name.upper()}_LIMIT_EXCEEDED;"""
+    if (result[{parts.at["within"]}] == 0.0) status = {name.upper()}_LIMIT_EXCEEDED;
+"""
 
 
-def valid(name: str, facts: Facts, status: str) -> str:
-    """Return C that tells whether outputs are valid."""
-    found = f"{status} == {name.upper()}_OK"
-    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found
+# ---- derivatives ---------------------------------------------------------------------------------------------------------
+
+
+def _differentiate(name: str, scalar: str, facts: Facts, jacobian: Jacobian) -> str:
+    """Return the function that computes derivatives."""
+    lost = [
+        f"    for (k = 0; k < {size(output) * size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
+        for output, value, field in jacobian.pairs
+    ]
+    blocks = [row for value in dict.fromkeys(pair[1] for pair in jacobian.pairs) for row in _by(value, scalar, facts, jacobian)]
+    rows = sum(size(output) for output in dict.fromkeys(pair[0] for pair in jacobian.pairs))
+    return f"""
+int {name}_differentiate(
+    const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian)
+{{
+    double w[WORK], d_x[NX * NT + 1], load[6], gravity[3], rate[{rows + 1}];
+    double none[NX + 1] = {{0.0}}, d_load[6] = {{0.0}}, d_gravity[3] = {{0.0}};
+    int i, k, status;
+    if (!jacobian) return {name.upper()}_BAD_ARGUMENT;
+{chr(10).join(lost)}
+    status = {name}_evaluate(input, state, output);
+    if (status != {name.upper()}_OK) return status;
+    for (k = 0; k < 6; ++k) load[k] = (double)input->load[k];
+    for (k = 0; k < 3; ++k) gravity[k] = (double)input->gravity[k];
+    rates(state->x, state->c, w, d_x);
+    if (d_x[NX * NT] == 0.0) return {name.upper()}_NOT_COVERED;
+    (void)i; (void)none;
+{chr(10).join(blocks)}
+    return status;
+}}
+"""
+
+
+def _by(value: Quantity, scalar: str, facts: Facts, jacobian: Jacobian) -> Iterator[str]:
+    """Yield lines of C that take derivatives by one input."""
+    columns, is_load = size(value), value.name in LOADS
+    moved = "none" if is_load else f"d_x + {facts['controlled'].index(value.name)} * NX"
+    yield f"    for (k = 0; k < {columns}; ++k) {{"
+    if is_load:
+        yield f"        d_{value.name}[k] = 1.0;"
+    yield f"        tangent(state->x, load, gravity, {moved}, d_load, d_gravity, w, rate);"
+    for output, other, field in jacobian.pairs:
+        if other is value:
+            found = f"jacobian->{field}[i * {columns} + k] = ({scalar})rate[{jacobian.at[output.name]} + i];"
+            yield f"        for (i = 0; i < {size(output)}; ++i) {found}"
+    if is_load:
+        yield f"        d_{value.name}[k] = 0.0;"
+    yield "    }"

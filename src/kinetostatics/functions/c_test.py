@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.engine.c_code import literal
-from kinetostatics.functions.c_lines import c_array
-from kinetostatics.functions.c_source import valid
+from kinetostatics.functions.c_source import c_array, valid
 from kinetostatics.functions.values import Facts, Reference
 
 

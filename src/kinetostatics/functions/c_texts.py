@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from kinetostatics.functions import c_counts, c_jacobian
-from kinetostatics.functions.c_source import source, valid
+from kinetostatics.functions.c_programs import Programs
+from kinetostatics.functions.c_source import size, source, valid
 from kinetostatics.functions.c_test import test
 from kinetostatics.functions.values import Facts, Quantity, Reference
 
@@ -24,6 +24,17 @@ STATUSES_OF_COMPENSATION = (
     ("UNREACHABLE", 2, "the loops do not close there, or no correction was found that the actuators lead to; outputs are NaN"),
     *STATUSES[2:],
 )
+#: Columns of the table of operations, and those of a record that count there; what is in none is a comparison or a choice.
+_KINDS = {
+    "additions": ("add", "subtract"),
+    "multiplications": ("multiply",),
+    "divisions": ("divide",),
+    "square roots": ("square_root",),
+    "sines, cosines": ("sine", "cosine"),
+    "arc tangents": ("angle",),
+    "signs, roundings": ("negative", "absolute", "whole"),
+}
+_REST = "comparisons, choices"
 
 
 def files(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> dict[str, str]:
@@ -68,7 +79,7 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
         range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
         zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
-    outputs = [f"    {scalar} {item.name}[{c_jacobian.size(item)}]; /* {_words(item)} */" for item in parts.outputs]
+    outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
     actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in facts["limits"].items()]
     checked = "which the status tells" if facts["compensates"] else "which are not checked"
@@ -95,9 +106,9 @@ enum {name}_status {{
 
 /* Where the robot is: the next call follows a straight line of coordinates from here. Leave its fields alone. */
 typedef struct {{
-    double x[{max(parts.nx, 1)}];
+    double x[{max(len(parts.start[0]), 1)}];
     double c[3];
-    double target[{max(parts.nt, 1)}];
+    double target[{max(len(parts.start[2]), 1)}];
     double moved;
     unsigned corrections; /* of the loops, all that were done: the only field that may be read */
 }} {name}_state;
@@ -119,7 +130,7 @@ void {name}_start({name}_state *state);
 
 {_evaluates(facts)}
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output);
-{c_jacobian.header(name, scalar, facts) if parts.jacobian is not None else ""}
+{"" if parts.jacobian is None else _declared(name, scalar, parts)}
 #ifdef __cplusplus
 }}
 #endif
@@ -136,6 +147,25 @@ def _evaluates(facts: Facts) -> str:
     names = ", ".join(facts["controlled"])
     return f"""/* Find where the actuators have to stand so that the loaded platform has the wanted {names}, and
  * compute the outputs there; returns the status. The state goes to the wanted pose; where that is out of reach it stays. */"""
+
+
+def _declared(name: str, scalar: str, parts: Programs) -> str:
+    """Return what the header says of derivatives."""
+    assert parts.jacobian is not None
+    fields = []
+    for output, value, field in parts.jacobian.pairs:
+        shape = " x ".join(str(n) for n in (*output.shape, *value.shape))
+        fields.append(f"    {scalar} {field}[{size(output) * size(value)}]; /* {shape}, row by row */")
+    return f"""
+/* Derivatives of outputs by inputs, with the loops kept closed. */
+typedef struct {{
+{chr(10).join(fields)}
+}} {name}_jacobian;
+
+/* As {name}_evaluate, and the derivatives there; they are NaN where the status is not OK. */
+int {name}_differentiate(
+    const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian);
+"""
 
 
 def _wrapper(name: str, facts: Facts) -> str:
@@ -202,7 +232,7 @@ add_test(NAME {name} COMMAND {name}_test)
 def _readme(name: str, scalar: str, facts: Facts) -> str:
     parts = facts["parts"]
     inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
-    outputs = "\n".join(f"- `{item.name}[{c_jacobian.size(item)}]`: {_words(item)}" for item in parts.outputs)
+    outputs = "\n".join(f"- `{item.name}[{size(item)}]`: {_words(item)}" for item in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
     example = "\n".join(
         f"input.{c} = {facts['start'][item.name]:.6g}; /* {item.units[0]} */"
@@ -247,7 +277,7 @@ Outputs{where}, besides `residual`, how far the worst equation of the loops is o
 {inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot stays in its
 assembly mode: in one step where both lie near each other, as in a controller. `{name.upper()}_MOST_STEPS` (200) bounds the
 steps, each of at most {facts["corrections"]} corrections of {parts.line.newton.operations:,} operations; everything behind them
-takes {parts.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
+takes {parts.pose.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
 {8 * parts.work:,} bytes of the stack.
 {_searching(facts)}
 ```sh
@@ -260,7 +290,7 @@ builds the library and a test program that compares it with what Python says of 
 
 Operations, counted:
 
-{c_counts.table(facts)}
+{_operations(facts)}
 
 A call beside the last pose is one step of a line. `state.corrections` counts the corrections of the loops that were done. Setting
 up the lines and copying states are not in the table{facts["endless"]}.
@@ -296,3 +326,32 @@ From the pose that was asked for, Broyden's method searches where the unloaded r
 {parts.search.learn.operations:,} operations more. Then a line of the actuators' coordinates leads from the pose that was asked
 for to what was found, and if the loaded platform does not stand there where it was asked to, that is no correction.
 """
+
+
+def _counted(counts: Mapping[str, int]) -> dict[str, int]:
+    """Return how many operations of each column there are."""
+    found = {title: sum(counts.get(kind, 0) for kind in kinds) for title, kinds in _KINDS.items()}
+    return found | {_REST: sum(counts.values()) - sum(found.values())}
+
+
+def _operations(facts: Facts) -> str:
+    """Return a table of what is done, how often in a call, and of how many operations it consists."""
+    parts: Programs = facts["parts"]
+    steps = f": 1 to {facts['corrections']}"
+    often = {"start of a line": "a line, if angles may be others"}
+    for what, line in (("", "step of the line"), (", actuators given", "step of the actuators' line")):
+        often |= {f"correction of the loops{what}": f"{line}{steps}", f"is there a singular pose between{what}": line}
+    if parts.search is not None:
+        often |= {
+            "frames, statics, actuators": "2, and each step of the search",
+            "step of the search": f"1 to {facts['searches'] + 1}",
+        }
+    if parts.jacobian is not None:
+        inputs = {value.name: size(value) for _, value, _ in parts.jacobian.pairs}
+        often["derivatives: results"] = str(sum(inputs.values()))
+    titles = [*_KINDS, _REST]
+    rows = [f"| what | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
+    for what, program in parts.all:
+        numbers = _counted(program.counts)
+        rows.append(f"| {what} | {often.get(what, '1')} | {' | '.join(f'{numbers[title]:,}' for title in titles)} |")
+    return "\n".join(rows)

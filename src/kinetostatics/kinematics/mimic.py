@@ -60,14 +60,18 @@ class Couplings:
         for row, item in zip(self._gradient, self.items, strict=True):
             row[item.follower.first_v], row[item.leader.first_v] = 1.0, -item.multiplier
 
-    def residual(self, x: Array, turns: int = 20) -> Array:
+    def residual(self, x: Array, turns: int = 20, given: tuple[int, ...] = ()) -> Array:
         """Return by how much (count, N) [m, rad] the followers are beside where they should be, at coordinates ``x`` (nq', N).
 
-        The angle of a continuous leader is known but for full turns; see :meth:`coordinate`.
+        The angle of a continuous leader is known but for full turns; see :meth:`coordinate`. Followers of ``given`` freedoms are
+        where they should be.
         """
-        leaders = {item.leader.first_v: item.leader for item in self.items}
+        leaders = {item.leader.first_v: item.leader for item in self.items if item.leader.first_v not in given}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
-        errors = [item.error(x, values[item.leader.first_v]) for item in self.items]
+        errors = [
+            item.error(x, values[item.leader.first_v]) if item.leader.first_v in values else np.zeros(x.shape[1])
+            for item in self.items
+        ]
         return np.stack(errors) if errors else np.zeros((0, x.shape[1]))
 
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
@@ -110,7 +114,7 @@ class Couplings:
         gradient = self._gradient * column_scale
         size = np.sqrt(np.sum(gradient**2, axis=1, keepdims=True))
         size[np.isin(self.columns, self.given_with(columns))] = np.inf
-        return self.residual(x) / size, gradient / size
+        return self.residual(x, given=columns) / size, gradient / size
 
     def given_with(self, columns: tuple[int, ...]) -> NDArray[np.intp]:
         """Return the freedoms of the followers whose leaders are among the given ``columns``."""

@@ -1,4 +1,4 @@
-"""How fast bodies, actuators and freedoms move, against differences of poses that are assembled."""
+"""How fast coordinates of the tree move with what is given, against differences of poses that are assembled."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -14,7 +14,8 @@ from simple_machines import robot as robot_of
 import kinetostatics as ks
 from kinetostatics.description.elements import Mimic
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
-from kinetostatics.kinematics.velocities import actuator_rates, body_moves, frame_rates, freedom_rates, with_given
+from kinetostatics.kinematics.joint_coordinates import actuator_names
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.orientation import orientation_named
 
@@ -58,35 +59,21 @@ def close_to(found, wanted):
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_bodies_and_actuators_move_as_differences_of_poses_tell(name):
-    make, coordinates, values = ROBOTS[name]
+def test_coordinates_move_as_differences_of_poses_tell(name):
+    make, platform, values = ROBOTS[name]
     robot, h = make(), 1e-6
-    if coordinates:
-        start = robot.assemble(platform=dict(zip(coordinates, values, strict=True)))
-    else:
-        start = robot.assemble(actuators=dict(zip(robot.description.driven, values, strict=True)))
-    frames, given = start.frames, robot.actuator_coordinates
-    twists = robot.equations.tree.twists(robot.equations.forward(start.poses.x))
-    inside = [body for run in robot.mechanism.spherical_runs for body in run.bodies[:2]]  # which count with what they hang on
-    for run in robot.mechanism.spherical_runs:
-        assert np.all(body_moves(robot.solver)[list(run.bodies[:2])] == body_moves(robot.solver)[run.parent])
-    v = rates_of(robot, given, start)
-    close_to(actuator_rates(robot.solver, given, start.poses, v)[..., 0], np.eye(given.size))
-    order = [*(name for name in robot.description.driven if name not in robot.description.loops)]
-    order += [loop.name for loop in robot.equations.loops if loop.name in robot.description.driven]
-    for k, actuator in enumerate(order):
-        at = {name: float(value) for name, value in start.actuators.items()}
-        ends = [robot.assemble(actuators={**at, actuator: at[actuator] + by}, near=start).frames for by in (h, -h)]
-        rotation, position = frame_rates(body_moves(robot.solver), twists, frames, v[:, k])
-        for found, (up, down) in ((rotation, [end.rotation for end in ends]), (position, [end.position for end in ends])):
-            close_to(np.delete(found, inside, axis=-2), np.delete((up - down) / (2 * h), inside, axis=-2))
-    if coordinates:
-        prescribed = prescribed_platform(coordinates, orientation_named(None))
-        found = actuator_rates(robot.solver, given, start.poses, rates_of(robot, prescribed, start))
-        for k, coordinate in enumerate(coordinates):
-            at = dict(zip(coordinates, values, strict=True))
-            ends = [robot.assemble(platform={**at, coordinate: at[coordinate] + by}, near=start).actuators for by in (h, -h)]
-            close_to(found[:, k, 0], [(ends[0][name] - ends[1][name]) / (2 * h) for name in order])
+    names = platform or robot.description.driven
+    start = robot.assemble(**{"platform" if platform else "actuators": dict(zip(names, values, strict=True))})
+    ways = [("actuators", robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations), start.actuators)]
+    if platform:
+        given = dict(zip(platform, values, strict=True))
+        ways.append(("platform", prescribed_platform(platform, orientation_named(None)), platform, given))
+    for way, prescribed, coordinates, at in ways:
+        v = rates_of(robot, prescribed, start)
+        at = {item: float(at[item]) for item in at}
+        for k, item in enumerate(coordinates):
+            up, down = (robot.assemble(**{way: {**at, item: at[item] + by}}, near=start).poses.x for by in (h, -h))
+            close_to(robot.equations.tree.rates(start.poses.x, v[:, k]), (up - down) / (2 * h))
 
 
 @pytest.mark.parametrize(("left", "follows"), [(0.0, True), (0.9e-6, True), (1.1e-6, False), (1.0, False)])

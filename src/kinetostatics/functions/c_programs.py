@@ -1,0 +1,386 @@
+"""The programs of a function in C: records of lines of coordinates, of poses and their derivatives, and of a search."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import accumulate
+from typing import Protocol
+
+import numpy as np
+
+from kinetostatics.compensation.search import Coordinates, Search, enough, led_there
+from kinetostatics.engine.c_code import CProgram, c_program, literal
+from kinetostatics.engine.derivatives import tangent_record
+from kinetostatics.engine.loop_record import (
+    Program,
+    held,
+    newton_record,
+    rates_record,
+    recorded_rows,
+    side_record,
+    start_record,
+    structure_of,
+)
+from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
+from kinetostatics.engine.record import example_of, recorded_input
+from kinetostatics.engine.scalars import Tape
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
+from kinetostatics.kinematics.joint_coordinates import actuator_names
+from kinetostatics.kinematics.lines import longest_strides
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.mechanism.tree import TreeJoint
+from kinetostatics.results.compensation import loaded, pose_error, shift_of
+from kinetostatics.robot import Robot
+
+#: A twist [m, rad], nothing in particular, of which the search is recorded.
+_TWIST = (1e-3, -2e-3, 3e-3, -4e-3, 5e-3, 6e-3)
+#: Keywords of C99 and C++17.
+_KEYWORDS = frozenset(
+    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const const_cast constexpr "
+    "continue decltype default delete do double dynamic_cast else enum explicit export extern false float for friend "
+    "goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected "
+    "public register reinterpret_cast restrict return short signed sizeof static static_assert static_cast struct switch "
+    "template this thread_local throw true try typedef typeid typename union unsigned using virtual void volatile "
+    "wchar_t while xor xor_eq".split()
+)
+
+
+class Exported(Protocol):
+    """What is exported: a function, see :class:`kinetostatics.functions.function.Function`."""
+
+    robot: Robot
+    orientation: str | None
+    by_actuators: bool
+    compensates: bool
+    prescribed: PrescribedCoordinates
+    names: list[str]
+    inputs: Mapping[str, Quantity]
+    outputs: Mapping[str, Quantity]
+
+    @property
+    def __call__(self) -> Callable[..., Mapping[str, Array]]:
+        """Return the outputs."""
+
+
+def asked_outputs(function: Exported) -> list[Quantity]:
+    """Return the outputs that were asked for, but for those that have no entries."""
+    return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
+
+
+def identifier(name: str) -> str:
+    """Return a name as one that may stand alone in C."""
+    found = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return f"robot_{found}" if not found or found[0].isdigit() else found
+
+
+def c_names(names: Iterable[str]) -> dict[str, str]:
+    """Return the names of coordinates as those of members of a struct in C and C++, which are no keywords, and all different."""
+    found: dict[str, str] = {}
+    for name in names:
+        mine = identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
+        while mine in _KEYWORDS or mine in found.values():
+            mine += "_"
+        found[name] = mine
+    return found
+
+
+# ---- lines of coordinates ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Line:
+    """What follows lines of some coordinates.
+
+    Attributes:
+        prefix: what the names of its functions in C begin with.
+        prescribed: the coordinates.
+        local: number of freedoms that do not move the platform; they stay as they are.
+        newton: a correction.
+        side: whether there is a singular pose between two; None: that is not looked at.
+        start: the coordinates where a line starts, if several mean the same.
+        impose: lines of C that write given coordinates into ``x`` and ``c``.
+        strides: (n,) how far the coordinates may go in one step.
+    """
+
+    prefix: str
+    prescribed: PrescribedCoordinates
+    local: int
+    newton: CProgram
+    side: CProgram | None
+    start: CProgram | None
+    impose: tuple[str, ...]
+    strides: Array
+
+
+def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Line:
+    """Record what follows lines of given coordinates."""
+    prescribed = robot.mobility_analysis.without_idle_dofs(given)
+    local = robot.mobility_analysis.local_dofs(prescribed)
+    what = robot.solver, prescribed, example_at(robot, prescribed), local
+    numbers = structure_of(robot.solver, prescribed, local).values
+
+    def program(name: str, record: Program, *inputs: str) -> CProgram:
+        return c_program(f"{prefix}{name}", record.tape, (*record.numbers, *record.truths), numbers, inputs)
+
+    newton = program("newton", newton_record(*what), "state", "given")
+    side = None if local else program("side", side_record(*what), "x1", "c1", "x2", "c2")
+    start = program("line", start_record(*what), "x", "c", "aim", "shorter") if prescribed.angles else None
+    impose = tuple(_imposed(robot, prescribed))
+    return Line(prefix, prescribed, local, newton, side, start, impose, longest_strides(robot.solver, prescribed))
+
+
+def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
+    """Return the pose at which records are made."""
+    generic = robot.generic_poses.take(np.array([0]))
+    return SolverState(generic.x, robot.solver.origin(prescribed, generic)[1])
+
+
+def _imposed(robot: Robot, prescribed: PrescribedCoordinates) -> Iterator[str]:
+    """Yield lines of C that write given coordinates into x and c; see :meth:`Solver.impose`."""
+    for row, column in enumerate(prescribed.columns):
+        yield from _written(robot.solver.joint_of_column[column], f"target[{row}]")
+    for item in robot.equations.couplings.items:
+        if item.leader.first_v in prescribed.columns:
+            row = prescribed.columns.index(item.leader.first_v)
+            yield from _written(item.follower, f"({literal(item.multiplier)} * target[{row}] + {literal(item.offset)})")
+    for row, k in enumerate(prescribed.angles):
+        yield f"c[{k}] = target[{prescribed.first_angle + row}];"
+
+
+def _written(joint: TreeJoint, value: str) -> Iterator[str]:
+    if joint.type.endless:
+        yield f"x[{joint.first_q}] = cos({value});"
+        yield f"x[{joint.first_q + 1}] = sin({value});"
+    else:
+        yield f"x[{joint.first_q}] = {value};"
+
+
+# ---- derivatives ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """Derivatives of outputs by inputs.
+
+    Attributes:
+        rates: takes x and c, and gives how fast x changes with one coordinate after the other; the last tells whether it holds.
+        tangent: takes x, load and gravity and their rates, and gives how fast outputs change.
+        at: where each output's rates begin among these.
+        pairs: output, input, and the name of their field.
+    """
+
+    rates: CProgram
+    tangent: CProgram
+    at: Mapping[str, int]
+    pairs: Sequence[tuple[Quantity, Quantity, str]]
+
+
+def _jacobian(
+    line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
+) -> Jacobian:
+    """Record derivatives; the record of poses grows."""
+    what = robot.solver, line.prescribed, example_at(robot, line.prescribed), line.local
+    rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed, line.local).values
+    names = list(dict.fromkeys(output.name for output, *_ in pairs))
+    inputs = ("x", *LOADS)
+    tangent = tangent_record(record.tape, record.all_rows(names), len(inputs))
+    return Jacobian(
+        c_program("rates", rates.tape, (*rates.numbers, *rates.truths), own, ("x", "c")),
+        c_program("tangent", record.tape, tangent, numbers, (*inputs, *(f"d_{name}" for name in inputs))),
+        dict(zip(names, accumulate((len(record.rows[name]) for name in names), initial=0), strict=False)),
+        pairs,
+    )
+
+
+def _pairs(
+    function: Exported, fields_of: Mapping[str, str], of: Sequence[str], by: Sequence[str]
+) -> list[tuple[Quantity, Quantity, str]]:
+    """Return outputs and inputs, and the names of the fields that have derivatives of one by the other.
+
+    Raises:
+        ArgumentError: something that a derivative is taken by is no input.
+    """
+    for name in by:
+        if name not in function.inputs:
+            raise ArgumentError(f"derivatives by {name!r} are not exported, those by inputs are: {', '.join(function.inputs)}")
+    return [(function.outputs[a], function.inputs[b], f"{a}_by_{fields_of.get(b, b)}") for a in of for b in by]
+
+
+# ---- the search for corrected positions of the actuators -----------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SearchPrograms:
+    """What :func:`kinetostatics.compensate` does at one pose.
+
+    ``begin``, ``learn`` and ``remains`` take where the platform stands, 12 numbers, and the twist; ``correct`` takes the
+    actuators' coordinates at the wanted and at the corrected pose. Truth values that tell whether a record holds stand last.
+
+    Attributes:
+        numbers: how many numbers a search has; the coordinates that are commanded stand first.
+        enough: deviation [m] that counts as corrected; ``led``: the same where the actuators' coordinates are given.
+        error, count: where the deviations of the coordinates stand, and how many these are.
+        size, going: where the largest of them stands, and whether the search goes on.
+    """
+
+    begin: CProgram
+    learn: CProgram
+    remains: CProgram
+    correct: CProgram
+    numbers: int
+    enough: float
+    led: float
+    error: int
+    count: int
+    size: int
+    going: int
+
+
+def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation) -> SearchPrograms:
+    """Record a search.
+
+    Args:
+        robot: the robot.
+        names: of the coordinates that are to come out as wanted.
+        orientation: what its angles mean.
+    """
+    wanted, least, driven = Coordinates(names, orientation, robot.length), enough(robot.length), robot.description.driven
+    R, o = robot.mechanism.platform_pose(robot.statics.example)
+    platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
+
+    def begun(stands: Array, twist: Array) -> list[Array]:
+        pose = _pose(stands)
+        asked, angles = wanted.of(pose), orientation.coordinates(pose[0])
+        error = wanted.of(loaded(*pose, twist), angles) - asked
+        return _flat(wanted, asked, angles, Search.begun(asked, np.eye(n)[:, :, None], error))
+
+    def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
+        asked, angles, search = _unflat(now, n)
+        error = wanted.of(loaded(*_pose(stands), twist), angles) - asked
+        return _flat(wanted, asked, angles, search.learnt(error, least))
+
+    def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
+        return [pose_error(_pose(asked), loaded(*_pose(stands), twist))]
+
+    def corrected(before: Array, found: Array) -> list[Array]:
+        slides = [robot.mechanism.connections[name].type.is_slide for name in driven]
+        return [before[k] + shift_of(before[k], found[k], slide) for k, slide in enumerate(slides)]
+
+    first = np.concatenate([np.reshape(array, (-1, 1)) for array in begun(platform, twist)])
+    drives = np.zeros((len(driven), 1))
+    return SearchPrograms(
+        _program("begin", {"stands": platform, "twist": twist}, begun),
+        _program("learn", {"now": first, "stands": platform, "twist": twist}, learnt),
+        _program("remains", {"asked": platform, "stands": platform, "twist": twist}, remains),
+        _program("correct", {"wanted": drives, "found": drives}, corrected),
+        len(first),
+        least,
+        led_there(robot),
+        len(first) - 3 - n,
+        n,
+        len(first) - 3,
+        len(first) - 1,
+    )
+
+
+def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
+    """Record what is computed from columns of numbers; the last result is whether the record holds."""
+    tape, names = Tape(), tuple(examples)
+    inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples.values())]
+
+    def rows() -> list[Array]:
+        return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), held(tape)]
+
+    return c_program(name, tape, recorded_rows(tape, rows), np.array([]), names)
+
+
+def _pose(stands: Array) -> tuple[Array, Array]:
+    return stands[:9].reshape(3, 3, 1), stands[9:]
+
+
+def _flat(wanted: Coordinates, asked: Array, angles: Array, search: Search) -> list[Array]:
+    """Return the coordinates that are commanded, those that are wanted, all angles, and the search, as numbers."""
+    parts = [getattr(search, field.name) for field in fields(search)]
+    return [search.u / wanted.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
+
+
+def _unflat(numbers: Array, n: int) -> tuple[Array, Array, Search]:
+    """Return the wanted coordinates, the angles and the search from numbers."""
+    _, asked, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
+    search = Search(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
+    return asked, angles, search
+
+
+# ---- all together --------------------------------------------------------------------------------------------------------
+
+
+class Programs:
+    """All programs of a function.
+
+    Attributes:
+        outputs: those that are asked for.
+        c_names: names of the coordinates in C.
+        line: what follows lines of the function's coordinates; ``drives`` those of the actuators, where it compensates.
+        pose: takes x, load and gravity, and gives what is asked of a pose, and truth values.
+        at: where each begins among its results; "holds" is whether the record does.
+        jacobian, search: where they are wanted.
+        order: of the actuators of the file, as ``drives`` takes them.
+        start: x, c and the coordinates of a state that starts.
+    """
+
+    def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
+        robot, compensates = function.robot, function.compensates
+        if compensates and {"azimuth", "tilt"} <= set(function.names):
+            raise ArgumentError(
+                "azimuth and tilt are not exported together with compensation, which goes by two turns instead: take XYZ"
+            )
+        self.outputs = asked_outputs(function)
+        self.c_names = c_names(name for name in function.inputs if name not in LOADS)
+        self.line = line_of(robot, function.prescribed)
+        asked = [item.name for item in self.outputs if item.name != "residual_error"]
+        more = ("twist", "actuators", "platform", "within") if compensates else ()
+        names = list(dict.fromkeys((*asked, *more, "worst_equation", "singular", "usual")))
+        model = PoseModel.of(robot.solver, robot.statics, self.line.prescribed)
+        example = robot.generic_poses.x[:, :1], *example_of(robot.statics)[1:]
+        record, numbers = pose_record(model, names, example), model.taken_apart().values
+        rows = (*record.all_rows(), record.all_hold())
+        self.pose = c_program("analysis", record.tape, rows, numbers, ("x", *LOADS))
+        self.at = dict(zip((*names, "holds"), accumulate((len(record.rows[name]) for name in names), initial=0), strict=True))
+        self.jacobian = None
+        if jacobian is not None:
+            self.jacobian = _jacobian(self.line, robot, record, numbers, _pairs(function, self.c_names, *jacobian))
+        first, c = robot.solver.origin(self.line.prescribed, begin)
+        self.start = begin.x[:, 0], c[:, 0], first[:, 0]
+        names = actuator_names(robot.mechanism, robot.equations)
+        self.order = [names.index(name) for name in robot.description.driven]
+        self.search = self.drives = None
+        if compensates:
+            self.search = search_programs(robot, function.names, orientation_named(function.orientation))
+            self.drives = line_of(robot, robot.actuator_coordinates, "driven_")
+
+    @property
+    def all(self) -> list[tuple[str, CProgram]]:
+        """What is done, and its program, in the order in which they are written."""
+        found: list[tuple[str, CProgram | None]] = []
+        for line, given in ((self.line, ""), (self.drives, ", actuators given")):
+            if line is not None:
+                found += [("start of a line", line.start), (f"correction of the loops{given}", line.newton)]
+                found += [(f"is there a singular pose between{given}", line.side)]
+        found.append(("frames, statics, actuators", self.pose))
+        if self.search is not None:
+            found += [("start of the search", self.search.begin), ("step of the search", self.search.learn)]
+            found += [("what remains", self.search.remains), ("turns of the actuators", self.search.correct)]
+        if self.jacobian is not None:
+            found += [("derivatives: coordinates", self.jacobian.rates), ("derivatives: results", self.jacobian.tangent)]
+        return [(what, item) for what, item in found if item is not None]
+
+    @property
+    def work(self) -> int:
+        """Numbers in the largest work array."""
+        return max(item.work for _, item in self.all)
