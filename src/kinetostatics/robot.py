@@ -15,13 +15,13 @@ from kinetostatics.buckling.structure import Structure
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
+from kinetostatics.files.parameter_units import parameter_hints
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.frame_corrections import with_wrong_parent
 from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.unit_hints import odd_coordinates, odd_parameters
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
@@ -65,7 +65,7 @@ def load_robot(
         -4.04
     """
     robot = Robot(read_robot_file(path, parameters, platform=platform, base=base))
-    for hint in odd_parameters(robot.description.path, parameters or {}, {"platform": platform, "base": base}):
+    for hint in parameter_hints(robot.description.path, parameters or {}, {"platform": platform, "base": base}):
         warn(hint)
     return robot
 
@@ -187,7 +187,7 @@ class Robot(Shown, RobotKinematics):
         """
         chosen = compiled_loops(check_engine(engine))
         found = assembly.assemble(self, actuators, platform, orientation, near, closure_tolerance, on_failure, chosen)
-        for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
+        for hint in self.unit_hints((actuators if platform is None else platform) or {}):
             warn(hint)
         return found
 

@@ -415,13 +415,11 @@ def test_lengths_that_look_like_millimetres(cantilever):
         links = {"platform": None, "base": None}
         return prepare(robot, vary, "mass", subject_to, None, None, None, links, 1, None, 1e-10, STILL)
 
-    with pytest.warns(
-        UserWarning, match=r"diameter from 10 m is 250 times the file's own 0\.04 m: .* write 0\.01 to 0\.04 for 10"
-    ):
+    with pytest.warns(UserWarning, match=r"diameter from 10 m is 250 times the file's own 0\.04 m: .* write 0\.01 for 10 mm"):
         prepared({"diameter": "10:40"})
     with pytest.warns(UserWarning, match="diameter from 20 m is 500 times"):
         prepared({"diameter": [20, 25]})
-    with pytest.warns(UserWarning, match=r"^sag < 20 allows 20 m, .* times the robot's size of .*; write 20mm or 20um$"):
+    with pytest.warns(UserWarning, match=r"^sag < 20 allows 20 m, .* times the robot's size of .*; write 0\.02 for 20 mm"):
         prepared({"rod_diameter": "4cm:5cm"}, ["sag < 20", "stress < 200", "rotation < 20"], ROBOTS / "3rps.urdf.xacro")
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -20,7 +20,6 @@ from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
-from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
@@ -100,7 +99,7 @@ def calibrate(
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
     readings, measured = _readings(table, known)
-    for hint in (*odd_coordinates(robot, table.coordinates), *table.repeated):
+    for hint in (*robot.unit_hints(table.coordinates), *table.repeated):
         warn(hint)
     used_gauges = list(readings.gauges.values())
     sigmas = [gauge.sigma for gauge in used_gauges]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from math import isinf
 
@@ -12,9 +13,7 @@ from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
 from kinetostatics.checks.warnings_of_masses import without_mass
 from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
-from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
-from kinetostatics.kinematics.unit_hints import odd_limits, odd_springs
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.ordering import EQUAL
@@ -25,6 +24,7 @@ from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.unit_hints import length_hint, limit_hints
 
 #: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
 SMALL_GAP = 1e4
@@ -93,7 +93,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
             + (
                 "which angles in degrees would explain: see the other warnings"
-                if odd_angles(robot.description.joints, robot.description.loops)
+                if robot.description.angle_hints()
                 else "perhaps in another assembly mode than is meant: then move the zero of the joints so that it nearly "
                 "closes the loops"
             )
@@ -138,8 +138,12 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     size = robot.zero_size
     if size and not SIZES[0] < size < SIZES[1]:
         yield f"the robot is {size:.4g} m large; lengths are in m"
-    yield from odd_limits(robot)
-    yield from odd_springs(robot)
+    slides = [item for item in robot.mechanism.connections.values() if item.type.is_slide]
+    limits = {item.name: [abs(limit) for limit in (item.lower, item.upper) if math.isfinite(limit)] for item in slides}
+    yield from limit_hints({name: max(found) for name, found in limits.items() if found}, size)
+    for name, spring in robot.description.springs.items():
+        what = f"the free length of spring {name!r} is {spring.free_length:.6g} m,"
+        yield from length_hint(what, spring.free_length, robot.size)
 
 
 # ---- beams -----------------------------------------------------------------------------------------------------------

@@ -25,10 +25,11 @@ from kinetostatics.description.elements import (
     Spring,
     Vector,
 )
-from kinetostatics.description.unit_hints import odd_angles, odd_materials
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, UnknownNameError, near_names
 from kinetostatics.printing.dispatch import Shown, urdf_of
 from kinetostatics.printing.mappings import mapping_words
+from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
 Item = TypeVar("Item")
 Part = TypeVar("Part", Link, Joint, Loop, Beam, Spring)
@@ -170,7 +171,19 @@ class RobotDescription(Shown):
             for beam in self.beams.values()
             if beam.density is None and beam.link in self.links and not self.links[beam.link].has_inertial
         ]
-        return (*self.file_warnings, *weightless, *odd_angles(self.joints, self.loops), *odd_materials(self.beams))
+        materials = {name: (beam.material.youngs_modulus, beam.material.density) for name, beam in self.beams.items()}
+        return (*self.file_warnings, *weightless, *self.angle_hints(), *material_hints(materials))
+
+    def angle_hints(self) -> list[str]:
+        """Return hints at angles and limits that look like degrees."""
+        origins = [(item.place, f"the joint {item.name!r}", item.origin.rpy) for item in self.joints.values()]
+        for loop in self.loops.values():
+            frames = loop.predecessor_origin, loop.successor_origin
+            origins += [(loop.place, f"the loop {loop.name!r}", frame.rpy) for frame in frames]
+        followed = {joint.mimic.joint for joint in self.joints.values() if joint.mimic is not None}
+        connections: list[Joint | Loop] = [*self.joints.values(), *self.loops.values()]
+        hinges = [item for item in connections if JOINT_TYPES[item.type].is_hinge and item.name not in followed]
+        return rpy_hints(origins) + angular_limit_hints((item.place, item.name, item.lower, item.upper) for item in hinges)
 
     # ---- changed copies ------------------------------------------------------------------------------------------------
 

@@ -24,13 +24,13 @@ from kinetostatics.design.variables import Choice, Range, Vary, read_variables, 
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
-from kinetostatics.kinematics.unit_hints import odd_allowance, odd_coordinates, odd_range
 from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot
+from kinetostatics.unit_hints import LONG, length_hint
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
@@ -167,8 +167,8 @@ def prepare(
     sizes = sizes_of(ParametricRobot(first, links), names, typed_units(ranges, choices))
     grid, is_platform = _grid(over, first.description.driven)
     limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
-    hints = [hint for text, limit in limits for hint in odd_allowance(text, limit, first.zero_size)]
-    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
+    hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
+    for hint in (*first.unit_hints(over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
         warn(hint)
     place = tool_on_robot(tool, first)
     # complaints about coordinates and arguments come before the search
@@ -181,13 +181,14 @@ def prepare(
 
 def _odd_ranges(sizes: Sizes, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
     """Say which lengths without a unit are varied so far from the file's that they look like millimetres."""
-    tried = [(item.name, item.low, item.high, item.units) for item in ranges]
+    tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)
-        tried += [(name, min(values), max(values), units) for name, values, units in rows]
+        tried += [(name, min(values), units) for name, values, units in rows]
     hints: list[str] = []
-    for name, low, high, units in tried:
-        found = [] if any(units) else odd_range(name, low, high, sizes.own(name))
+    for name, low, units in tried:
+        what = f"{name} from {low:.6g} m is"
+        found = [] if any(units) else length_hint(what, low, sizes.own(name), "the file's own", LONG)
         hints += found if found and sizes.unit(name) == "m" else []
     return hints
 

@@ -23,7 +23,6 @@ from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.unit_hints import odd_angle, odd_tolerance
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.ordering import first_largest, ranked
 from kinetostatics.parametric.errors import AssemblyError, together
@@ -34,6 +33,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
 from kinetostatics.results.tool_point import seen, tool_on_robot
 from kinetostatics.robot import robot_of
+from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
 
 #: Standard deviation of a parameter, as part of its tolerance, by its distribution.
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
@@ -197,8 +197,8 @@ def _read_tolerances(
         given = tolerances[pattern]
         found[item.name] = amount = _amount(item, given)
         if pattern not in odd and not (isinstance(given, str) and ("%" in given or typed_unit(given))):
-            hints = odd_tolerance(item.name, amount, item.value, family.robot.zero_size) if item.unit == "m" else []
-            hints += odd_angle(item.name, amount) if item.unit == "rad" else []
+            hints = tolerance_hint(item.name, amount, item.value, family.robot.zero_size) if item.unit == "m" else []
+            hints += angular_tolerance_hint(item.name, amount) if item.unit == "rad" else []
             for hint in hints:
                 warn(hint)
                 odd.add(pattern)

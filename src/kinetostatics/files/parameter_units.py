@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from functools import partial
 from numbers import Real
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
@@ -15,6 +16,8 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.element_tables import SECTIONS
+from kinetostatics.files.reader import parameter_values, read_robot_file
+from kinetostatics.unit_hints import LONG, length_hint
 
 #: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
 UNITS: dict[type, dict[str, str]] = {
@@ -62,6 +65,33 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
         }
         return found.pop() if len(found) == 1 else ""
     return ""
+
+
+def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
+    """Return hints at parameters of a robot's file that are lengths [m] far beyond the file's own; those below 1 are left out.
+
+    Args:
+        path, parameters, links: as :func:`kinetostatics.files.reader.read_robot_file` takes them.
+    """
+    given = {name: number for name, value in parameters.items() if (number := _number(value)) is not None and number >= 1}
+    own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}
+    found = []
+    for name, value in given.items():
+        hint = length_hint(f"{name} = {value:.6g} m is", value, own.get(name) or 0.0, "the file's own", LONG)
+        if hint and parameter_unit(own[name], partial(_with_value, path, name, links)) == "m":
+            found += hint
+    return found
+
+
+def _with_value(path: str, name: str, links: Mapping[str, str | None], value: float) -> RobotDescription:
+    return read_robot_file(path, {name: value}, **links)
+
+
+def _number(value: object) -> float | None:
+    try:
+        return None if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return None
 
 
 def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:

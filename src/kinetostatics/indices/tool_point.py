@@ -11,12 +11,12 @@ import xarray as xr
 from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
-from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.tool_point import point_of_platform
+from kinetostatics.unit_hints import point_hint
 
 
 def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
@@ -35,7 +35,7 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     size = float(variable(ds, "characteristic_length").max())
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
-    for hint in odd_point("point", place, size):
+    for hint in point_hint("point", place, size):
         warn(hint)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]

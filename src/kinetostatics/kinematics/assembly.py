@@ -19,7 +19,6 @@ from kinetostatics.kinematics.openings import CLOSED, close, gaps_at, gaps_text,
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
 
@@ -241,7 +240,7 @@ def _say_unreachable(
     robot: RobotKinematics, prescribed: PrescribedCoordinates, names: list[str], pose: SolverState, target: Array, gone: float
 ) -> None:
     mobility = robot.mobility.platform
-    hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
+    hints = robot.unit_hints(dict(zip(names, target, strict=True)))
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:

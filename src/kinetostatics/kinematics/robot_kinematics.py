@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
@@ -27,6 +28,7 @@ from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.printing.mappings import Named
+from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
 
 class RobotKinematics:
@@ -207,6 +209,19 @@ class RobotKinematics:
     def actuator_coordinates(self) -> PrescribedCoordinates:
         """The driven joints as the solver sees them."""
         return joint_coordinates.actuator_coordinates(self.mechanism, self.equations)
+
+    def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
+        """Return hints at coordinates of actuators or platform [m, rad] that look like millimetres or degrees."""
+        found: list[str] = []
+        for name, values in given.items():
+            amount = largest(values)
+            joint = self.mechanism.connections.get(name) if name in self.description.driven else None
+            if name not in ("x", "y", "z") if joint is None else not joint.type.is_slide:
+                usual = joint is not None and (joint.type.endless or joint.lower <= amount <= joint.upper)
+                found += turns_hint(name, amount, usual)
+            elif amount:
+                found += length_hint(f"{name} = {amount:.6g} m is", amount, self.zero_size)
+        return found
 
     def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
         """Return where lines from the zero pose start, see :meth:`Solver.origin`."""

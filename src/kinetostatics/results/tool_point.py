@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import Keyword, finite_numbers, warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.quantities import COMPUTED, QUANTITIES, value_at
 from kinetostatics.robot import Robot
+from kinetostatics.unit_hints import point_hint
 
 #: What a point of the platform other than o is called.
 TIP = "the tool's tip"
@@ -86,7 +86,7 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
         robot: which it belongs to.
     """
     place = point_of_platform(what, point)
-    for hint in odd_point(what, place, robot.zero_size):
+    for hint in point_hint(what, place, robot.zero_size):
         warn(hint)
     return place
 

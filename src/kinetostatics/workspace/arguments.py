@@ -21,7 +21,6 @@ from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.quantities import VARIABLES
@@ -214,7 +213,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         ArgumentError: another argument makes no sense.
     """
-    for hint in odd_coordinates(first, {**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
+    for hint in first.unit_hints({**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
         warn(hint)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)

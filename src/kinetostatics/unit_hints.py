@@ -1,0 +1,151 @@
+"""Numbers that look as if they were in millimetres, degrees or GPa: every function returns hints, none where all is plausible."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.printing.text import listing
+
+#: Coordinates are too long from so many times the robot's size on, parameters from so many times their own value.
+FAR, LONG = 10.0, 30.0
+#: A tolerance is coarse beyond such a part of a length, or so many rad.
+COARSE = 0.2
+#: A turn, but for rounding [rad]; limits wider than ``WIDE`` [rad] stand for none at all.
+TURN, WIDE = 2 * math.pi * (1 + 1e-9), 720.0
+#: Plausible numbers of solids: Young's modulus [Pa] and density [kg/m³].
+MODULI, DENSITIES = (1e8, 2e12), (10.0, 25e3)
+_RADIANS = "angles are in rad; 90 degrees are ${pi/2} in xacro"
+
+
+def largest(values: ArrayLike) -> float:
+    """Return the value farthest from zero of those that are finite; 0 if there is none."""
+    if isinstance(values, int | float):
+        return float(values) if math.isfinite(values) else 0.0
+    numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
+    return float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else 0.0
+
+
+# ---- lengths ---------------------------------------------------------------------------------------------------------
+
+
+def length_hint(what: str, amount: float, whole: float, of: str = "the robot's size of", most: float = FAR) -> list[str]:
+    """Return a hint if a length [m] is more than ``most`` times another one.
+
+    Args:
+        what: what the length is, up to where the sentence says how many times too long: "z = 90 m is".
+        amount: the length.
+        whole: the other one, of which ``of`` says what it is; zero or NaN if there is none to compare with.
+        of: see ``whole``.
+        most: see above.
+    """
+    if not abs(amount) > most * abs(whole) > 0:
+        return []
+    return [
+        f"{what} {abs(amount / whole):.3g} times {of} {abs(whole):.3g} m: lengths are in m; write {amount / 1000:.6g} for "
+        f"{amount:.6g} mm, or {amount:.6g}mm on the command line"
+    ]
+
+
+def point_hint(what: str, point: ArrayLike, size: float) -> list[str]:
+    """Return a hint if a point of the platform (3,) [m], from o, is far away compared with the robot's size [m]."""
+    amount = largest(point)
+    return length_hint(f"{what} lies {abs(amount):.6g} m from o,", amount, size)
+
+
+def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[str]:
+    """Return a hint if a tolerance [m] is a large part of the length it is of or, where that is zero, of the robot's size."""
+    whole, of = (own, "the length itself of") if own else (size, "the robot's size of")
+    return length_hint(f"{name} may be off by {amount:.6g} m,", amount, whole, of, COARSE)
+
+
+def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
+    """Return hints at the largest limits [m] of slides far beyond the robot's size; wider ones stand for none at all."""
+    names: dict[float, list[str]] = {}
+    for name, limit in limits.items():
+        if limit <= 1000 * FAR * size:
+            names.setdefault(limit, []).append(name)
+    found = (length_hint(f"the limits of {', '.join(some)} go to {limit:.6g} m,", limit, size) for limit, some in names.items())
+    return [hint for hints in found for hint in hints]
+
+
+# ---- angles ----------------------------------------------------------------------------------------------------------
+
+
+def looks_like_degrees(*angles: float) -> bool:
+    """Whether angles [rad] exceed two turns, or one turn in whole multiples of 5, as 90, 10, -180 do.
+
+    Sums of angles, as xacro makes them, go a little beyond a turn.
+    """
+    most = max(map(abs, angles))
+    return most > 2 * TURN or (most > TURN and all(angle % 5 == 0 for angle in angles))
+
+
+def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
+    """Return a hint if an angle [rad] exceeds a turn; ``is_usual``: the joint may turn as far, so that only degrees count."""
+    if abs(angle) <= TURN or (is_usual and not looks_like_degrees(angle)):
+        return []
+    return [
+        f"{name} = {angle:.6g} rad is {angle / (2 * math.pi):.3g} turns: angles are in rad; write "
+        f"{math.radians(angle):.6g} for {angle:.6g}°, or {angle:.6g}deg on the command line"
+    ]
+
+
+def angular_tolerance_hint(name: str, amount: float) -> list[str]:
+    """Return a hint if the tolerance of an angle [rad] is larger than any machine's."""
+    if not amount > COARSE:
+        return []
+    return [
+        f"{name} may be off by {amount:.6g} rad, which is {math.degrees(amount):.3g}°: angles are in rad; write "
+        f"{amount / 1000:.6g} for {amount:.6g} mrad, or {amount:.6g}mrad on the command line"
+    ]
+
+
+def rpy_hints(origins: Iterable[tuple[object, str, tuple[float, float, float]]]) -> list[str]:
+    """Return hints at frames, given as place, name and ``rpy`` [rad]."""
+    return [
+        f"{place}: rpy={_written(*rpy)!r} of {what} looks like degrees: {_RADIANS}"
+        for place, what, rpy in origins
+        if looks_like_degrees(*rpy)
+    ]
+
+
+def angular_limit_hints(limits: Iterable[tuple[object, str, float, float]]) -> list[str]:
+    """Return hints at the limits of hinges, given as place, name, lower and upper limit [rad]."""
+    return [
+        f"{place}: the limits {_written(lower, upper)} of {name!r} look like degrees: {_RADIANS}"
+        for place, name, lower, upper in limits
+        if 2 * TURN < max((abs(limit) for limit in (lower, upper) if math.isfinite(limit)), default=0.0) <= WIDE
+    ]
+
+
+def _written(*numbers: float) -> str:
+    return " ".join(f"{number:.6g}" for number in numbers)
+
+
+# ---- materials -------------------------------------------------------------------------------------------------------
+
+
+def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[str]:
+    """Return hints at Young's moduli [Pa] and densities [kg/m³] of beams, by name, that are not those of solids."""
+    found: dict[str, list[str]] = {}
+    for name, (modulus, density) in materials.items():
+        if not MODULI[0] <= modulus <= MODULI[1]:
+            meant = _meant(modulus, MODULI, {"GPa": 1e9, "MPa": 1e6})
+            found.setdefault(f"a Young's modulus of {modulus:.4g} Pa; moduli are in Pa (steel: 2.1e11){meant}", []).append(name)
+        if density and not DENSITIES[0] <= density <= DENSITIES[1]:
+            meant = _meant(density, DENSITIES, {"g/cm³": 1e3, "kg/mm³": 1e9, "t/mm³": 1e12})
+            found.setdefault(f"a density of {density:.4g} kg/m³; densities are in kg/m³ (steel: 7850){meant}", []).append(name)
+    return [
+        f"beam{'s' * (len(names) > 1)} {listing(names, 8)} {'have' if names[1:] else 'has'} {words}"
+        for words, names in found.items()
+    ]
+
+
+def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
+    """Return in which unit a value would be plausible, in words."""
+    fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
+    return next((f": {value:.4g} {unit} is {value * units[unit]:.4g}" for unit in fitting), "")
