@@ -106,6 +106,15 @@ def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
     )
 
 
+def test_the_line_of_twists_that_forces_allow_goes_through_ours_and_not_through_the_papers():
+    second = pytest.importorskip("paper_configuration_2").Second.read()
+    forces = {key: np.abs([limb.intensities[k] for limb in second.limbs]) for k, key in enumerate(("f1", "f2"))}
+    for component in range(1, 6):  # along the line Δ_dx does not change
+        np.testing.assert_allclose(second.compatible(forces, second.result.twist, component), second.result.twist, rtol=1e-8)
+    assert second.compatible(second.analytical, second.analytical["twist"], 1)[0] == pytest.approx(21.56e-6, rel=5e-4)
+    assert second.compatible(second.elements, second.elements["twist"], 1)[5] == pytest.approx(-0.56e-6, rel=0.01)
+
+
 def test_the_page_on_the_paper_names_what_there_is():
     page = pytest.importorskip("paper_step_by_step")
     result = reproduce_paper.analyze("3rps", 2)
