@@ -1,4 +1,4 @@
-"""Stiffness and geometric stiffness of a straight beam across its axis, by polynomials.
+"""Bending stiffness and geometric stiffness of a straight beam by polynomial shape functions.
 
 A deflection v(s) beside that of the start is a cubic polynomial of the end's and both slopes, and five polynomials that vanish
 at the ends with their slopes. Of its strain energy ∫ EI v″² ds / 2 and of the work of an axial force that varies linearly,

@@ -1,4 +1,4 @@
-"""Whether symmetric matrices with few entries are positive definite: elimination front by front.
+"""Positive definiteness of sparse symmetric matrices, by frontal elimination.
 
 Coordinates that are coupled with the same others are eliminated together, those with fewest others first (A. George and J. W.
 Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981). The batch axis is last.

@@ -1,4 +1,4 @@
-"""Members: beams that are welded in one line, or slide in one another, and buckle as one; and how near they are to it."""
+"""Members: collinear beams, welded or telescoping, that buckle as one; their ratios of load to critical load."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class Stability:
 
 @dataclass(frozen=True)
 class Forces:
-    """What loads a robot at N poses.
+    """All forces on and in a robot at N poses.
 
     Attributes:
         frames, o, gravity: the poses, the platform's point o (3, N) [m], and the field (3, N) [m/s²].
@@ -156,7 +156,7 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
 
 
 def stability(structure: Structure, forces: Forces) -> Stability:
-    """Put K and K_G together."""
+    """Assemble K and K_G."""
     found = _Assembly(structure, forces)
     return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, structure.followers)
 

@@ -1,4 +1,4 @@
-"""A robot as a structure: rigid bodies, what joins them, and the coordinates of all their small motions.
+"""A robot as a structure: rigid bodies, joints and beams, and the coordinates of their small motions.
 
 Joints are as they are: passive freedoms are free, driven joints locked, elastic ones springs. The motions that joints leave
 free, and those of their springs, are coordinates along a tree of joints; what no joint leads to from the base has six of its

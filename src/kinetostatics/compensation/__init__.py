@@ -1,4 +1,4 @@
-"""Compensation of gravity and loads: where to command a robot so that it stands, loaded, where it was asked to."""
+"""Compensation of gravity and loads: actuator positions at which the loaded platform is at its target."""
 
 from kinetostatics.compensation.compensate import compensate
 

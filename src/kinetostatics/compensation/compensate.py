@@ -1,4 +1,4 @@
-"""Corrected actuator positions on the full model: assemble, analyze, compare, correct, as the search of this folder says."""
+"""Corrected actuator positions on the full model: assemble, analyze, compare, correct until the target is met."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def compensate(
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> Compensation:
-    """Find where to command the actuators so that the loaded platform stands where it was asked to, and what they must hold.
+    """Find actuator positions at which the loaded platform is at its target pose, and the forces to feed forward.
 
     As many coordinates of the platform as the robot has freedoms come out as wanted. What remains in the others is told
     (:attr:`Compensation.residual_error`); no actuator can correct it.
@@ -118,7 +118,7 @@ def compensate(
 def _controlled(
     robot: Robot, configuration: Configuration, convention: Orientation, given: Sequence[str] | None, tool: Array | None
 ) -> tuple[str, ...]:
-    """Return the coordinates that are to come out as wanted."""
+    """Return the controlled coordinates."""
     if given is not None:
         names = names_in("controlled", given, '("z", "rx", "ry")')
         try:
@@ -248,7 +248,7 @@ class _Problem:
         return replace(found, orientation=self.target.orientation, prescribed=self.target.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
-        """Raise why there is no correction."""
+        """Raise the reason why there is no correction."""
         names = ", ".join(self.controlled.names)
         try:
             self._commanded(u, self.target, "raise")

@@ -1,4 +1,4 @@
-"""Broyden's method for where the unloaded robot is commanded, on arrays of numbers or of what records them.
+"""Broyden's method for the pose to be commanded, on arrays of numbers or of recorded ones.
 
 Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
 the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
@@ -29,7 +29,7 @@ MOST, STALE = 40, 4
 
 
 def enough(length: float) -> float:
-    """Return the deviation [m] that counts as corrected, of a robot with a characteristic length [m]."""
+    """Return the error [m] that counts as corrected, of a robot with a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
 
 
@@ -63,7 +63,7 @@ class Coordinates:
 
 @dataclass(frozen=True)
 class Search:
-    """How far the search is, of N poses.
+    """State of the search at N poses.
 
     Attributes:
         u: (n, N) scaled coordinates that are commanded.

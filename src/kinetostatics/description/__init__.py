@@ -1,4 +1,4 @@
-"""What a robot file says, or what you say in Python, as frozen data."""
+"""A robot's description as frozen data, read from a file or made in Python."""
 
 from kinetostatics.description.elements import (
     Beam,

@@ -1,4 +1,4 @@
-"""The parts of a robot as plain frozen dataclasses: links, joints, loops, beams and what they are made of.
+"""Elements of a description as frozen dataclasses: links, joints, loops, beams, materials, springs.
 
 Field by field this is the format of robot files. SI units, radians. Values are looked at when the whole
 description is validated or made a robot, so that they may be wrong until then. Where something is written (``place``) is no
@@ -32,7 +32,7 @@ class Place:
         return self.file if self.line is None else f"{self.file}:{self.line}"
 
     def error(self, reason: str) -> RobotFileError:
-        """Return the error that says ``reason`` of what is written here."""
+        """Return a :class:`RobotFileError` at this place."""
         return RobotFileError(reason, self.file, self.line)
 
 
@@ -228,7 +228,7 @@ class Spring(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Material(ShortRepr):
-    """What a beam is made of.
+    """The material of a beam.
 
     Attributes:
         youngs_modulus: E [Pa].

@@ -1,4 +1,4 @@
-"""Gauges that measure how the platform moves, as people describe them."""
+"""Gauges that measure displacements of the platform."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from kinetostatics.description.elements import Vector
 
 @dataclass(frozen=True)
 class Gauge:
-    """What a dial gauge, a displacement sensor or an inclinometer reads of the platform.
+    """A dial gauge, displacement sensor or inclinometer at the platform.
 
     Attributes:
         direction: along which, or about which, the reading is positive; of any length, which does not matter.
@@ -28,7 +28,7 @@ class Gauge:
 
     @property
     def kind(self) -> str:
-        """Of the readings: "length" or "angle"."""
+        """Kind of the readings: "length" or "angle"."""
         return "length" if self.measures == "displacement" else "angle"
 
 

@@ -1,4 +1,4 @@
-"""The table of joint types: what each leaves free, and where it may stand. Everything else about a type follows from its row.
+"""The table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from it.
 
 A new type of loop needs a row here and nothing else; a new type of tree joint must be one that Pinocchio's parser reads, too.
 """
@@ -26,7 +26,7 @@ class Axes(Enum):
 
     @property
     def count(self) -> int:
-        """How many freedoms that makes."""
+        """Number of freedoms."""
         return _COUNTS[self]
 
 
@@ -35,7 +35,7 @@ _COUNTS = {Axes.NONE: 0, Axes.AXIS: 1, Axes.ACROSS: 2, Axes.BOTH: 2, Axes.ALL: 3
 
 @dataclass(frozen=True)
 class JointType:
-    """What is known of all joints of a type.
+    """Properties of a joint type.
 
     Attributes:
         name: as robot files write it.
@@ -107,11 +107,11 @@ class JointType:
 
     @cached_property
     def has_cone(self) -> bool:
-        """Whether a ``<cone>`` may limit it: it tilts."""
+        """Whether a ``<cone>`` may limit its tilt."""
         return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
 
     def axes(self, axis: Array) -> tuple[Array, Array]:
-        """Return along which and about which axes (3, k) it moves, in its frame, where ``axis`` (3,) is its own.
+        """Return the axes (3, k) of its translations and of its rotations, in its frame; ``axis`` (3,) is its own.
 
         The second axis of ``BOTH`` is not among them: it is fixed in the successor.
         """
@@ -126,7 +126,7 @@ class JointType:
 
     @cached_property
     def force_unit(self) -> str:
-        """SI unit of what an actuator of such a joint puts on it."""
+        """SI unit of an actuator's force or torque at such a joint."""
         return "N" if self.is_slide else "N·m"
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Loads on links and payloads, as people give them to an analysis."""
+"""Loads on links and payloads."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class LinkLoad(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Payload(ShortRepr):
-    """What a robot carries: it weighs on the platform, or on another link.
+    """A payload: a mass on the platform, or on another link.
 
     Attributes:
         mass: (…) [kg].

@@ -1,4 +1,4 @@
-"""A whole robot as one frozen dataclass: what a robot file says, or what you say in Python; no pose is known here.
+"""The description of a whole robot as one frozen dataclass; nothing here depends on a pose.
 
 Values are looked at when the description is validated or made a robot, so that they may be wrong until then.
 """
@@ -36,7 +36,7 @@ Part = TypeVar("Part", Link, Joint, Loop, Beam, Spring)
 
 
 class Items(dict[str, Item]):
-    """A dict that cannot be changed, as everything in a description."""
+    """A read-only dict."""
 
     def _refuse(self, *_arguments: object, **_more: Keyword) -> NoReturn:
         raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
@@ -164,7 +164,7 @@ class RobotDescription(Shown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is suspicious but not wrong, in full sentences; most begin with a place."""
+        """Warnings about probable input errors, as full sentences; most begin with a place."""
         weightless = [
             f"{beam.place}: the beam {beam.name!r} has no density and its link no <inertial>, so that it weighs nothing; write "
             'density="0" if that is meant.'
@@ -282,7 +282,7 @@ _MATERIAL = tuple(item.name for item in fields(Material))
 
 
 def _attributes(item: Link | Joint | Loop | Beam | JointStiffness | Spring) -> Iterator[str]:
-    """Yield the names of what :meth:`RobotDescription.changed` can change of something."""
+    """Yield the names of the attributes that :meth:`RobotDescription.changed` can change."""
     for attribute in fields(item):
         if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):
             yield attribute.name

@@ -1,4 +1,4 @@
-"""The units that numbers may carry: one table of them, with SI prefixes, products, quotients and powers of them.
+"""Units of numbers with units: one table, with SI prefixes, products, quotients and powers.
 
 >>> unit("mm").in_si(80)
 0.08
@@ -140,14 +140,14 @@ def find_unit(text: str) -> Unit | None:
 
 
 def unit(name: str) -> Unit:
-    """Return the unit of that name, which is one."""
+    """Return the unit of a valid name."""
     found = find_unit(name)
     assert found is not None, name
     return found
 
 
 def typed_number(text: str) -> tuple[float, str] | None:
-    """Return the number that a text such as ``-1.5kN`` is, and what stands behind it for a unit; None if it is no number."""
+    """Return number and unit of a text such as ``-1.5kN``; None if it is no number."""
     match = _TYPED.fullmatch(text)
     return None if match is None else (float(match[1]), match[2] or "")
 

@@ -1,1 +1,1 @@
-"""Poses: loops closed, paths followed, freedoms counted."""
+"""Poses: closure of loops, straight paths, mobility."""

@@ -1,4 +1,4 @@
-"""Poses: loops closed, all frames known."""
+"""Configurations: assembled poses with all frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which coordinates of the platform determine the pose, where those that were given do not."""
+"""Sets of platform coordinates that determine the pose."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
 
 
 def say_choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
-    """Say which coordinates determine the pose, at ``pose`` too if any do."""
+    """Return the sets of coordinates that determine the pose, at ``pose`` too if any do, as text."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:
         return f"no coordinates with the orientation {orientation.name!r} do"

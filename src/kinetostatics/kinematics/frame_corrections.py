@@ -1,4 +1,4 @@
-"""Which frame of a file is wrong: single frames that, moved or turned, or in another link, would close all loops at zero.
+"""Single corrections of a frame, or of the link it is in, that would close all loops at zero.
 
 Candidates are the origins of all joints, and of all loops on both sides. Their displacements are found by Gauss–Newton steps of
 smallest size, all candidates at once; the equations of a loop are wrenches, as in

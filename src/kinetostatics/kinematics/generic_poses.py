@@ -1,4 +1,4 @@
-"""Generic poses: assembled ones near the zero pose and without symmetry, at which ranks and bases are decided."""
+"""Generic poses: assembled, near the zero pose and without symmetry; ranks and bases are decided there."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ class JointCoordinates:
 
 
 def _widened(lower: float, upper: float) -> Array:
-    """Return the limits (2,) beyond which a coordinate is by more than rounding."""
+    """Return the limits (2,), widened by rounding."""
     slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
     return np.array([lower - slack, upper + slack])
 

@@ -1,4 +1,4 @@
-"""The equations of all loop joints, and of joints that follow others.
+"""Constraint equations of loops and of joints that mimic others.
 
 The unknowns are the freedoms of a spanning tree that is Pinocchio's but for spherical joints written as three revolutes, which
 are one joint here. Every equation is a constraint wrench of a joint or of the prescribed coordinates, so that its gradient is

@@ -1,4 +1,4 @@
-"""Joints that follow driven ones, ``<mimic>``: as equations, and as coordinates that are given with those of the actuators."""
+"""Joints that mimic actuated ones, ``<mimic>``: as equations, and as coordinates prescribed with those of actuators."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the loops leave free: the mobility of the platform, local freedoms, and which coordinates fix the platform."""
+"""Mobility of the platform, local freedoms, overconstraint, and coordinates that fix the platform."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ IDLE = 1e-13
 
 @dataclass(frozen=True)
 class Mobility:
-    """What the loops leave free, found at generic assembled poses.
+    """Mobility at generic assembled poses.
 
     Attributes:
         platform: freedoms of the platform.

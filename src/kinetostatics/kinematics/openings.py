@@ -1,4 +1,4 @@
-"""How far loops are open, in numbers and in words; and those of one pose closed from far away."""
+"""Gaps of open loops, as numbers and as text, and the closure of loops from far away."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: 
 
 
 def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]], least: float = CLOSED) -> str:
-    """Say how far the loops that are widest open are so, by more than ``least`` [m, rad]."""
+    """Return the widest gaps above ``least`` [m, rad] as text."""
     items = list(gaps.items())
     worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > least]
     shown = []
@@ -44,7 +44,7 @@ def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, fl
 
 
 def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
-    """List every loop that is open, those that are alike together."""
+    """Return all gaps as text, loops with equal gaps together."""
     alike: dict[str, list[str]] = {}
     for name, (metres, radians) in gaps.items():
         sizes = [f"{metres:.4g} m"] if metres > CLOSED else []

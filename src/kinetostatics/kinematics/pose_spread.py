@@ -1,4 +1,4 @@
-"""Ordinary poses: the zero pose, and those to which the actuators lead one by one, within all limits.
+"""Ordinary poses: the zero pose, and those reached by moving each actuator alone, within all limits.
 
 Generic poses, near the zero pose and without symmetry, decide ranks. Ordinary ones are what people ask for; what is chosen once
 per robot must not fail there. They follow from the actuators alone, whatever the frames, axes and cuts of the file.

@@ -1,4 +1,4 @@
-"""What a robot knows of its poses: its size, the closed zero pose, generic poses, mobility, and the solver that closes its loops.
+"""The kinematics of a robot: its size, closed zero pose, generic poses, mobility and solver of the loops.
 
 Everything is found when it is first asked for.
 """
@@ -32,7 +32,7 @@ from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
 
 class RobotKinematics:
-    """A robot's poses, and what stands where at its zero pose.
+    """The kinematics of a robot.
 
     Attributes:
         description: what the file says.
@@ -78,7 +78,7 @@ class RobotKinematics:
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """Why no pose near zero closes the loops, if none does."""
+        """The error that no pose near zero closes the loops, None if one does."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None
@@ -144,7 +144,7 @@ class RobotKinematics:
 
     @cached_property
     def wrong_zero(self) -> AssemblyError | None:
-        """What is wrong with the zero pose, if it is; see :attr:`has_wrong_zero`."""
+        """The error in the zero pose, None if there is none; see :attr:`has_wrong_zero`."""
         if self._unclosable is not None or not self.has_wrong_zero:
             return self._unclosable
         text = zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size)
@@ -190,12 +190,12 @@ class RobotKinematics:
 
     @cached_property
     def solver(self) -> Solver:
-        """Closes the loops."""
+        """The solver of the loops."""
         return self._solver(slack=1e-7 + 100 * self.closing_error)
 
     @cached_property
     def mobility_analysis(self) -> MobilityAnalysis:
-        """What the loops, and given coordinates, leave free."""
+        """Mobility analysis of the loops, with coordinates prescribed or not."""
         return MobilityAnalysis(self.solver, self.generic_poses, self.rank_tolerance)
 
     @property
@@ -263,5 +263,5 @@ class RobotKinematics:
 
     @cached_property
     def weights(self) -> Weights:
-        """Everything that weighs something."""
+        """All weights."""
         return Weights(self.mechanism, self.topology, self.beams)

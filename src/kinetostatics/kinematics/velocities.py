@@ -1,4 +1,4 @@
-"""How fast freedoms move with what is given, loops staying closed, by the implicit function theorem."""
+"""Velocities of freedoms with closed loops, by the implicit function theorem."""
 
 from __future__ import annotations
 

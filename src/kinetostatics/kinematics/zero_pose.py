@@ -1,4 +1,4 @@
-"""The zero pose: as the file has it, with its loops closed, and when what the file has is a mistake."""
+"""The zero pose: as written, with closed loops, and errors in the file that keep loops open."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
 
 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
-    """Say how far the loops are open at zero, and which single frame would close them.
+    """Return the gaps at zero, and single corrections that would close all loops, as text.
 
     Args:
         mechanism: whose loops cannot be closed.
@@ -116,7 +116,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
 
 
 def _missing_axes(mechanism: Mechanism) -> str:
-    """Say which axes the file leaves out; what could be wrong else is told when they are written."""
+    """Return the axes missing in the file as text; other errors are reported once these are written."""
     description = mechanism.description
     connections: dict[str, Joint | Loop] = {**description.joints, **description.loops}
     names = [name for name in description.default_axes if name in connections and connections[name].axis == (1.0, 0.0, 0.0)]
@@ -130,7 +130,7 @@ def _missing_axes(mechanism: Mechanism) -> str:
 
 
 def _said_of_links(mechanism: Mechanism, size: float) -> str:
-    """Say which single joint or loop would close all loops at zero on another link, if any does."""
+    """Return joints and loops that would close all loops at zero if attached to another link, as text."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))
     return f". Or a link is wrong: all would close with {shown}, its numbers as they are" if found else ""

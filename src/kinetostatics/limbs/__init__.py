@@ -1,1 +1,1 @@
-"""Limbs, each by itself: the wrenches it carries, its compliance, how its own weight deforms it."""
+"""Limbs, each by itself: constraint and attached wrenches, compliance, sag under its own weight."""

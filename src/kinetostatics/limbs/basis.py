@@ -1,4 +1,4 @@
-"""The canonical basis of a limb's wrenches, as data: of wrenches that a person can read."""
+"""The canonical basis of a limb's wrenches as data: unit forces and couples along features of the limb."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Candidate:
-    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
+    """A candidate: a unit force through a joint's centre, or a unit couple, along a direction.
 
     Attributes:
         direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose platform end a
@@ -26,7 +26,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Basis:
-    """The candidates of one limb, fixed once.
+    """The candidates chosen for one limb.
 
     Attributes:
         constraint, attached: candidates of J_ic and of J_ig.

@@ -1,4 +1,4 @@
-"""Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: their choice and completion.
+"""Choice and completion of canonical bases of constraint wrenches J_ic and attached wrenches J_ig.
 
 The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
 (the method page, sections 2 to 4).
@@ -158,7 +158,7 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
 
 
 def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return twists (6, k, g, N) about o that span what the limbs allow the platform to do."""
+    """Return twists (6, k, g, N) about o that span the platform's motions permitted by each limb."""
     if group.is_serial:
         return geometry.twists[:, group.passive]
     assert group.elimination is not None

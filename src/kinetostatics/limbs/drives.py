@@ -1,4 +1,4 @@
-"""Elastic actuators of limbs built alike: each gives way along the freedoms that it moves, all by the force of all of them.
+"""Elastic actuators of limbs built alike: each deforms along all freedoms that it moves, under the sum of their forces.
 
 With the unit twists s_j of its joint and of those that follow it, r_j times as far, and the wrenches w_j that they carry, an
 actuator of compliance c feels f = Σ r_j s_jᵀ w_j and moves them by r_j s_j c f: the sums of Eqs. (1) and (16) have one term more

@@ -1,4 +1,4 @@
-"""Statics of a limb with several cut joints: which cut-joint wrenches are in equilibrium with its passive joints and weights.
+"""Statics of a limb with several cut joints by the force method: A X = −demand for the passive joints, P X = w.
 
 Unknown are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X
 = −d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the cut joints that end at it. The wrenches that the
@@ -43,7 +43,7 @@ class EliminationOrder:
 
 @dataclass(frozen=True)
 class Distribution:
-    """What cut-joint wrenches a limb allows; n unknowns.
+    """The cut-joint wrenches in equilibrium with a limb's passive joints; n unknowns.
 
     Attributes:
         particular: (n, …) X_0, in equilibrium with the weights.
@@ -126,7 +126,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
 
 
 def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
-    """Return what no cut-joint wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
+    """Return the part of the demand (k, g, N) that no cut-joint wrenches balance: orthogonal to the columns of A.
 
     Args:
         elimination: the pivots, of which the rank is taken.

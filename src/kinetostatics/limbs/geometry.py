@@ -1,4 +1,4 @@
-"""Where joints, beams and springs of limbs that are built alike are: unit twists, centres, limb axes, beam axes at many poses.
+"""Geometry of limbs built alike at N poses: unit twists, centres, limb axes, beam axes.
 
 All of them are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
@@ -31,7 +31,7 @@ _CLEAR = 0.2
 
 @dataclass(frozen=True)
 class LimbGeometry:
-    """What N poses of a group of g limbs look like; all arms are from o [m], world axes.
+    """Geometry of a group of g limbs at N poses; all arms are from o [m], world axes.
 
     Attributes:
         axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
@@ -60,7 +60,7 @@ class LimbGeometry:
 
 
 class LimbSkeleton:
-    """What of alike limbs has a place, fixed in the robot's bodies.
+    """Points and directions of limbs built alike, fixed in the robot's bodies.
 
     Attributes:
         dofs: of every limb, the freedoms of its joints, inboard ones first.

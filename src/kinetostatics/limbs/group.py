@@ -1,4 +1,4 @@
-"""Limbs that are built alike, stacked: their joints, beams and springs, and which cut-joint wrenches and weights each carries.
+"""Limbs built alike, stacked: joints, beams, springs, and the cut-joint wrenches and weights that these carry.
 
 What every edge of a limb carries is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
 outboard of it. Limbs stand along an axis of their own: arrays are ``(component, column, limb, pose)``.
@@ -26,7 +26,7 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class LimbGroup:
-    """Limbs that are built alike.
+    """Limbs built alike.
 
     Attributes:
         limbs: the limbs.
@@ -157,7 +157,7 @@ class LimbGroup:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        """What limbs must have in common to be stacked."""
+        """Key that limbs of one group share."""
         return (
             tuple((compound.kind, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
             tuple(element.signature for element in self.elements[0]),

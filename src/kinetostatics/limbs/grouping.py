@@ -1,4 +1,4 @@
-"""Which limbs of a robot are built alike, how each is solved, and along how many of its wrenches it is rigid: decided once."""
+"""Grouping of limbs built alike, with the decisions made once for each: basis, elimination order, rigid directions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What limbs and statics need to know of a robot, as frozen data: no pose, and nothing of how poses are found."""
+"""The robot as frozen data for limbs and statics, independent of poses and of kinematics."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinetostatics.printing.mappings import ShortRepr
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StaticModel(ShortRepr):
-    """A robot as the statics see it.
+    """Data of a robot for its statics.
 
     Attributes:
         mechanism: bodies and connections.
@@ -40,5 +40,5 @@ class StaticModel(ShortRepr):
 
     @property
     def description(self) -> RobotDescription:
-        """What the file says."""
+        """The robot's description."""
         return self.mechanism.description

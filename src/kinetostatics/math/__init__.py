@@ -1,1 +1,1 @@
-"""Mathematics that knows nothing of robots: linear algebra, rotations, screws, arrays."""
+"""Linear algebra, rotations, screws and graphs, independent of robots."""

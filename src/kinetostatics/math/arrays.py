@@ -1,4 +1,4 @@
-"""Arrays: their type, how people get them, and the chunks in which long ones are computed."""
+"""Array types, conversion between inner and public layout, and chunks of long batches."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def frozen(array: Array) -> Array:
 
 
 def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return an array to be filled with what is computed from others: of floats, or of what records them."""
+    """Return an uninitialized array for results computed from others: of floats, or of recorded numbers if those are."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.empty(shape) if kind is None else np.empty_like(kind, shape=shape)
 
@@ -66,7 +66,7 @@ def copy_for(array: Array, source: Array) -> Array:
 
 
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
-    """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
+    """Return an array ``(…components, N)`` as the read-only public one ``(*shape, …components)``."""
     if not shape:
         return frozen(np.array(array[..., 0], order="C"))
     turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
@@ -74,7 +74,7 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
 
 
 def chunks(poses: int) -> list[slice]:
-    """Return slices of nearly the same size that together are all of so many poses."""
+    """Return slices of nearly equal size that cover so many poses."""
     if 0 < poses <= AT_ONCE:
         return [slice(0, poses)]
     count = -(-poses // AT_ONCE)

@@ -1,4 +1,4 @@
-"""What is joined to what."""
+"""Graphs: reachable nodes, connected components, articulation points and simple paths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PATIENCE = 20_000
 
 
 def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node]]) -> dict[Node, None]:
-    """Return all nodes that some nodes lead to, these themselves too, in the order in which a breadth-first search finds them."""
+    """Return the nodes reachable from some nodes, these included, in breadth-first order."""
     seen = dict.fromkeys(starts)
     queue = list(seen)
     for node in queue:
@@ -26,7 +26,7 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
 
 
 def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[Node, frozenset[Node]]:
-    """Return for every node all that pairs join to it, directly or by way of others."""
+    """Return the connected component of every node, for edges given as pairs."""
     at: dict[Node, list[Node]] = {node: [] for node in nodes}
     for first, second in pairs:
         at[first].append(second)
@@ -42,7 +42,7 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Return the stretches between the nodes that every way from ``start`` to ``goal`` passes: inner, outer node and edges."""
+    """Return the parts between the nodes that every path from ``start`` to ``goal`` passes: inner node, outer node, edges."""
     at: dict[Node, list[Node]] = {}
     for edge in edges:
         for one, other in (ends(edge), ends(edge)[::-1]):
@@ -66,7 +66,7 @@ def blocks(
 
 
 class Paths(Generic[Key, Node]):
-    """Paths of a graph from one node to another that visit no node twice.
+    """Simple paths of a graph from one node to another.
 
     Args:
         edges: the two nodes of every edge, by key.

@@ -263,7 +263,7 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
 
 
 def have_one_sign(one: Array, two: Array) -> Mask:
-    """Return where (N,) the determinants of matrices G (n, n, N) have one sign, or one tells nothing.
+    """Return where (N,) the determinants of pairs of matrices have the same sign, or one of them is undetermined.
 
     Of matrices (m, n, N) with more rows, it is where that of G₁ᵀ G₂ is positive.
     """

@@ -1,4 +1,4 @@
-"""The first of equals, where rounding must not choose: a symmetric robot makes many."""
+"""Order of numbers of which several may be equal but for rounding, as in symmetric robots."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Coordinates of the platform: x, y, z of o and three numbers for its orientation.
+"""Coordinates of the platform: the position of o and three orientation coordinates, in fourteen conventions.
 
 Conventions: a rotation vector ``rx ry rz`` (default); the angles ``rx ry rz`` about the axes of an Euler sequence in SciPy's
 notation ("XYZ" turns about moving, "xyz" about fixed axes; three distinct letters); or ``azimuth tilt torsion``
@@ -25,7 +25,7 @@ NEARLY_LOCKED = 1e-9
 
 @dataclass(frozen=True)
 class Orientation:
-    """A way to write a rotation as three numbers.
+    """A convention for three orientation coordinates.
 
     ``sequence`` holds the axes of three turns about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and
     torsion − azimuth; None for rotation vectors.
@@ -177,7 +177,7 @@ def _convention(name: str) -> Orientation:
 
 
 def orientations_with(coordinate: str) -> str:
-    """Return in words which conventions have a coordinate; nothing if none has."""
+    """Return the conventions that have a coordinate as text; empty if none has."""
     if coordinate in orientation_named("tilt_torsion").names:
         return "'tilt_torsion'"
     return "'rotation_vector' or three letters such as 'XYZ'" if coordinate in orientation_named(None).names else ""

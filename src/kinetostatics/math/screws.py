@@ -1,4 +1,4 @@
-"""Twists, wrenches and the motion of their reference point.
+"""Twists and wrenches: unit ones, change of reference point and of axes.
 
 A twist is ``[d; r]``: linear displacement [m] of the body point at the reference point, then rotation [rad]. A wrench is
 ``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
@@ -85,7 +85,7 @@ def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
 
 
 def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) -> Array:
-    """Return what is about a reference point about one that lies ``shift`` (3, …) [m] from there.
+    """Return a quantity about a reference point that lies ``shift`` (3, …) [m] from the present one.
 
     Args:
         kind: what it is.
@@ -106,7 +106,7 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
 
 
 def describe_twist(twist: Array, length: float) -> str:
-    """Say in words what motion a (6,) twist at o is, for messages; its opposite is the same motion.
+    """Return a (6,) twist at o as text, for messages; the opposite twist has the same text.
 
     Args:
         twist: [d; r] at o.

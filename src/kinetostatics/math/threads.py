@@ -1,4 +1,4 @@
-"""Parts of a batch side by side in threads: for functions that spend their time outside of Python, as compiled code does."""
+"""Threads for parts of a batch, where functions spend their time outside of Python, as compiled code does."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Found = TypeVar("Found")
 
 
 def threads() -> int:
-    """Return how many threads compute: ``OMP_NUM_THREADS``, as for NumPy's own libraries, or as many as there are cores."""
+    """Return the number of threads: ``OMP_NUM_THREADS``, as for NumPy's own libraries, or the number of cores."""
     given = os.environ.get("OMP_NUM_THREADS", "")
     if given.isdecimal() and int(given):
         return int(given)
@@ -20,7 +20,7 @@ def threads() -> int:
 
 
 def in_threads(function: Callable[[Part], Found], parts: Iterable[Part], wanted: bool = True) -> list[Found]:
-    """Return what a function gives for each part, in their order; ``wanted`` says whether threads are of use."""
+    """Return a function's results for all parts, in order; ``wanted``: whether threads are of use."""
     parts = list(parts)
     number = min(threads(), len(parts)) if wanted else 1
     if number < 2:

@@ -1,4 +1,4 @@
-"""Where beams begin and end: default ends, telescopes, and what cannot be right about them."""
+"""Ends of beams: defaults, telescopes, and errors."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def beam_error(beam: Beam, reason: str) -> RobotFileError:
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Return the links, but base and platform, that hang on one joint that moves, and these joints."""
+    """Return the links with a single, moving joint, except base and platform, and these joints."""
     description = mechanism.description
     return [
         (link, here[0].name)
@@ -88,7 +88,7 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
 
 
 class SpanFinder:
-    """Finds the two ends of every beam.
+    """Search for the two ends of every beam.
 
     Attributes:
         base_links, platform_links: links that are rigidly part of base and platform.
@@ -136,7 +136,7 @@ class SpanFinder:
         return set(reachable([link], welded))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
-        """Whether walking out of ``link`` through ``connection`` leads to ``target`` without crossing ``barred``."""
+        """Whether a path from ``link`` through ``connection`` reaches ``target`` without crossing ``barred``."""
 
         def onward(here: str) -> list[str]:
             items = [] if here in barred else self.mechanism.at_link[here]

@@ -1,4 +1,4 @@
-"""The beams of a robot: everything about them that has numbers but no pose."""
+"""The pose-independent numbers of beams: axes, compliances, masses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which way is out: edges of one component of the graph directed from base to platform, and a spanning tree of them.
+"""Direction of edges from base to platform in one component of the graph, and a spanning tree.
 
 Where every way from base to platform passes an edge in the same direction, that is its direction. The current of an
 electrical network with the same graph tells it: its sign is the same for all resistances if and only if the edge is passed in one
@@ -89,7 +89,7 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
 
 
 def _in_ring(edge: BodyEdge, at: _Edges, live: Iterable[RigidBody]) -> bool:
-    """Whether both ends of an edge that hangs are still reached without it."""
+    """Whether an edge of a dead end is part of a ring: both its ends are reached without it."""
     found = reachable(live, lambda body: [item.other(body) for item in at[body] if item is not edge])
     return all(end in found for end in edge.ends)
 

@@ -17,7 +17,7 @@ from kinetostatics.mechanism.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class ElasticJoint:
-    """What is elastic in one joint.
+    """The elasticity of one joint.
 
     Attributes:
         joint: its name.
@@ -35,7 +35,7 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator, which winds up under its own force and its share of those of the joints that mimic it.
+    """An elastic actuator; it deforms under its own force and, times their multipliers, those of joints that mimic it.
 
     Attributes:
         joint: its name.
@@ -49,7 +49,7 @@ class Drive:
 
 
 def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
-    """Return what is elastic in a joint: itself or its bearings."""
+    """Return the elasticity of a joint or of its bearings; none for a rigid joint."""
     stiffness = mechanism.description.joint_stiffness.get(joint)
     if stiffness is None:
         return ()
@@ -72,7 +72,7 @@ def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
-    """Whether a joint's freedom is held by a spring.
+    """Whether a joint's freedom is elastic.
 
     Args:
         stiffness: of the joint, if it has any.

@@ -1,4 +1,4 @@
-"""Masses, by way of Pinocchio: every link's inertia out of its model, models that weigh the robot, the wrench of a weight."""
+"""Masses by Pinocchio: inertias of links, models with the robot's masses, wrenches of weights."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` in which nothing weighs but what is given: bodies, and a ``pin.Inertia`` in each."""
+    """Return a copy of a ``pin.Model`` with the given inertias alone: bodies, and a ``pin.Inertia`` in each."""
     import pinocchio as pin
 
     copy = model.copy()

@@ -1,4 +1,4 @@
-"""The freedoms of joints, in one table for all types: along or about which axis, fixed in which body, through which point."""
+"""Freedoms of joints of all types: their axes, the bodies these are fixed in, and a point on them."""
 
 from __future__ import annotations
 

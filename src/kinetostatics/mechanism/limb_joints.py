@@ -1,4 +1,4 @@
-"""The joints of a limb as its statics see them: freedoms, universal and spherical joints, open branches."""
+"""Compound joints and elements of a limb: revolutes that meet in a point are one universal or spherical joint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_poi
 
 @dataclass(frozen=True)
 class CompoundJoint:
-    """A joint of a limb as its statics see it: runs of revolutes that meet in a point are one universal or spherical joint.
+    """A joint of a limb; revolutes in turn that meet in a point are one universal or spherical joint.
 
     Attributes:
         kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
@@ -46,7 +46,7 @@ class CompoundJoint:
 
     @property
     def tells_point(self) -> bool:
-        """Whether something passes through its centre: its axes, or a beam."""
+        """Whether a force through its centre is a feature of the limb: a beam ends there, or axes pass through it."""
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
@@ -55,7 +55,7 @@ class CompoundJoint:
 
 
 def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
-    """Whether a joint's origin matters to the statics: it is no point of an axis that might as well be another one.
+    """Whether a joint's origin is a geometric feature of the robot, not an arbitrary point of its axis.
 
     Beams end at origins, and the axes of a universal or spherical joint meet there.
     """
@@ -130,7 +130,7 @@ class Element:
 
     @property
     def signature(self) -> tuple[object, ...]:
-        """What alike elements have in common."""
+        """Key that equal elements of limbs built alike share."""
         return self.parent, self.cut_joints, self.compound, self.is_beam, self.turned and self.is_beam
 
 

@@ -1,4 +1,4 @@
-"""Limbs, and what hangs on base and platform: the graph of rigid bodies cut at base and platform.
+"""Limbs and attached bodies as data: the graph of rigid bodies, cut at base and platform.
 
 With base and platform removed, every connected component that touches both is a limb; one that touches only one of them is
 attached to it, dead weight (the method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb;
@@ -16,7 +16,7 @@ from kinetostatics.printing.mappings import ShortRepr
 
 @dataclass(frozen=True)
 class Edge:
-    """A joint or a beam as it lies on the way out from the base (or, on an open branch, from what it hangs on).
+    """A joint or a beam, directed from the base to the platform (on an open branch: away from its root).
 
     Attributes:
         joint: name of the joint or loop, or None for a beam.
@@ -56,7 +56,7 @@ def carries(edge: Edge, name: str) -> int:
 
 @dataclass(frozen=True)
 class LimbSegment:
-    """A part of a limb between two bodies that everything passes through.
+    """A part of a limb between two bodies that all its paths pass.
 
     Attributes:
         keys: of its edges, inboard ones first.
@@ -72,7 +72,7 @@ class LimbSegment:
 
 @dataclass(frozen=True, repr=False)
 class Limb(ShortRepr):
-    """A limb: its edges on the way out, and what hangs on it.
+    """A limb: its edges from base to platform, its open branches and its weights.
 
     Attributes:
         name: ``limb_1``, …
@@ -113,7 +113,7 @@ class Limb(ShortRepr):
 
 @dataclass(frozen=True)
 class AttachedBodies:
-    """What hangs on the base or on the platform alone, the rigid links of base or platform included.
+    """Bodies attached to the base or to the platform alone, these included.
 
     ``edges`` are those of open branches only; ``places`` are names of the places at which loads may act, as of a :class:`Limb`.
     """

@@ -1,4 +1,4 @@
-"""The robot as joints between bodies: the Pinocchio model, and every joint and loop with its frames on both sides.
+"""A robot as joints between bodies: the Pinocchio model, and every joint and loop with its frames on both sides.
 
 A *connection* is a joint of the tree or a loop: from here on nobody needs to know where the file cut a loop.
 """
@@ -154,7 +154,7 @@ def _connection(
 
 
 class Mechanism:
-    """Bodies, connections and the tree; everything about a robot that has numbers but no pose.
+    """Bodies, connections and the spanning tree of a robot, independent of its pose.
 
     Attributes:
         description: what the file says, validated.

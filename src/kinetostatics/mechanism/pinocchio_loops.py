@@ -1,4 +1,4 @@
-"""The loops of a robot as Pinocchio's own constraints, for its dynamics with closed loops.
+"""Loops of a robot as constraints of Pinocchio, for dynamics with closed loops.
 
 Pinocchio can hold a point or a whole frame of one body to another. With a hinge two points are held. Any other joint becomes a
 run of hinges and slides in the tree, on a body that takes half of what its neighbour weighs and is welded to it: nothing is

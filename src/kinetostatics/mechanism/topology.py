@@ -1,4 +1,4 @@
-"""From links and joints to the limbs of :mod:`kinetostatics.mechanism.limbs`."""
+"""Topological analysis: limbs, attached bodies and open branches of a mechanism."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class _Builder:
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
     def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
-        """Refuse what carries load somewhere along a beam instead of at its end; return the places that nothing may act at."""
+        """Raise an error if a joint along a beam, not at its end, carries load; return the places where no load may act."""
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
         branches = [edge for limb in limbs for edge in limb.branches]
         outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
@@ -269,7 +269,7 @@ class _Builder:
         return unsupported
 
     def _check_actuators(self, limbs: tuple[Limb, ...]) -> None:
-        """Refuse elastic actuators that couple closed chains, which hang on base or platform, with something else."""
+        """Raise an error if an elastic actuator couples a closed chain attached to base or platform with other joints."""
         for drive in drives_of(self.mechanism).values():
             joints = {name for name, _ in drive.moves}
             if sum(any(edge.joint in joints for edge in limb.edges) for limb in limbs) > 1:

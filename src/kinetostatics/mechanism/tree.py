@@ -200,7 +200,7 @@ def _turn(c: Array, angle: Array) -> Array:
 
 
 class Tree:
-    """A kinematic tree; see the module's text.
+    """A kinematic tree.
 
     Attributes:
         joints: the moving joints.

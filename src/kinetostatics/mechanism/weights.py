@@ -1,4 +1,4 @@
-"""Everything that weighs something: links at their centre of mass, beams with a density evenly along their length.
+"""Weights of a robot: of links at their centres of mass, of beams with a density along their length.
 
 Masses and centres are those of Pinocchio's inertias (:mod:`kinetostatics.mechanism.inertias`). The weights of one pose are
 computed by Pinocchio, those of many by the same arrays all at once.

@@ -92,7 +92,7 @@ def _slopes(points: Array) -> Array:
 
 @dataclass(frozen=True)
 class ShearFunctions:
-    """What torsion and transverse forces do to one section.
+    """Shear stresses of one section under torque and transverse forces.
 
     Attributes:
         width, height, thickness: outer sides along y and z and the wall; a wall of half the smaller side is a full rectangle.
@@ -216,7 +216,7 @@ def _spread(end: float, scale: float, distances: tuple[float, ...]) -> Array:
 
 @lru_cache(maxsize=256)
 def shear_functions(width: float, height: float, thickness: float) -> ShearFunctions:
-    """Return the functions of a section, worked out once."""
+    """Return the functions of a section, cached."""
     return ShearFunctions(width, height, thickness)
 
 

@@ -1,4 +1,4 @@
-"""AssemblyErrors: what joints and beams are off by before anything is loaded.
+"""Assembly errors of joints and beams in the unloaded robot.
 
 A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
 α ΔT L. What the limbs cannot follow freely moves the platform and stresses an overconstrained robot (the method page).
@@ -69,11 +69,11 @@ class AssemblyErrors:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of the joints and beams that are off."""
+        """Names of the joints and beams with errors."""
         return frozenset((*self.joints, *self.beams))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return what each element's outboard side is displaced by (6, elements, g, N), about o; None where nothing is."""
+        """Return the twists (6, elements, g, N), about o, of outboard sides by the errors of elements; None if there are none."""
         if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
         result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
@@ -84,11 +84,11 @@ class AssemblyErrors:
         return result
 
     def concerns(self, edge: Edge) -> bool:
-        """Whether an edge is off."""
+        """Whether an edge has an error."""
         return edge.joint in self.joints or edge.beam in self.beams
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
-        """Return what an edge's outboard side is displaced by relative to its inboard side (6, N), about o."""
+        """Return the twist (6, N), about o, of an edge's outboard side relative to its inboard side by its error."""
         if edge.joint in self.joints:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))
@@ -113,7 +113,7 @@ class AssemblyErrors:
 
 
 def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, object]) -> AssemblyErrors:
-    """Return assembly errors as people give them, checked.
+    """Return assembly errors, checked.
 
     Raises:
         ArgumentError: an unknown name, a wrong shape, or a value that is not finite.

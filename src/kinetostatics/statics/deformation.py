@@ -1,4 +1,4 @@
-"""How the whole robot moves under load: every joint's outer side, every rigid link, every beam's bent line.
+"""Displacements of the whole robot under load: of every joint's outer side, rigid link and beam.
 
 The platform's twist and the beams' own deformations fix how far the passive joints turn; from base to platform the motions
 then add up. Everything is linear, so each contribution to the twist has motions of its own, along an axis S. Limbs built
@@ -31,7 +31,7 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """What deforms, in alike places of g limbs: beams, joints, actuators or assembly errors.
+    """Deformation of beams, joints, actuators or assembly errors in equal places of g limbs.
 
     Attributes:
         kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
@@ -76,7 +76,7 @@ class Deformation:
 
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
-    """Compute the motions of everything in one chunk of poses."""
+    """Compute all displacements in one chunk of poses."""
     out = Deformation({}, [], [], {}, zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
@@ -187,7 +187,7 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
 def _add_assembly_errors(
     solution: Solution, number: int, gives: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
 ) -> None:
-    """Add what is off in a group of limbs to what its elements give, and list it by name."""
+    """Add the assembly errors of a group of limbs to the deformations of its elements, and list them by name."""
     statics, errors, assembly_errors = solution.statics[number], solution.errors[number], solution.assembly_errors
     if errors is None or assembly_errors is None:
         return

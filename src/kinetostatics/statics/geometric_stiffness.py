@@ -1,4 +1,4 @@
-"""Geometric stiffness: how the forces that a robot carries at the pose follow its displacement (the method page, section 12).
+"""Geometric stiffness: the change of the forces at the pose with displacement (the method page, section 12).
 
 Weights keep their directions while their arms turn; springs stretch and turn; what joints transmit turns with the parts between
 which it acts. With the rotation θ of a part, every point at p moves by θ × p + ½ θ × (θ × p), and so a force f there has the
@@ -166,7 +166,7 @@ class GeometricStiffness:
 
 
 class _Carried:
-    """What passages carry under weights and springs."""
+    """Wrenches in passages under weights and springs."""
 
     def __init__(self, robot: RobotStatics, solution: Solution) -> None:
         self._robot, self._solution = robot, solution

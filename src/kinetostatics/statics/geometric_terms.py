@@ -1,4 +1,4 @@
-"""What forces at the pose do when what they act on moves: a quadratic form ½ uᵀ K_g u of few displacements u.
+"""The work of the forces at the pose to second order: a quadratic form ½ uᵀ K_g u of few displacements u.
 
 Rotations of parts (:mod:`kinetostatics.statics.turning_parts`), shifts across slides and beams, motions of springs' ends apart.
 """
@@ -118,7 +118,7 @@ def coordinates_of(parts: TurningParts) -> Coordinates:
 
 
 class GeometricTerms:
-    """What forces at the pose do, term by term, as a quadratic form of the displacements u, and as loads when these are known."""
+    """The quadratic form ½ uᵀ K_g u, term by term, and the loads −K_g u of known displacements."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Joints through which something is held: those of limbs, and the passive ones of open branches, which must balance alone."""
+"""The table of load-carrying joints, and the passive joints of open branches, which must balance alone."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
 
 
 class JointTable:
-    """All joints through which something is held, for their wrenches.
+    """All joints that carry wrenches.
 
     Attributes:
         names: of the joints, fixed ones too: those of the limbs, of their open branches, and those of base and platform.

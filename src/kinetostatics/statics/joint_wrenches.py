@@ -117,7 +117,7 @@ def _arms(robot: RobotStatics, solution: Solution, which: slice | list[int] = sl
 
 
 def _masked(wrenches: Array, undetermined: Array | None) -> Array:
-    """Return joint wrenches (6, J, …, N), NaN where one may change by something."""
+    """Return joint wrenches (6, J, …, N), NaN where they are undetermined."""
     if undetermined is None:
         return wrenches
     unknown = np.max(np.abs(undetermined), axis=(0, 2)) > _NOTHING
@@ -149,7 +149,7 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
 
 
 def limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return what the platform puts on a limb (6, N) about o, where that is not determined one of the possible wrenches."""
+    """Return the platform's wrench on a limb (6, N) about o; one of the possible ones where it is undetermined."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]

@@ -1,4 +1,4 @@
-"""Poses at which a limb is not what it is elsewhere: its joints become dependent, so that it carries more wrenches.
+"""Poses at which a limb's rank changes: its joints become dependent, so that it transmits more wrenches.
 
 Ranks and bases belong to the robot (the method page, section 2). Where a limb is stretched, or two of its axes fall together,
 its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
@@ -28,7 +28,7 @@ from kinetostatics.statics.model import RobotStatics
 def groups_of_poses(
     robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
 ) -> dict[int, tuple[LimbGroup, ...]]:
-    """Return the limbs' groups for every pose at which they are others than at generic poses.
+    """Return the groups of limbs for every pose at which a limb's rank is not that at generic poses.
 
     Args:
         robot: the robot.

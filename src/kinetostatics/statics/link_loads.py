@@ -1,4 +1,4 @@
-"""Loads on links, and at the ends of beams: as people give them, at given poses, and what they do.
+"""Loads on links and at the ends of beams: as given, at N poses, and their effect on limbs.
 
 A load at a place of a limb goes the way that weights go: the limb holds it by attached wrenches and sags under it. Each load is a
 contribution of its own.
@@ -70,7 +70,7 @@ class LoadedPlaces:
 
 @dataclass(frozen=True)
 class AppliedStatics:
-    """A load, and what it does to every group of limbs by itself.
+    """A load and its effect, alone, on every group of limbs.
 
     Attributes:
         load: the load.
@@ -92,7 +92,7 @@ class AppliedStatics:
 def applied_statics(
     loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, sources: int
 ) -> tuple[AppliedStatics, ...]:
-    """Find what loads do to limbs by themselves; the first load's contribution has the number ``first``."""
+    """Compute the effect of loads on limbs by themselves; the first load's contribution has the number ``first``."""
     found, loads = [], list(loads)
     parts = [_under(group, loads, frames, o) for group in groups]
     for number, load in enumerate(loads):
@@ -123,7 +123,7 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
 
 
 def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
-    """Return what acts at each place in all (6, N), about o."""
+    """Return the sum (6, N) of all wrenches at each place, about o."""
     found: dict[str, Array] = {}
     for item in applied:
         for place, wrench in item.load.wrenches.items():
@@ -132,7 +132,7 @@ def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
 
 
 def of_contributions(applied: Iterable[AppliedStatics], pick: Callable[[AppliedStatics], Array | None], like: Array) -> Array:
-    """Return what is picked of every load (…, N), a column for each contribution.
+    """Return the sum (A, S, …, N) of a quantity of every load, by contribution.
 
     Args:
         applied: the loads.
@@ -336,7 +336,7 @@ def unit_payloads(
 
 
 def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, payload: Payload | None) -> LinkLoads | None:
-    """Return loads on links and a payload as people give them, checked; None if there are none.
+    """Return loads on links and a payload, checked; None if there are none.
 
     Raises:
         ArgumentError: an unknown link, a wrong shape, or a value that makes no sense.

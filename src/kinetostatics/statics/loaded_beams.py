@@ -1,4 +1,4 @@
-"""Beams with what loads them: their bent lines, and what their own deformation adds to everything outboard."""
+"""Loaded beams: their bent lines, and the twists of their ends by their own deformation."""
 
 from __future__ import annotations
 

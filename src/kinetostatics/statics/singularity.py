@@ -1,4 +1,4 @@
-"""Where an equilibrium has no answer: the platform can move, a limb cannot hold its weight, a telescope has no length."""
+"""Poses without equilibrium: the platform can move, a limb cannot hold its weight, a telescope has no length."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ def count_of_tangents(robot: RobotStatics) -> int:
 
 
 def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
-    """Return the names of the contributions to a robot's twist: those that are there whatever acts on its links, and these."""
+    """Return the names of the contributions to the twist: load, weights, loads on links, springs."""
     own = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
     return (*own, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
 

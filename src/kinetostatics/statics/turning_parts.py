@@ -1,4 +1,4 @@
-"""Which bodies of a robot turn relative to one another, and which slide: what its geometric stiffness is written in.
+"""Parts of a robot that turn or slide relative to one another: the coordinates of its geometric stiffness.
 
 Bodies that no joint, bearing, drive or beam lets turn relative to one another are a *part*: it has one rotation. What joins two
 parts is a *passage*; so is a beam.
@@ -36,7 +36,7 @@ class Fixed:
 
 @dataclass(frozen=True)
 class Passage:
-    """A joint or beam, through which one part acts on the next, or on another piece of the same part.
+    """A joint or beam between two parts, or between two pieces of one part.
 
     Attributes:
         edge: the joint or beam; of a run of hinges that are one joint the outermost.
