@@ -1,4 +1,4 @@
-"""One pose of thousands of robots that differ a little, by one record of their loops and one of their equilibrium.
+"""One pose of thousands of robots that differ a little, by one record of their loops and equilibrium.
 
 The numbers that a record takes are inputs of it, so that every robot is a column of one batch. What they are of a robot follows
 from a few that are made in full, each with one change of another size, by interpolation of their logarithms, which suits products
@@ -21,25 +21,18 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.design.sensitivities import numbers_of
-from kinetostatics.engine import loop_record
 from kinetostatics.engine.derivatives import values
 from kinetostatics.engine.llvm import needed_by
-from kinetostatics.engine.outputs import OutputRecord, output_record
-from kinetostatics.engine.outputs import structure_of as statics_structure
+from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.programs import loops_for
-from kinetostatics.engine.record import recorded_input
-from kinetostatics.engine.recorder import recording
-from kinetostatics.engine.scalars import Tape
-from kinetostatics.engine.structure import Structure
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, Mask, Values
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.mechanism.tree import Frames
 from kinetostatics.parametric.errors import AssemblyError, together
 from kinetostatics.parametric.numbers import Number
-from kinetostatics.parametric.rates import OTHER_MECHANISM, varied_robot
+from kinetostatics.parametric.rates import varied
 from kinetostatics.parametric.robot import ParametricRobot, same_pose
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
@@ -48,6 +41,7 @@ from kinetostatics.robot import Robot
 
 #: What is computed.
 WANTED = ("twist", "stiffness", "actuator_forces")
+_CLOSING = ("residual", "gradient")
 #: Where robots are made in full, as parts of the largest change of a parameter, besides the nominal one.
 NODES = (-1.0, -0.5, 0.5, 1.0)
 #: Robots in one batch, and of how many ways of branching there are records at most.
@@ -211,51 +205,22 @@ class ManyRobots:
         self._robot: Robot = derivatives.robot
         self._prescribed = derivatives.prescribed
         self._local = self._robot.mobility_analysis.local_dofs(self._prescribed)
-        own = self._parts(self._robot.description)
-        nodes: list[list[Array]] = [[], []]
+        self._model = derivatives.model(self._robot.statics)
+        self._names = tuple(name for name in WANTED if name in derivatives.outputs)
+        own, nodes = self._model.taken_apart(all_vary=True).values, []
         for number, amount in zip(numbers, reach.tolist(), strict=True):
             try:
-                found = [self._parts(number.changed(node * amount), own) for node in NODES]
+                made = [varied(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]
             except KinetostaticsError as error:
                 raise ArgumentError(f"{number.name} cannot be off by so much: {error}") from error
-            for several, structures in zip(nodes, zip(*found, strict=True), strict=True):
-                several.append(np.stack([item.values for item in structures]))
-        self._statics, self._loops = (Constants(item.values, several) for item, several in zip(own, nodes, strict=True))
-        self._record_loops()
+            nodes.append(np.stack(made))
+        self._constants = Constants(own, nodes)
+        poses = derivatives.pose.poses
+        self._nominal = self._record(self._model, poses, (*_CLOSING, *self._names))
 
-    def _parts(self, description: RobotDescription, own: Sequence[Structure] = ()) -> tuple[Structure, Structure]:
-        """Return what statics and loops of a robot are made of, as those of another one are.
-
-        Raises:
-            KinetostaticsError: there is no such robot, or it is another mechanism.
-        """
-        other, statics = varied_robot(self._robot, description, self._robot.statics)
-        loops = loop_record.structure_of(self._solver(other), self._prescribed, self._local, all_vary=True)
-        if own and loops.key != own[1].key:
-            raise ArgumentError(OTHER_MECHANISM)
-        return statics_structure(statics), loops
-
-    def _solver(self, robot: Robot) -> Solver:
-        return Solver(robot.equations, self._robot.length, self._robot.length)
-
-    def _record_loops(self) -> None:
-        """Record what closes the loops, and where everything is then."""
-        self._tape = tape = Tape()
-        example = self._derivatives.pose.poses
-        structure = loop_record.structure_of(self._solver(self._robot), self._prescribed, self._local, tape, all_vary=True)
-        copy: Solver = structure.copy[0]
-        copy.forget()
-        x, c, target = (
-            recorded_input(tape, k, array) for k, array in enumerate((example.x, example.c, self._derivatives.target))
-        )
-        with recording():
-            residual, gradient = copy.system(self._prescribed, SolverState(x, c), target)
-            self._residual, self._gradient = _rows(tape, residual), _rows(tape, gradient)
-            self._closing = tape.number_of(tape.holds())
-            _, frames, _ = copy.equations.place(x)
-            self._frames = _rows(tape, frames.rotation) + _rows(tape, frames.position)
-            self._placing = tape.number_of(tape.holds())
-        self._shape = gradient.shape[:2]
+    def _record(self, model: PoseModel, poses: SolverState, names: Sequence[str]) -> PoseRecord:
+        given = self._derivatives.load, self._derivatives.gravity, poses.c, self._derivatives.target
+        return pose_record(model, names, (poses.x, *given), all_vary=True, tool=self._derivatives.tool)
 
     def at(self, amounts: Array) -> dict[str, Array]:
         """Return twist, stiffness and actuator forces (…, N) of robots; NaN where no record holds, or where loops stay open.
@@ -263,94 +228,61 @@ class ManyRobots:
         Args:
             amounts: (changes, N) by how much everything is off.
         """
-        parts = amounts / self._reach[:, None]
-        N, bodies = parts.shape[1], self._derivatives.pose.frames.position.shape[1]
-        frames = np.empty((12 * bodies, N))
-        good = np.ones(N, dtype=bool)
+        parts, N = amounts / self._reach[:, None], amounts.shape[1]
+        nominal, record = self._derivatives.pose.poses, self._nominal
+        poses, good = SolverState(np.repeat(nominal.x, N, axis=1), np.repeat(nominal.c, N, axis=1)), np.ones(N, dtype=bool)
         for some in _batches(N):
-            frames[:, some], good[some] = self._closed(parts[:, some])
-        names = tuple(name for name in WANTED if name in self._derivatives.outputs)
-        own = self._derivatives.pose.frames
-        nominal = np.concatenate([own.rotation.reshape(-1, 1), own.position.reshape(-1, 1)])
-        record = self._recorded(names, np.zeros(len(self._reach)), nominal)
-        found = {name: np.full((*record.shapes[name], N), np.nan) for name in names}
+            closed, good[some] = self._closed(parts[:, some], poses.take(np.arange(N)[some]))
+            poses.x[:, some], poses.c[:, some] = closed.x, closed.c
+        found = {name: np.full((*record.shapes[name], N), np.nan) for name in self._names}
         left = np.flatnonzero(good)
         for _ in range(RECORDS):
             holds = np.zeros(left.size, dtype=bool)
             for some in _batches(left.size):
                 here = left[some]
-                outputs, holds[some] = self._equilibrium(record, names, parts[:, here], frames[:, here])
+                outputs, fine = self._evaluated(record, self._names, parts[:, here], poses.take(here))
+                holds[some] = np.broadcast_to(fine, here.size)
                 for name, array in outputs.items():
                     found[name][..., here] = np.where(holds[some], array, np.nan)
             left = left[~holds]
             if not left.size:
                 break
-            record = self._recorded(names, amounts[:, left[0]], frames[:, left[:1]])
+            off = {item.name: float(by) for item, by in zip(self._numbers, amounts[:, left[0]], strict=True)}
+            model, _ = varied(self._robot, self._robots.off(off), self._model)
+            record = self._record(model, poses.take(left[:1]), self._names)
         return found
 
-    def _recorded(self, names: Sequence[str], amounts: Array, frames: Array) -> OutputRecord:
-        """Return a record of one robot's equilibrium."""
-        off = {item.name: float(by) for item, by in zip(self._numbers, amounts, strict=True)}
-        _, statics = varied_robot(self._robot, self._robots.off(off), self._robot.statics)
-        bodies = frames.shape[0] // 12
-        rotation, position = frames[: 9 * bodies].reshape(3, 3, bodies, 1), frames[9 * bodies :].reshape(3, bodies, 1)
-        example = Frames(rotation, position), self._derivatives.load, self._derivatives.gravity
-        return output_record(statics, names, example, tool=self._derivatives.tool)
-
-    def _closed(self, parts: Array) -> tuple[Array, Mask]:
-        """Return the frames (12 B, N) of poses whose loops are closed, and which are."""
-        N, tape, solver = parts.shape[1], self._tape, self._robot.solver
-        nominal = self._derivatives.pose.poses
-        poses = SolverState(np.repeat(nominal.x, N, axis=1), np.repeat(nominal.c, N, axis=1))
-        target = np.repeat(self._derivatives.target, N, axis=1)
-        wanted = [*self._residual, *self._gradient, self._closing]
-        needed = needed_by(tape, wanted)
-        constants = self._loops.of(parts, _parameters(tape, needed))
+    def _closed(self, parts: Array, poses: SolverState) -> tuple[SolverState, Mask]:
+        """Return the poses at which loops are closed, and which are."""
+        N, solver = parts.shape[1], self._robot.solver
         first, good = np.zeros(N), np.ones(N, dtype=bool)
-        if any(isinstance(item, np.ndarray) for item in constants):
-            for k in range(CORRECTIONS):
-                results = values(tape, needed, [poses.x, poses.c, target], constants)
-                residual = _stacked(results, self._residual, N)
-                gradient = _stacked(results, self._gradient, N).reshape(*self._shape, N)
-                open_by = np.max(np.abs(residual), axis=0, initial=0.0)
-                first = open_by if k == 0 else first
-                good = np.broadcast_to(results[self._closing], N) & (open_by <= OPEN * first + 1e-10)
-                step = -least_squares(gradient, residual[:, None], self._local)[:, 0]
-                poses = solver.advance(self._prescribed, poses, step)
-                if np.max(np.abs(step), initial=0.0) <= ROUNDING:
-                    break
-        needed = needed_by(tape, [*self._frames, self._placing])
-        constants = self._loops.of(parts, _parameters(tape, needed))
-        results = values(tape, needed, [poses.x, poses.c, target], constants)
-        return _stacked(results, self._frames, N), good & results[self._placing]
+        for k in range(CORRECTIONS if self._constants.changing.size else 0):
+            found, holds = self._evaluated(self._nominal, _CLOSING, parts, poses)
+            open_by = np.max(np.abs(found["residual"]), axis=0, initial=0.0)
+            first = open_by if k == 0 else first
+            good = np.broadcast_to(holds, N) & (open_by <= OPEN * first + 1e-10)
+            step = -least_squares(found["gradient"], found["residual"][:, None], self._local)[:, 0]
+            poses = solver.advance(self._prescribed, poses, step)
+            if np.max(np.abs(step), initial=0.0) <= ROUNDING:
+                break
+        return poses, good
 
-    def _equilibrium(
-        self, record: OutputRecord, names: Sequence[str], parts: Array, frames: Array
+    def _evaluated(
+        self, record: PoseRecord, names: Sequence[str], parts: Array, poses: SolverState
     ) -> tuple[dict[str, Array], Mask]:
-        """Return outputs (…, N) of closed poses, and where the record holds."""
-        N, bodies = parts.shape[1], frames.shape[0] // 12
-        rows = [row for name in names for row in record.rows[name]]
-        needed = needed_by(record.tape, [*rows, record.holds])
-        constants = self._statics.of(parts, _parameters(record.tape, needed))
-        load, gravity = (np.repeat(array, N, axis=1) for array in (self._derivatives.load, self._derivatives.gravity))
-        results = values(record.tape, needed, [frames[: 9 * bodies], frames[9 * bodies :], load, gravity], constants)
-        found = {name: _stacked(results, record.rows[name], N).reshape(*record.shapes[name], N) for name in names}
-        return found, np.broadcast_to(results[record.holds], N)
+        """Return outputs (…, N), and where the record holds of them."""
+        N, rows, holds, tape = parts.shape[1], record.all_rows(names), record.holds[names[-1]], record.tape
+        needed = needed_by(tape, [*rows, holds])
+        which = [item[1] for item, is_needed in zip(tape.operations, needed, strict=True) if is_needed and item[0] == "parameter"]
+        given = (self._derivatives.load, self._derivatives.gravity, self._derivatives.target)
+        load, gravity, target = (np.repeat(array, N, axis=1) for array in given)
+        results = values(tape, needed, [poses.x, load, gravity, poses.c, target], self._constants.of(parts, which))
+        found = {
+            name: np.array([np.broadcast_to(results[row], N) for row in record.rows[name]]).reshape(*record.shapes[name], N)
+            for name in names
+        }
+        return found, results[holds]
 
 
 def _batches(N: int) -> list[slice]:
     return [slice(first, min(first + BATCH, N)) for first in range(0, N, BATCH)]
-
-
-def _rows(tape: Tape, array: Values) -> list[int]:
-    """Return the operations that give the entries of an array (…, 1)."""
-    return [tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist()]
-
-
-def _parameters(tape: Tape, needed: Sequence[bool]) -> list[int]:
-    """Return the numbers of the constants that are needed."""
-    return [item[1] for item, is_needed in zip(tape.operations, needed, strict=False) if is_needed and item[0] == "parameter"]
-
-
-def _stacked(results: Sequence[float | Array], rows: Sequence[int], N: int) -> Array:
-    return np.array([np.broadcast_to(results[row], N) for row in rows], dtype=float).reshape(len(rows), N)

@@ -28,7 +28,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.parametric.numbers import Number
-from kinetostatics.parametric.rates import rates_of, varied_numbers
+from kinetostatics.parametric.rates import rates_of, varied
 from kinetostatics.parametric.robot import alike
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
@@ -169,11 +169,12 @@ class Derivatives:
         example = generic.x, *example_of(decided)[1:], c, target
         known = np.flatnonzero(self.pose.reached & self.pose.frames.are_finite())
         try:
-            return Gradients(self._model(decided), self.outputs, inputs, known, example, self.tool)
+            return Gradients(self.model(decided), self.outputs, inputs, known, example, self.tool)
         except NotRecordedError as error:
             raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
 
-    def _model(self, decided: RobotStatics) -> PoseModel:
+    def model(self, decided: RobotStatics) -> PoseModel:
+        """Return what poses take of the robot, with the wrench bases that are decided about."""
         return PoseModel.of(self.robot.solver, decided, self.prescribed)
 
     # ---- the closing of the loops -------------------------------------------------------------------------------------
@@ -256,8 +257,8 @@ class Derivatives:
         """
 
         def found(decided: RobotStatics, own: Gradients) -> dict[str, Array] | None:
-            model = self._model(decided)
-            rates = rates_of(lambda amount: varied_numbers(self.robot, changed(amount), model), step)
+            model = self.model(decided)
+            rates = rates_of(lambda amount: varied(self.robot, changed(amount), model)[1], step)
             return self._by_rates(rates, own, step)
 
         try:

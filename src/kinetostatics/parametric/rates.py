@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.engine.outputs import structure_of
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import known_valid
@@ -23,7 +22,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.robot import Robot
-from kinetostatics.statics.model import RobotStatics, statics_on
+from kinetostatics.statics.model import statics_on
 
 #: Steps and weights of the central difference of fourth order; what does not change at all drops out of each.
 CENTRAL = ((1, 2 / 3), (2, -1 / 12))
@@ -36,22 +35,8 @@ def rates_of(numbers: Callable[[float], Array], step: float) -> Array:
     return np.sum(terms, axis=0)
 
 
-def varied_numbers(robot: Robot, description: RobotDescription, own: PoseModel) -> Array:
-    """Return the numbers (P,) of a robot that differs a little, as those of another, ``own``.
-
-    Raises:
-        KinetostaticsError: there is no such robot, or it is another mechanism.
-    """
-    other, statics = varied_robot(robot, description, own.statics)
-    solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
-    found = PoseModel.of(solver, statics, own.prescribed).taken_apart(all_vary=True)
-    if found.key != own.taken_apart(all_vary=True).key:
-        raise ArgumentError(OTHER_MECHANISM)
-    return found.values
-
-
-def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics]:
-    """Return a robot that differs a little, and its statics with what is decided about the limbs of another.
+def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
+    """Return model and numbers (P,) of a robot that differs a little, decided about as ``own``, the model of the other one.
 
     Raises:
         KinetostaticsError: there is no such robot, or it has other coordinates, loops or limbs.
@@ -63,10 +48,13 @@ def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStat
             zero = other.frames_at(robot.model_q(robot.zero_poses))
             beams = make_beam_models(other.mechanism, other.topology.beams, zero)
             weights = Weights(other.mechanism, other.topology, beams)
-            own = robot.length, robot.rank_tolerance, robot.closing_error
-            statics = statics_on(decided, StaticModel(other.mechanism, other.topology, beams, weights, zero, *own))
-            if structure_of(statics).key == structure_of(decided).key:
-                return other, statics
+            sizes = robot.length, robot.rank_tolerance, robot.closing_error
+            statics = statics_on(own.statics, StaticModel(other.mechanism, other.topology, beams, weights, zero, *sizes))
+            solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
+            found = PoseModel.of(solver, statics, own.prescribed)
+            parts = found.taken_apart(all_vary=True)
+            if parts.key == own.taken_apart(all_vary=True).key:
+                return found, parts.values
     raise ArgumentError(OTHER_MECHANISM)
 
 
