@@ -8,7 +8,7 @@ import package_robots
 
 from kinetostatics.engine import code
 from kinetostatics.engine.loop_record import newton_record
-from kinetostatics.engine.outputs import output_record
+from kinetostatics.engine.pose_record import PoseModel, pose_record
 from kinetostatics.engine.record import example_of
 
 
@@ -25,7 +25,7 @@ def test_the_key_of_kept_code_tells_all_that_is_recorded(monkeypatch):
 
     sys.setprofile(note)
     try:
-        output_record(ready, ["twist"], example_of(ready), all_vary=False)
+        pose_record(PoseModel.of(robot.solver, ready, robot.actuator_coordinates), ["twist"], (example.x, *example_of(ready)[1:]))
         newton_record(robot.solver, robot.actuator_coordinates, example, 0)
     finally:
         sys.setprofile(None)

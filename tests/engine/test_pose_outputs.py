@@ -6,7 +6,8 @@ from package_robots import robot as robot_named
 from tapes import evaluate
 
 from kinetostatics.engine import pose_outputs
-from kinetostatics.engine.pose_outputs import limits_record
+from kinetostatics.engine.pose_record import PoseModel, pose_record
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 
 #: All links of the five-bar [m].
 LENGTH = 0.23
@@ -30,8 +31,11 @@ def test_limits_of_all_joints_are_those_of_the_file():
     for name, angle in turned.items():
         wanted &= np.abs(angle) <= most[name.partition("_")[0]]
     assert 20 < wanted.sum() < N - 20
-    program, numbers = limits_record(robot)
-    within, holds = evaluate(program.tape, [x], numbers, program.truths)
+    model = PoseModel.of(robot.solver, robot.statics, PrescribedCoordinates())
+    record = pose_record(model, ["within"], (x[:, :1], np.zeros((6, 1)), np.zeros((3, 1))))
+    within, holds = evaluate(
+        record.tape, [x, np.zeros((6, N)), np.zeros((3, N))], model.taken_apart().values, [*record.all_rows(), record.all_hold()]
+    )
     np.testing.assert_array_equal(within.astype(bool), wanted)
     assert holds.astype(bool).all()
 
