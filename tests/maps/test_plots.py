@@ -105,14 +105,13 @@ def test_slice_hatches_what_has_no_number_and_says_why(ds):
     hatched = {item.get_label(): item for item in ax.collections if isinstance(item, PolyCollection) and item.get_hatch()}
     here = ds.sel(z=0.4)
     expected = {
-        "unreachable": ((here.status == 2) & (here["mode"] != 1)).values,
-        "only another assembly mode": ((here.status == 2) & (here["mode"] == 1)).values,
+        "unreachable": (here.status == 2).values,
         "beyond joint limits": (here.status == 1).values,
         "singular": (here.status == 3).values,
     }
     assert set(hatched) == set(expected) and all(where.any() for where in expected.values())
     assert sorted(texts_of(ax.figure)) == sorted(expected)
-    assert len({item.get_hatch() for item in hatched.values()}) == 4
+    assert len({item.get_hatch() for item in hatched.values()}) == 3
     for name, where in expected.items():
         inside = np.zeros_like(where)
         for path in hatched[name].get_paths():
@@ -408,7 +407,7 @@ def test_ranges_without_numbers_are_hatched(ds):
     (area,) = (item for item in ax.collections if item.get_label() == "unreachable")
     inside = [any(path.contains_point((x, 0.5)) for path in area.get_paths()) for x in np.degrees(RX)]
     here = ds.sel(z=0.5).isel(ry=0)
-    np.testing.assert_array_equal(inside, (here.status == 2) & (here["mode"] != 1))
+    np.testing.assert_array_equal(inside, here.status == 2)
     assert area.get_hatch()
 
 
@@ -764,8 +763,8 @@ def test_a_long_legend_does_not_squeeze_the_figure(ds):
 def test_reasons_on_the_floor_are_told_apart(ds):
     (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.4]}).figure.legends
     greys = {text.get_text(): patch.get_facecolor() for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
-    floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular", "only another assembly mode")]
-    assert len(set(floor)) == 4
+    floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular")]
+    assert len(set(floor)) == 3
 
 
 # ---- units and looks ---------------------------------------------------------------------------------------------------

@@ -2,26 +2,22 @@
 
 import hashlib
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import package_robots
 import pytest
 import xarray as xr
+from maps import near
 from page_code import run_python, text_of
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.workspace.arguments import TRIED
-from kinetostatics.workspace.block import read_part, write_part
-from kinetostatics.workspace.process_pool import ProcessPool
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
 LOAD = (10.0, -20.0, -500.0, 3.0, 0.0, 5.0)
@@ -35,26 +31,6 @@ def robot():
 @pytest.fixture(scope="module")
 def small(robot):
     return ks.sweep(robot, GRID, load=LOAD, beams=True)
-
-
-def same(found, wanted, but=("date", "history", "command_line")):
-    """Assert that two maps are the same to the last digit, and say the same of themselves."""
-    found, wanted = found.load().copy(), wanted.load().copy()
-    for ds in (found, wanted):
-        ds.attrs = {key: value for key, value in ds.attrs.items() if key not in but}
-    xr.testing.assert_identical(found, wanted)
-
-
-def near(found, wanted):
-    """Assert that two maps are the same but for rounding, which depends on how poses are bundled."""
-    assert set(found.variables) == set(wanted.variables)
-    for name in found.variables:
-        if found[name].dtype.kind == "f":
-            scale = float(np.nanmax(np.abs(wanted[name].values), initial=1e-300))
-            np.testing.assert_allclose(found[name].values, wanted[name].values, rtol=1e-9, atol=1e-12 * scale, err_msg=name)
-        else:
-            np.testing.assert_array_equal(found[name].values, wanted[name].values)
-        assert found[name].attrs.keys() == wanted[name].attrs.keys()
 
 
 # ---- what is in it -----------------------------------------------------------------------------------------------------
@@ -185,19 +161,6 @@ def test_files_that_an_xacro_includes_are_told(tmp_path):
             assert hashlib.sha256(file.read()).hexdigest() == digest
 
 
-@pytest.mark.few(1)
-@pytest.mark.parametrize("store", ["netcdf", "zarr"])
-def test_a_map_in_memory_survives_files(small, tmp_path, store):
-    path = str(tmp_path / "map")
-    if store == "netcdf":
-        small.to_netcdf(path, engine="h5netcdf")
-        found = xr.open_dataset(path, engine="h5netcdf")
-    else:
-        small.to_zarr(path, zarr_format=2)
-        found = xr.open_zarr(path)
-    same(found, small)
-
-
 # ---- other grids -------------------------------------------------------------------------------------------------------
 
 
@@ -295,142 +258,16 @@ def test_what_is_not_reached_is_nan_and_says_so():
     assert np.all(gone["mode"] == -1) and np.all(ds["mode"].isel(z=0) == 0)
 
 
-# ---- on disk -----------------------------------------------------------------------------------------------------------
+# ---- threads ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
-def test_a_map_on_disk_is_that_in_memory(robot, small, tmp_path, name):
-    path = tmp_path / name
-    with ks.sweep(robot, GRID, load=LOAD, beams=True, out=path) as found:
-        near(found, small)
-        assert found.attrs.keys() == small.attrs.keys()
-        assert found["status"].dtype == np.int8
-    assert [item.name for item in tmp_path.iterdir()] == [name]
-    before = path.stat().st_mtime_ns
-    with ks.sweep(robot, GRID, load=LOAD, beams=True, out=path) as again:  # is there already
-        near(again, small)
-    assert path.stat().st_mtime_ns == before
-
-
-def test_another_map_is_not_overwritten(robot, tmp_path):
-    path = tmp_path / "map.nc"
-    z = {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}
-    ks.sweep(robot, z, out=path).close()
-    with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
-        ks.sweep(robot, z, load=LOAD, out=path)
-    thin = package_robots.robot("3rps", rod_diameter=0.05)
-    with pytest.raises(ks.ArgumentError, match="with another robot"):
-        ks.sweep(thin, z, out=path)
-    with ks.sweep(robot, z, load=LOAD, out=path, restart=True) as found:
-        assert json.loads(found.attrs["arguments"])["load"] == list(LOAD)
-    other = tmp_path / "thesis.nc"
-    other.write_text("years of work")
-    with pytest.raises(ks.ArgumentError, match="is not the map of a sweep"):
-        ks.sweep(robot, z, out=other, restart=True)
-    assert other.read_text() == "years of work"
-
-
-KILLED = {"platform": {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1, 0.1, 12), "ry": 0.0}}
-SCRIPT = """
-import sys, numpy as np
-import kinetostatics as ks
-import kinetostatics.workspace.run as run
-run.BLOCK = 20
-ks.sweep(sys.argv[1], {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1, 0.1, 12), "ry": 0.0}, out=sys.argv[2],
-         workers=int(sys.argv[3]))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name, workers", [("map.nc", 2), ("map.zarr", 1)])
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
-    robot = tmp_path / "robot.urdf.xacro"
-    robot.write_bytes(robot_path("3rps").read_bytes())
-    path, parts = tmp_path / name, tmp_path / f"{name}.parts"
-    process = subprocess.Popen([sys.executable, "-c", SCRIPT, str(robot), str(path), str(workers)])
-    while process.poll() is None and len(list(parts.glob("*.block"))) < 2:
-        time.sleep(0.002)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    time.sleep(0.3)  # its workers see that it is gone
-    finished = sorted(parts.glob("*.block"))
-    assert finished and not path.exists()
-    # a mark in a finished block shows whether it is computed once more; a damaged block must be
-    marked = read_part(str(finished[0]))
-    marked["twist"][0, 0, 0] = 12345.0
-    write_part(str(finished[0]), marked)
-    finished[1].write_bytes(finished[1].read_bytes()[:-100])
-
-    with pytest.raises(ks.ArgumentError, match="finished blocks of another sweep, with another load;"):
-        ks.sweep(robot, **KILLED, load=LOAD, out=path)
-    text = robot.read_text()
-    robot.write_text(text.replace('name="rod_diameter" default="0.1"', 'name="rod_diameter" default="0.2"'))
-    with pytest.raises(ks.ArgumentError, match="with another robot, or its file has changed;"):
-        ks.sweep(robot, **KILLED, out=path)
-    robot.write_text(text)
-
-    found = ks.sweep(robot, **KILLED, out=path, workers=workers).load()
-    found.close()
-    whole = ks.sweep(robot, **KILLED)
-    assert (found["twist"] == 12345.0).sum() == 1
-    found["twist"] = found["twist"].where(found["twist"] != 12345.0, whole["twist"]).assign_attrs(whole["twist"].attrs)
-    near(found, whole)
-    assert not parts.exists()
-
-
-def test_the_bar_counts_poses(robot, tmp_path, capsys):
-    ks.sweep(robot, GRID, progress=True)
-    assert "60.0/60.0" in capsys.readouterr().err
-    ks.sweep(robot, GRID)
-    assert capsys.readouterr().err == ""
-
-
-# ---- other processes ---------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_other_processes_compute_the_same(monkeypatch, small):
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK_OF_MORE", 10)
+def test_threads_compute_the_same(monkeypatch, small):
+    monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 10)
+    monkeypatch.setattr("kinetostatics.workspace.run.MOST_COSTLY", 10)
     near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
 
 
-@pytest.mark.slow
-def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
-    """Two are killed, one after the other; nothing is lost."""
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
-    grid = {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1, 0.1, 20), "ry": 0.0}
-    killed = []
-    perform = ProcessPool.perform
-
-    def murderous(self, tasks):
-        for item in perform(self, tasks):
-            if len(killed) < 2:
-                killed.append(next(process for process in self._executor._processes if process not in killed))
-                os.kill(killed[-1], signal.SIGKILL)
-            yield item
-
-    monkeypatch.setattr(ProcessPool, "perform", murderous)
-    found = ks.sweep(robot, grid, workers=2)
-    assert len(set(killed)) == 2
-    near(found, ks.sweep(robot, grid))
-
-
-@pytest.mark.slow
-def test_processes_that_die_again_and_again_are_given_up(monkeypatch, robot):
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
-    start = ProcessPool._start
-
-    def short_lived(self):
-        executor = start(self)
-        executor.submit(os._exit, 1)
-        return executor
-
-    monkeypatch.setattr(ProcessPool, "_start", short_lived)
-    with pytest.raises(ks.KinetostaticsError, match="worker processes have ended 3 times"):
-        ks.sweep(robot, {"z": np.linspace(0.45, 0.65, 40), "rx": np.linspace(-0.1, 0.1, 40), "ry": 0.0}, workers=2)
-
-
-def test_what_a_worker_complains_about_is_raised(tmp_path):
+def test_what_a_thread_complains_about_is_raised(tmp_path):
     """The robot is wrong with one of the values only."""
     path = tmp_path / "robot.urdf.xacro"
     path.write_bytes(robot_path("3rps").read_bytes())
@@ -498,35 +335,6 @@ def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path,
     assert not list(tmp_path.iterdir())  # nothing has been computed
 
 
-@pytest.mark.parametrize(
-    "arguments, free, message",
-    [
-        (
-            {},
-            10**12,
-            r"takes .* PB, and this machine has .* GB of memory: write it to a file \(out=, --out\), make it lazy",
-        ),
-        (
-            {"out": "map.nc"},
-            10**12,
-            "takes 1.1. PB, twice that while it is written, and the disk of 'map.nc' has 1 TB free",
-        ),
-        ({"out": "map.zarr"}, 10**3, "has 1 kB free: take a coarser grid or another disk"),
-    ],
-)
-def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
-    from collections import namedtuple
-
-    from kinetostatics.workspace import storage as room
-
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(room.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
-    many = np.linspace(-0.1, 0.1, 10_000)
-    with pytest.raises(ks.ArgumentError, match=f"a map of 1,000,000,000,000 poses .*{message}"):
-        ks.sweep(robot, {"z": np.linspace(0.4, 0.6, 10_000), "rx": many, "ry": many}, **arguments)
-    assert not list(tmp_path.iterdir())
-
-
 def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, monkeypatch):
     options = {"platform": GRID, "load": LOAD, "outputs": ["twist", "beam_stress"]}
     path = tmp_path / "few.nc"
@@ -562,18 +370,6 @@ def test_outputs_are_all_that_is_computed_and_stored(small, robot, tmp_path, mon
 def test_outputs_that_there_are_not_are_told(outputs, words, robot):
     with pytest.raises(ks.ArgumentError, match=words):
         ks.sweep(robot, GRID, outputs=outputs)
-
-
-def test_the_size_of_a_map_is_known_before(small, robot):
-    from kinetostatics.workspace.arguments import read_sweep_spec
-    from kinetostatics.workspace.schema import labels_of
-    from kinetostatics.workspace.storage import size_of
-
-    spec, first = read_sweep_spec(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
-    assert size_of(spec, labels_of(spec, first)) == sum(small[name].nbytes for name in small.data_vars)
-    # what docs/how_to/workspace.md says
-    spec, first = read_sweep_spec(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
-    assert size_of(spec, labels_of(spec, first)) / spec.size == pytest.approx(1.1e3, rel=0.05)
 
 
 def test_warnings_of_the_file_go_with_the_map(tmp_path):
@@ -671,24 +467,16 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
     from kinetostatics.workspace import run
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(run, "BLOCK", 2)
     line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
-    block_numbers = run.block_numbers
 
-    def interrupted(spec, labels, block, path):
-        if block[0].start >= 2:
-            raise KeyboardInterrupt
-        return block_numbers(spec, labels, block, path)
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
 
-    monkeypatch.setattr(run, "block_numbers", interrupted)
-    command(*line, code=130)
+    with monkeypatch.context() as patch:
+        patch.setattr(run, "compute_block", interrupted)
+        command(*line, code=130)
     said = capsys.readouterr()
-    assert (
-        said.out == ""
-        and said.err == "kinetostatics: interrupted; the same command goes on with what is finished, in m.nc.parts\n"
-    )
-    assert len(list(Path("m.nc.parts").glob("*.block"))) == 1
-    monkeypatch.setattr(run, "block_numbers", block_numbers)
+    assert said.out == "" and said.err == "kinetostatics: interrupted; the same command goes on with what is in m.nc.part\n"
     command(*line)
     assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2])
     command(*line)

@@ -7,10 +7,10 @@ import xarray as xr
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.workspace.arguments import read_sweep_spec
-from kinetostatics.workspace.assembly_modes import repair as finishing
-from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
-from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
+from kinetostatics.workspace import continuity
+from kinetostatics.workspace.arguments import read_plan
+from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
+from kinetostatics.workspace.edges import JointScale, suspect_edges
 
 #: orientation, load, gravity, point, frame, assembly_errors, parameters and beams of a sweep that asks for nothing more
 NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None, False)
@@ -41,7 +41,7 @@ def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")
     within = np.maximum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) < 0.46
-    reached = ds["mode"].values == ZERO_MODE
+    reached = ds["mode"].values == REACHED
     np.testing.assert_array_equal(reached, within)
     np.testing.assert_array_equal(ds["status"].values == ks.Status.UNREACHABLE, ~within)
     zero, found = bends(robot, robot.assemble().q), bends(robot, ds["q"].values[reached])
@@ -58,14 +58,14 @@ def test_a_five_bar_by_its_drives_keeps_its_wrist():
     angles = np.linspace(-3, 3, 41)
     ds = ks.sweep(robot, actuators={"shoulder_1": angles, "shoulder_2": angles})
     assert ds.attrs["mode_jumps"] == 0
-    reached = ds["mode"].values == ZERO_MODE
+    reached = ds["mode"].values == REACHED
     assert reached.sum() > 1000
     wrist = bends(robot, ds["q"].values[reached])[2]
     assert np.all(np.sign(wrist) == np.sign(bends(robot, robot.assemble().q)[2]))
 
 
 @pytest.mark.slow
-def test_where_only_another_mode_gets_is_marked():
+def test_what_only_another_mode_reaches_is_out_of_reach():
     """Arms too unequal to reach the line between the motors: what lies below it is beyond no way from above."""
     robot = five_bar(proximal_length=0.28, distal_length=0.12)
     x, y = np.linspace(-0.3, 0.3, 31), np.linspace(-0.4, 0.4, 41)
@@ -75,10 +75,9 @@ def test_where_only_another_mode_gets_is_marked():
     # an arm may stretch and fold, but not on a circle itself
     within = np.all((radii > 0.16 + 1e-9) & (radii < 0.40 - 1e-9), axis=0)
     mode = ds["mode"].values
-    np.testing.assert_array_equal(mode == ZERO_MODE, within & (Y > 0))
-    np.testing.assert_array_equal(mode == OTHER_MODE, within & (Y < 0))
-    assert np.all(ds["status"].values[mode != ZERO_MODE] == ks.Status.UNREACHABLE)
-    assert np.all(np.isnan(ds["twist"].values[mode != ZERO_MODE]))
+    np.testing.assert_array_equal(mode == REACHED, within & (Y > 0))
+    assert np.all(ds["status"].values[mode != REACHED] == ks.Status.UNREACHABLE)
+    assert np.all(np.isnan(ds["twist"].values[mode != REACHED]))
 
 
 @pytest.mark.slow
@@ -88,7 +87,7 @@ def test_a_planar_3rrr_keeps_its_elbows():
     ds = ks.sweep(robot, grid)
     assert ds.attrs["mode_jumps"] == 0
     elbows = [k for k, name in enumerate(ds["joint_coordinate"].values) if name.startswith("elbow")]
-    q = ds["q"].values[ds["mode"].values == ZERO_MODE][:, elbows]
+    q = ds["q"].values[ds["mode"].values == REACHED][:, elbows]
     # from stretched to folded, at the ends of the range that the file describes less its margin
     limits = [robot.description.joints[str(ds["joint_coordinate"].values[k])] for k in elbows]
     margin = np.radians(10)
@@ -101,19 +100,20 @@ def test_a_planar_3rrr_keeps_its_elbows():
 
 @pytest.fixture(scope="module")
 def looked_at():
-    """Return a five-bar's spec, labels and map in the middle of its workspace, where all is well."""
+    """Return a five-bar's plan, labels and map in the middle of its workspace, where all is well."""
     robot = five_bar()
     grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
     ds = ks.sweep(robot, grid)
-    assert np.all(ds["mode"] == ZERO_MODE)
-    spec, _ = read_sweep_spec(robot, grid, None, *NOTHING, 1e-10)
-    return robot, spec, labels_of(spec, robot), ds
+    assert np.all(ds["mode"] == REACHED)
+    plan, _ = read_plan(robot, grid, None, *NOTHING, 1e-10)
+    return robot, plan, labels_of(plan, robot), ds
 
 
 def look(looked_at, q, reached):
-    robot, spec, labels, _ = looked_at
-    region = tuple(slice(0, axis.size) for axis in spec.axes)
-    return finishing.finish(spec, labels, (), (), region, q, reached, robot.length)
+    robot, plan, labels, _ = looked_at
+    region = tuple(slice(0, axis.size) for axis in plan.axes)
+    o = np.zeros((*reached.shape, 3))  # which tells nothing where no rod is loose
+    return continuity.continued(plan, labels, robot, region, q, o, reached)
 
 
 def other_elbow(robot, ds, which):
@@ -139,7 +139,7 @@ def other_elbow(robot, ds, which):
 
 def test_neighbours_that_stay_in_different_modes_are_counted_where_anything_was_put_right(looked_at, monkeypatch):
     robot, _, _, ds = looked_at
-    monkeypatch.setattr("kinetostatics.workspace.assembly_modes.repair._Look.jumps", lambda self: 3)
+    monkeypatch.setattr(continuity._Front, "jumps", lambda self: 3)
     which = np.zeros(ds["mode"].shape, dtype=bool)
     assert look(looked_at, ds["q"].values, ~which).jumps == 0
     which[7, 6] = True
@@ -164,11 +164,9 @@ def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):
     q = ds["q"].values.copy()
     q[which] = other_elbow(robot, ds, which)
     found = look(looked_at, q, np.ones(which.shape, dtype=bool))
-    assert found.jumps == 0 and found.retracted >= which.sum() and np.all(found.mode == ZERO_MODE)
-    np.testing.assert_allclose(found.numbers["q"], ds["q"].values.reshape(-1, q.shape[-1])[found.which], atol=1e-9)
+    assert found.jumps == 0 and found.retracted >= which.sum()
+    np.testing.assert_allclose(found.q, ds["q"].values.reshape(-1, q.shape[-1])[found.which], atol=1e-9)
     assert set(np.flatnonzero(which)) <= set(found.which)
-    twist = ds["twist"].values.reshape(-1, 6)[found.which]
-    np.testing.assert_allclose(found.numbers["twist"], twist, rtol=1e-6, atol=1e-9 * np.abs(twist).max())
 
 
 def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_at):
@@ -177,11 +175,9 @@ def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_a
     reached[5:, 4:11] = False
     q = np.where(reached[..., None], ds["q"].values, np.nan)
     found = look(looked_at, q, reached)
-    assert found.gained == np.sum(~reached) and np.all(found.mode == ZERO_MODE)
+    assert found.gained == np.sum(~reached)
     np.testing.assert_array_equal(found.which, np.flatnonzero(~reached))
-    for name in ("q", "twist", "stiffness", "actuator_force", "status"):
-        wanted = ds[name].values.reshape(reached.size, *ds[name].shape[2:])[found.which]
-        np.testing.assert_allclose(found.numbers[name], wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
+    np.testing.assert_allclose(found.q, ds["q"].values[~reached], rtol=1e-6, atol=1e-9)
 
 
 @pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
@@ -193,7 +189,7 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
     q = np.where(reached[..., None], ds["q"].values, np.nan)
     only = q[6 + side[0], 5 + side[1]]
     place = {name: ds[name].values[k] for name, k in (("x", 6), ("y", 5))}
-    original = finishing._Look.follow
+    original = continuity._Front.follow
 
     def follow(self, starts, first, targets, steps=1):
         ends, arrived = original(self, starts, first, targets, steps)
@@ -201,27 +197,28 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
         from_there = np.all(np.abs(starts[:, : len(only)] - only) < 1e-12, axis=1)
         return ends, arrived & (~here | from_there)
 
-    monkeypatch.setattr(finishing._Look, "follow", follow)
+    monkeypatch.setattr(continuity._Front, "follow", follow)
     found = look(looked_at, q, reached)
-    assert found.gained == 1 and np.all(found.mode == ZERO_MODE)
-    np.testing.assert_allclose(found.numbers["q"][0], ds["q"].values[6, 5], atol=1e-9)
+    assert found.gained == 1
+    np.testing.assert_allclose(found.q[0], ds["q"].values[6, 5], atol=1e-9)
 
 
 @pytest.mark.slow
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace.sweep_spec import SweepSpec
+    from kinetostatics.workspace.plan import SweepPlan
 
     robot, _, _, ds = looked_at
-    original = SweepSpec.assemble
+    original = SweepPlan.assemble
 
-    def blind(spec, robot, values, near=None):
+    def blind(plan, robot, values, near=None):
         if near is None:  # the straight line does not get to the left
             values = {**values, "x": np.where((values["x"] < -0.04) & (values["y"] > 0.3), 9.0, values["x"])}
-        return original(spec, robot, values, near)
+        return original(plan, robot, values, near)
 
-    monkeypatch.setattr(SweepSpec, "assemble", blind)
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 40)
+    monkeypatch.setattr(SweepPlan, "assemble", blind)
+    monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 40)
+    monkeypatch.setattr("kinetostatics.workspace.run.MOST", 40)
     grid = {name: ds[name].values for name in ("x", "y")}
     load = xr.DataArray(np.diag([1.0, 1, 1, 0, 0, 0])[:2] * 100, dims=("case", "component"))
     maps = [ks.sweep(robot, grid, load=load, out=tmp_path / name) for name in ("m.nc", "m.zarr")]
@@ -256,7 +253,7 @@ def test_rods_that_spin_are_no_modes():
             angles.append(np.arctan2(-w, u) - np.arccos(cosine))
             apart = np.minimum(apart, np.pi - np.abs(2 * np.arccos(cosine) - np.pi))
     expected = np.stack(angles, axis=-1)
-    reached = ds["mode"].values == ZERO_MODE
+    reached = ds["mode"].values == REACHED
     told = ~(apart < 0.15)
     assert np.sum(~told) < 8
     np.testing.assert_array_equal(reached[told], np.all(np.isfinite(expected), axis=-1)[told])
@@ -269,8 +266,8 @@ def test_which_coordinates_are_loose():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
         robot = package_robots.robot(name)
-        spec, _ = read_sweep_spec(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
-        labels = labels_of(spec, robot)
+        plan, _ = read_plan(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
+        labels = labels_of(plan, robot)
         loose[name] = {label for label, one in zip(labels.axes["joint_coordinate"], labels.loose, strict=True) if one}
     assert loose["five_bar"] == loose["gough_stewart"] == set()
     kept = {f"{part}_{i}" for part in ("motor", "elbow") for i in (1, 2, 3)}
@@ -296,7 +293,7 @@ def test_modes_that_cannot_be_told_apart_by_continuity_are_not_invented():
 
 def test_nothing_is_reached_where_nothing_can_be():
     ds = ks.sweep("five_bar", {"x": np.linspace(2, 3, 5), "y": np.linspace(0, 1, 4)})
-    assert np.all(ds["mode"] == NO_MODE) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
+    assert np.all(ds["mode"] == NOT_REACHED) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
 
 
 def within_reach(x, y, arm=0.46):
@@ -305,8 +302,8 @@ def within_reach(x, y, arm=0.46):
 
 
 @pytest.mark.slow
-def test_robots_are_looked_at_one_by_one_in_other_processes_too(monkeypatch):
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 300)
+def test_robots_are_looked_at_one_by_one(monkeypatch):
+    monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 300)
     x, y = np.linspace(-0.6, 0.6, 25), np.linspace(-0.3, 0.6, 19)
     lengths = [0.20, 0.23]
     ds = ks.sweep("five_bar", {"x": x, "y": y}, parameters={"proximal_length": lengths, "distal_length": 0.23}, workers=2)
@@ -316,7 +313,7 @@ def test_robots_are_looked_at_one_by_one_in_other_processes_too(monkeypatch):
         hole = 0.23 - length + 1e-9  # an arm of unequal parts cannot fold to nothing
         X, Y = np.meshgrid(x, y, indexing="ij")
         open_ = np.minimum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) > hole
-        np.testing.assert_array_equal(mode == ZERO_MODE, within_reach(x, y, 0.23 + length) & open_)
+        np.testing.assert_array_equal(mode == REACHED, within_reach(x, y, 0.23 + length) & open_)
 
 
 @pytest.mark.slow
@@ -327,7 +324,7 @@ def test_a_large_map_is_looked_at_in_pieces(monkeypatch):
     monkeypatch.setattr("kinetostatics.workspace.run.REGION", 7 * len(y) * 4)
     ds = ks.sweep(robot, {"x": x, "y": y})
     assert ds.attrs["mode_jumps"] == 0
-    reached, within = ds["mode"].values == ZERO_MODE, within_reach(x, y)
+    reached, within = ds["mode"].values == REACHED, within_reach(x, y)
     assert not np.any(reached & ~within) and np.sum(within & ~reached) <= 4
     zero, found = bends(robot, robot.assemble().q), bends(robot, ds["q"].values[reached])
     for k in (0, 1):

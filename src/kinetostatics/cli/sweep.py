@@ -33,7 +33,7 @@ EXAMPLES = f"""\
 
 files:
   FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
-  While the sweep runs, finished blocks lie in FILE.parts; if it is interrupted, the same command goes on with it.
+  While the sweep runs, its blocks lie in FILE.part; if it is interrupted, the same command goes on with it.
 
 examples:
   kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_engine_argument(parser)
     group = parser.add_argument_group("sweep")
     group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
-    group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
+    group.add_argument("--restart", action="store_true", help="overwrite FILE")
     group.add_argument("--beams", action="store_true", help="add stresses and deflections of the beams, which takes longer")
     group.add_argument(
         "--ways",
@@ -69,8 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--outputs", metavar="NAME", nargs="+", help="only these variables, such as twist or beam_stress, besides status and pose"
     )
-    group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
-    group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    group.add_argument("--workers", metavar="N", help="threads (default: as many as cores)")
+    group.add_argument("--quiet", action="store_true", help="no progress line and no summary")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -78,12 +78,11 @@ def run(args: argparse.Namespace) -> int:
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
-        with waiting("sweeping", wanted=not args.quiet):
-            found = _map(args)
+        found = _map(args)
     except KeyboardInterrupt:
-        parts = f"{args.out.rstrip('/')}.parts"
-        if os.path.isdir(parts):
-            print(f"kinetostatics: interrupted; the same command goes on with what is finished, in {parts}", file=sys.stderr)
+        part = f"{args.out.rstrip('/')}.part"
+        if os.path.isdir(part):
+            print(f"kinetostatics: interrupted; the same command goes on with what is in {part}", file=sys.stderr)
         raise
     with found:
         if not args.quiet:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 Part = TypeVar("Part")
 Found = TypeVar("Found")
+
+_here = threading.local()
 
 
 def threads() -> int:
@@ -19,11 +22,25 @@ def threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_threads(function: Callable[[Part], Found], parts: Iterable[Part], wanted: bool = True) -> list[Found]:
-    """Return a function's results for all parts, in order; ``wanted``: whether threads are of use."""
+def in_threads(
+    function: Callable[[Part], Found], parts: Iterable[Part], wanted: bool = True, most: int | None = None
+) -> list[Found]:
+    """Return a function's results for all parts, in order. A thread that is started here starts no further ones.
+
+    Args:
+        function: called with each part.
+        parts: of the batch.
+        wanted: whether threads are of use.
+        most: threads at most, those that the function starts included; None: see :func:`threads`.
+    """
     parts = list(parts)
-    number = min(threads(), len(parts)) if wanted else 1
+    number = min(most or threads(), len(parts)) if wanted and not getattr(_here, "alone", False) else 1
     if number < 2:
-        return [function(part) for part in parts]
-    with ThreadPoolExecutor(number) as pool:
+        before = getattr(_here, "alone", False)
+        _here.alone = before or most == 1
+        try:
+            return [function(part) for part in parts]
+        finally:
+            _here.alone = before
+    with ThreadPoolExecutor(number, initializer=lambda: setattr(_here, "alone", True)) as pool:
         return list(pool.map(function, parts))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot.selection import IN_OTHER_MODE, Selection
+from kinetostatics.plot.selection import Selection
 from kinetostatics.plot.style import legend_below
 from kinetostatics.status import Status
 
@@ -44,7 +44,6 @@ _LOOKS = {
     Status.UNREACHABLE: ("unreachable", "////", "0.93"),
     Status.LIMIT_EXCEEDED: ("beyond joint limits", "....", "0.93"),
     Status.SINGULAR: ("singular", "xxxx", "0.85"),
-    IN_OTHER_MODE: ("only another assembly mode", "\\\\\\\\", "0.85"),
 }
 #: A number that is NaN though the pose is valid, such as an intensity of a degenerate basis.
 _NOT_DETERMINED = ("not determined", "++++", "0.93")
@@ -55,7 +54,7 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
     """Return the reasons that occur, each with its poses; together they are the poses without a number."""
     missing = np.isnan(values)
     found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
-    for item in (*Status, IN_OTHER_MODE):
+    for item in Status:
         where = missing & (status == item)
         if where.any():
             look = _LOOKS.get(item, _NOT_DETERMINED)

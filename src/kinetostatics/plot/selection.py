@@ -17,8 +17,6 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
-#: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
-IN_OTHER_MODE = 100
 #: Components of a motion, or parts of a force, whose largest is this small beside the whole are rounding.
 ROUNDING = 1e-11
 #: Variables that are coordinates, not small motions: they are shown as coordinates are.
@@ -56,8 +54,7 @@ class Selection:
         what: its name.
         axes: the coordinates that vary.
         values: over the axes; NaN where the pose does not count.
-        status: over the axes, why a pose has no number, if it has none; :data:`IN_OTHER_MODE` where only another assembly mode
-            reaches it.
+        status: over the axes, why a pose has no number, if it has none.
         units: of the values.
         long_name: of the values.
         fixed: what the other coordinates are, in words; empty if there are none.
@@ -248,9 +245,6 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
     else:
         beyond = in_map(part, "limit_exceeded") & ~status.isin([int(item) for item in WITHOUT_NUMBERS])
         status = status.where(~beyond, Status.LIMIT_EXCEEDED)
-    if "mode" in part:
-        other = (part["mode"] == 1) & (status == Status.UNREACHABLE)
-        status = status.where(~other, IN_OTHER_MODE)
     return np.asarray(status.transpose(*dims).values, dtype=np.int8)
 
 

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Protocol, TextIO
 
@@ -39,19 +39,15 @@ def in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
-def waiting(what: str, wanted: bool = True) -> AbstractContextManager[None]:
+def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = False) -> AbstractContextManager[None]:
     """Say on the terminal what is being done, if it takes longer than a second, and for how long already.
 
     Args:
-        what: in words, such as "verifying".
+        what: in words, such as "verifying", or what returns them.
         wanted: False: say nothing.
+        always: whether to say it where standard error is no terminal, too.
     """
-    return _life.with_sign(_Words(what)) if wanted and on_terminal() else nullcontext()
-
-
-def showing(sign: Sign) -> AbstractContextManager[None]:
-    """Show a sign anew every second while something is done; it stands in front of all that are shown already."""
-    return _life.with_sign(sign)
+    return _life.with_sign(_Words(what)) if wanted and (always or on_terminal()) else nullcontext()
 
 
 def pausing() -> AbstractContextManager[None]:
@@ -68,11 +64,12 @@ class _Nothing:
 
 
 class _Words:
-    def __init__(self, what: str) -> None:
+    def __init__(self, what: str | Callable[[], str]) -> None:
         self._what, self._since, self._width = what, time.monotonic(), 0
 
     def show(self) -> None:
-        text = f"{self._what} … {time.monotonic() - self._since:.0f} s"
+        what = self._what if isinstance(self._what, str) else self._what()
+        text = f"{what} … {time.monotonic() - self._since:.0f} s"
         _write(f"\r{text}{' ' * (self._width - len(text))}")
         self._width = len(text)
 

@@ -1,9 +1,4 @@
-"""Workspace maps: many poses of a robot, and of its variants, as one labelled Dataset.
-
-:func:`sweep` cuts the grid into blocks, has them computed (here, in other processes or by Dask), looks at the whole grid once
-more (:mod:`kinetostatics.workspace.assembly_modes.repair`) and returns or stores an ``xarray.Dataset``. The page on maps
-explains it.
-"""
+"""Workspace maps: a robot, and its variants, on a grid of poses, as one labelled Dataset."""
 
 from kinetostatics.workspace.run import sweep
 

@@ -1,4 +1,4 @@
-"""From the arguments of a sweep to its spec, with all complaints about them."""
+"""The plan of a sweep from its arguments, which are checked."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.sweep_spec import Links, Source, SweepSpec, saying
+from kinetostatics.workspace.plan import Links, Source, SweepPlan, saying
 
 #: Robots that are built before anything is computed, at most.
 TRIED = 50
@@ -46,7 +46,7 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
             raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
 
 
-def read_sweep_spec(
+def read_plan(
     robot: Robot | RobotDescription | str | os.PathLike[str],
     platform: Mapping[str, ArrayLike] | None,
     actuators: Mapping[str, ArrayLike] | None,
@@ -67,8 +67,8 @@ def read_sweep_spec(
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
     outputs: Sequence[str] | None = None,
-) -> tuple[SweepSpec, Robot]:
-    """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+) -> tuple[SweepPlan, Robot]:
+    """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
     ``links`` are the platform and the base if the caller names them.
 
@@ -81,13 +81,12 @@ def read_sweep_spec(
     check_choice("frame", frame, ("world", "platform"))
     engine = check_engine(engine)
     extras = {name for name, wanted in (("beams", beams), ("ways", ways), ("compensate", compensate)) if wanted}
-    if outputs is not None:
-        chosen = names_in("outputs", outputs, '["twist", "stiffness"]')
-        for name in chosen:
-            if name not in VARIABLES:
-                raise ArgumentError(f"no output {name!r}: {near_names(name, VARIABLES)}")
-        outputs = tuple(name for name, item in VARIABLES.items() if name in chosen or item.extra in extras)
-        extras = {VARIABLES[name].extra for name in outputs}
+    chosen = () if outputs is None else names_in("outputs", outputs, '["twist", "stiffness"]')
+    for name in chosen:
+        if name not in VARIABLES:
+            raise ArgumentError(f"no output {name!r}: {near_names(name, VARIABLES)}")
+    extras |= {""} if outputs is None else set()
+    outputs = tuple(name for name, item in VARIABLES.items() if name in chosen or item.extra in extras)
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
@@ -113,7 +112,7 @@ def read_sweep_spec(
     coordinates, held = split_values(kind, given, "coordinate", units)
     fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
     axes = (*varying, *cases, *coordinates)
-    spec = SweepSpec(
+    plan = SweepPlan(
         source,
         kind,
         axes,
@@ -125,19 +124,17 @@ def read_sweep_spec(
         fields.get("point"),
         frame,
         assembly_errors,
+        loads,
+        payload,
         positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True),
-        "beams" in extras,
-        "ways" in extras,
+        outputs,
         provenance.versions(),
         engine_for(engine, math.prod(axis.size for axis in axes)),
-        loads=loads,
-        payload=payload,
-        outputs=outputs,
     )
-    if "compensate" in extras:
-        spec = replace(spec, compensated=_compensated(first, kind, list(given), orientation))
-    spec.keep((0,) * len(varying), first)
-    return spec, first
+    if any(VARIABLES[name].extra == "compensate" for name in outputs):
+        plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))
+    plan.keep((0,) * len(varying), first)
+    return plan, first
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
@@ -206,27 +203,27 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
     return fields, cases
 
 
-def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
+def try_plan(plan: SweepPlan, first: Robot) -> None:
     """Let coordinates and vectors be complained about before anything is computed.
 
     Raises:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         ArgumentError: another argument makes no sense.
     """
-    for hint in first.unit_hints({**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
+    for hint in first.unit_hints({**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
         warn(hint)
-    corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
-    configuration = spec.assemble(first, corner)
-    analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
+    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
+    configuration = plan.assemble(first, corner)
+    analyze(configuration, frame=plan.frame, **plan.extras, on_failure="nan")
 
 
-def try_robots(spec: SweepSpec) -> None:
+def try_robots(plan: SweepPlan) -> None:
     """Let the robot's file be complained about with other parameters too, unless they are many.
 
     Raises:
         RobotFileError: the file is wrong with some of them.
     """
-    combinations = list(itertools.islice(spec.combinations(), TRIED + 1))
+    combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
     if len(combinations) <= TRIED:
         for combination in combinations:
-            spec.robot(combination)
+            plan.robot(combination)

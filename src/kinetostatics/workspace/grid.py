@@ -82,6 +82,11 @@ class Field:
         values = values.transpose(*order, len(self.dims))
         return values.reshape(*(values.shape[order.index(self.dims.index(n))] if n in self.dims else 1 for n in names), -1)
 
+    def within(self, axes: Sequence[Axis], block: Block) -> Field:
+        """Return the field in a block of the grid."""
+        ranges = dict(zip((axis.name for axis in axes), block, strict=True))
+        return Field(self.dims, self.values[tuple(ranges[name] for name in self.dims)])
+
     def as_json(self) -> object:
         """Return the field as plain values."""
         return self.values.tolist() if not self.dims else {"dims": list(self.dims), "values": self.values.tolist()}

@@ -11,8 +11,8 @@ from importlib import metadata
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.robot import Robot
-from kinetostatics.workspace.schema import Labels
-from kinetostatics.workspace.sweep_spec import SweepSpec, as_text, sha256_of
+from kinetostatics.workspace.dataset import Labels
+from kinetostatics.workspace.plan import SweepPlan, as_text, sha256_of
 
 CONVENTIONS = "CF-1.11"
 #: Longer values are told by their first, last and number: what they are stands in the Dataset's coordinates.
@@ -45,26 +45,26 @@ def text_digest(description: RobotDescription) -> str:
     return hashlib.sha256(description.urdf.encode()).hexdigest()
 
 
-def attributes(spec: SweepSpec, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:
+def attributes(plan: SweepPlan, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, object]:
     """Return the attributes of the Dataset; ``robot`` is the first one."""
     now = datetime.datetime.now(datetime.UTC).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
     found: dict[str, object] = {
         "Conventions": CONVENTIONS,
         "title": f"workspace map of the parallel manipulator {labels.robot}",
-        "source": f"kinetostatics {spec.versions['kinetostatics']}",
+        "source": f"kinetostatics {plan.versions['kinetostatics']}",
         "history": f"{now} {command or 'kinetostatics.sweep'}",
         "references": "Yang, Huang, Ye, Chen, Chinese Journal of Mechanical Engineering 36 (2023)",
         "date": now,
         "robot_name": labels.robot,
-        "robot_path": spec.source.path,
-        "robot_files": as_text(spec.source.files),
-        "robot_sha256": spec.source.files.get(spec.source.path, ""),
-        "robot_text_sha256": spec.source.text,
-        "parameters": as_text(_short(spec.arguments["parameters"])),
-        "arguments": as_text(_short(spec.arguments)),
-        "sweep_sha256": spec.identity,
-        **{f"{name}_version": version for name, version in spec.versions.items()},
+        "robot_path": plan.source.path,
+        "robot_files": as_text(plan.source.files),
+        "robot_sha256": plan.source.files.get(plan.source.path, ""),
+        "robot_text_sha256": plan.source.text,
+        "parameters": as_text(_short(plan.arguments["parameters"])),
+        "arguments": as_text(_short(plan.arguments)),
+        "sweep_sha256": plan.identity,
+        **{f"{name}_version": version for name, version in plan.versions.items()},
     }
     if robot.warnings:
         found["warnings"] = "\n".join(robot.warnings)

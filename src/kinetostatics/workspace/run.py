@@ -1,49 +1,42 @@
-"""``sweep``: reads what is asked for, has it computed, and returns or stores the Dataset."""
+"""Sweeps: analyses of a robot, and of its variants, on a grid of poses."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, TypeVar
+import threading
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.math.threads import in_threads, threads
+from kinetostatics.printing.waiting import in_notebook, waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
-from kinetostatics.workspace.block import block_numbers, read_part
-from kinetostatics.workspace.grid import Block, block_sizes, cut, sizes_of
-from kinetostatics.workspace.process_pool import ProcessPool
-from kinetostatics.workspace.progress import Bar, wants_bar
-from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
-from kinetostatics.workspace.storage import Storage, check_disk, check_memory, open_map, store_of
-from kinetostatics.workspace.sweep_spec import SweepSpec
-from kinetostatics.workspace.targets import Target, in_memory
+from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.block import compute_block, make_ready
+from kinetostatics.workspace.continuity import continued
+from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of
+from kinetostatics.workspace.grid import Block, block_sizes, sizes_of
+from kinetostatics.workspace.plan import Combination, SweepPlan
+from kinetostatics.workspace.store import Arrays, Store, check_memory, is_there, open_map, packages_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from kinetostatics.description.robot import RobotDescription
 
-T = TypeVar("T")
-
-#: Poses of a block, at most; with beams or ways, whose numbers are many, fewer.
-BLOCK, BLOCK_OF_MORE = 32_000, 2000
-#: Blocks that every worker should have, so that none waits long for the last.
+#: Poses of a block, at least if there are so many, and at most; of variables that are costly, fewer.
+LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
+#: Blocks that every thread should have, so that none waits long for the last.
 SHARE = 4
-#: A smaller sweep is done before other processes have started.
-ALONE = 50_000
-#: Joint coordinates of one robot that are looked at together a second time: numbers that must be in memory, 130 MB.
+#: Joint coordinates of one robot that continuity looks at together: numbers that must be in memory, 130 MB.
 REGION = 2**24
-#: What is done, in the words of the progress bar.
-COMPUTING, COMPARING = "computing", "comparing neighbours"
 
 
 def sweep(
@@ -134,9 +127,11 @@ def sweep(
         if out is not None:
             raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
     if out is not None:
-        out = path_name("out", out)
-        need(*store_of(os.fspath(out)).needs)
-    with waiting("planning the sweep", wanted=wants_bar(progress)):
+        out = path_name("out", out).rstrip("/")
+        need(*packages_of(out))
+    number = threads() if workers is None else whole_number("workers", workers, 1)
+    shown = in_notebook() if progress is None else progress
+    with waiting("planning the sweep", progress is not False, shown):
         given = (
             platform,
             actuators,
@@ -152,140 +147,140 @@ def sweep(
             ways,
         )
         links = {"platform": platform_link, "base": base_link}
-        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate, loads, payload, outputs)
-        labels = labels_of(spec, first)
-        try_sweep_spec(spec, first)
-        check_names(spec, labels)
-        attributes = provenance.attributes(spec, labels, first, command_line)
+        plan, first = read_plan(robot, *given, parameter_units, links, engine, compensate, loads, payload, outputs)
+        labels = labels_of(plan, first)
+        try_plan(plan, first)
+        check_names(plan, labels, outputs or ())
+        attributes = provenance.attributes(plan, labels, first, command_line)
         if chunks is not None:
-            from kinetostatics.workspace.dask_map import lazy_dataset
+            from kinetostatics.workspace.lazy import lazy_dataset
 
-            return lazy_dataset(spec, labels, chunks).assign_attrs(attributes)
-        number = _workers(workers, spec.size)
-        if number > 1:
-            need("loky")
-        try_robots(spec)
-    if progress:
-        need("tqdm")
-    most = BLOCK_OF_MORE if spec.beams or spec.ways or spec.compensated else BLOCK
-    poses = max(1, min(most, -(-spec.size // (SHARE * number if number > 1 else 1))))
-    run = _Run(spec, labels, block_sizes(spec.axes, poses), number, attributes)
+            return lazy_dataset(plan, labels, chunks, attributes, computed)
+        try_robots(plan)
+    most = MOST if all(item.extra in ("", "always") for item in labels.variables.values()) else MOST_COSTLY
+    sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
     if out is None:
-        check_memory(spec, labels)
-        return run.in_memory(progress)
-    path = os.fspath(out)
-    storage = Storage(path, spec, run.sizes, attributes, restart)
-    if not storage.done:
-        check_disk(spec, labels, storage.path, storage.folder)
-        storage.begin()
-        run.sizes = storage.sizes
-        run.on_disk(storage, progress)
-    return open_map(path)
+        check_memory(plan, labels)
+        with _Progress(plan.size, progress is not False, shown) as run:
+            return computed(plan, labels, sizes, attributes, number, run)
+    if not is_there(out, plan.identity, attributes, restart):
+        store = Store(plan, labels, sizes, out, restart)
+        with _Progress(plan.size, progress is not False, shown) as run:
+            attributes |= compute(store, number, run)
+            run.doing = "storing"
+            store.publish(attributes)
+    return open_map(out)
 
 
-def _workers(workers: int | None, size: int) -> int:
-    if workers is None:
-        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-        return cores if size >= ALONE else 1
-    return whole_number("workers", workers, 1)
+class _Progress:
+    """How far a sweep is, on a line of the terminal."""
+
+    def __init__(self, size: int, wanted: bool = False, shown: bool = False) -> None:
+        self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
+        self._line = waiting(lambda: f"{self.doing}, {self.done:,} of {self.size:,} poses done", wanted, shown)
+
+    def __enter__(self) -> _Progress:
+        self._line.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._line.__exit__(*error)  # type: ignore[arg-type]
+
+    def add(self, block: Block) -> None:
+        """Count the poses of a block."""
+        with self._lock:
+            self.done += math.prod(sizes_of(block))
 
 
-# ---- computing -------------------------------------------------------------------------------------------------------
+def computed(
+    plan: SweepPlan,
+    labels: Labels,
+    sizes: tuple[int, ...],
+    attributes: Mapping[str, object],
+    number: int | None = None,
+    progress: _Progress | None = None,
+) -> xr.Dataset:
+    """Return the whole Dataset of a sweep, in memory; see :func:`compute`."""
+    arrays = Arrays(plan, labels, sizes)
+    found = compute(arrays, number, progress or _Progress(plan.size))
+    return dataset(plan, labels, arrays.arrays, {**attributes, **found})
 
 
-class _Run:
-    """A sweep that is being computed."""
+def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
+    """Compute what has not been computed yet, and return attributes that tell what continuity along the grid has changed.
 
-    def __init__(
-        self, spec: SweepSpec, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, object]
-    ) -> None:
-        self.spec, self.labels, self.sizes, self.workers = spec, labels, sizes, workers
-        self.attributes = dict(attributes)
+    Args:
+        arrays: of the variables.
+        number: of threads, at most.
+        progress: counts poses.
+    """
+    plan, labels = arrays.plan, arrays.labels
+    found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
 
-    @cached_property
-    def template(self) -> xr.Dataset:
-        """Everything but the numbers."""
-        return template(self.spec, self.labels)
+    def fill(block: Block) -> None:
+        if not arrays.is_done(block):
+            arrays.write(block, compute_block(plan, labels, block))
+        progress.add(block)
 
-    def in_memory(self, progress: bool | None) -> xr.Dataset:
-        """Return the whole Dataset."""
-        target = Target(self.spec, self.labels, in_memory(self.template))
-        with Bar(progress, self.spec.size) as bar:
-            self._compute(target, [(None, block) for block in cut(self.spec.shape, self.sizes)], bar)
-        data = {name: (self.template[name].dims, array, self.template[name].attrs) for name, array in target.arrays.items()}
-        return self.template.assign(data).assign_attrs(self.attributes)
+    for combination in plan.combinations():
+        make_ready(plan, labels, combination)
+        in_threads(fill, plan.blocks(combination, arrays.sizes), most=number)
+        for region in _regions(plan, labels):
+            for name, count in _continue(arrays, combination, region, number).items():
+                found[name] += count
+    if jumps := found["mode_jumps"]:
+        pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
+        warn(f"{pairs} in different assembly modes; a finer grid tells them apart")
+    return dict(found)
 
-    def on_disk(self, storage: Storage, progress: bool | None) -> None:
-        """Compute what is not there yet, and store the whole."""
-        with Bar(progress, self.spec.size) as bar:
-            bar.say("reading what is there")
-            arrays, close = storage.create(self.template)
-            target = Target(self.spec, self.labels, arrays)
-            missing = []
-            for path, block, finished in storage.blocks():
-                numbers = read_part(path) if finished else None
-                if numbers is None:
-                    missing.append((path, block))
-                    continue
-                target.write_block(block, numbers)
-                bar.advance(math.prod(sizes_of(block)), before=True)
-            self._compute(target, missing, bar)
-            bar.say("storing")
-            close(self.attributes)
-            storage.publish()
 
-    def _compute(self, target: Target, blocks: Sequence[tuple[str | None, Block]], bar: Bar) -> None:
-        """Compute blocks, write those that have a path to files too, and look at the whole once more."""
-        with ExitStack() as stack:
-            workers = min(self.workers, len(blocks))
-            pool = stack.enter_context(ProcessPool(self.spec, self.labels, workers)) if workers > 1 else None
-            bar.say(COMPUTING)
-            for number, numbers in self._perform(
-                pool, (partial(block_numbers, block=block, path=path) for path, block in blocks)
-            ):
-                path, block = blocks[number]
-                target.write_block(block, numbers or read_part(str(path)) or {})
-                bar.advance(math.prod(sizes_of(block)))
-            self._finish(pool, target, bar)
+def _continue(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
+    """Correct the poses in a region of the coordinate axes by continuity, and return how many changed, by attribute."""
+    plan, labels = arrays.plan, arrays.labels
+    one = tuple(slice(k, k + 1) for k in combination)
+    cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
+    shape = sizes_of(region)
 
-    def _perform(self, pool: ProcessPool | None, tasks: Iterable[partial[T]]) -> Iterator[tuple[int, T]]:
-        if pool is not None:
-            yield from pool.perform(tasks)
-            return
-        for number, task in enumerate(tasks):
-            yield number, task(self.spec, self.labels)
+    def known(name: str, where: Block) -> np.ndarray:
+        values = arrays.read(name, (*one, *cases, *where))
+        return values.reshape(values.shape[len(combination) :])
 
-    # ---- the second look --------------------------------------------------------------------------------------------
+    label = "_".join(str(k) for k in (*combination, *(piece.start for piece in region)))
+    changes = arrays.changes(label)
+    if changes is None:
+        o = known("platform_pose", region)[..., :3]
+        reached = known("mode", region) == REACHED
+        changes = vars(continued(plan, labels, plan.robot(combination), region, known("q", region), o, reached))
+        if changes["which"].size:
+            arrays.keep(label, changes)
+    which, q = changes["which"], changes["q"]
+    row = np.full(math.prod(shape), -1)
+    row[which] = np.arange(len(which))
 
-    def _finish(self, pool: ProcessPool | None, target: Target, bar: Bar) -> None:
-        """Look at the grid of every robot once more, and say in the attributes what came of it."""
-        cases = tuple(slice(0, axis.size) for axis in self.spec.axes_of("case"))
-        regions = self._regions()
-        jobs = [(combination, cases, region) for combination in self.spec.combinations() for region in regions]
-        found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
-        sizes = tuple(size for size, axis in zip(self.sizes, self.spec.axes, strict=True) if axis.kind == "coordinate")
-        bar.say(COMPARING)
-        # regions of one robot overlap, and so one waits for the other
-        looks = self._perform(pool if len(regions) == 1 < len(jobs) else None, (target.to_finish(*job) for job in jobs))
-        for count, (number, finished) in enumerate(looks, 1):
-            target.patch(*jobs[number], finished, sizes)
-            found["mode_jumps"] += finished.jumps
-            found["poses_of_other_modes"] += finished.retracted
-            found["poses_by_neighbours"] += finished.gained
-            if len(jobs) > 1:
-                bar.add(f"{count} of {len(jobs)}")
-        self.attributes.update(found)
-        if jumps := found["mode_jumps"]:
-            pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
-            warn(f"{pairs} in different assembly modes; a finer grid tells them apart")
+    def correct(block: Block) -> None:
+        part = plan.part(block, "coordinate")
+        mine = np.full(sizes_of(part), -1)
+        here = tuple(slice(max(p.start, r.start), min(p.stop, r.stop)) for p, r in zip(part, region, strict=True))
+        inside = tuple(slice(h.start - p.start, h.stop - p.start) for h, p in zip(here, part, strict=True))
+        there = tuple(slice(h.start - r.start, h.stop - r.start) for h, r in zip(here, region, strict=True))
+        mine[inside] = row.reshape(shape)[there]
+        if np.any(changed := mine.ravel() >= 0):
+            poses = known("q", part).reshape(changed.size, -1).copy()
+            poses[changed] = q[mine.ravel()[changed]]
+            arrays.write(block, compute_block(plan, labels, block, poses))
 
-    def _regions(self) -> list[Block]:
-        """Return regions of the coordinate axes; each begins with the last layer of the one before."""
-        axes = self.spec.axes_of("coordinate")
-        shape = tuple(axis.size for axis in axes)
-        if not axes:
-            return [()]
-        layer = math.prod(shape[1:])
-        thick = max(2, REGION // (layer * max(1, len(self.labels.loose))))
-        whole = tuple(slice(0, n) for n in shape[1:])
-        return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]
+    if which.size:
+        in_threads(correct, plan.blocks(combination, arrays.sizes, region), most=number)
+    names = {"mode_jumps": "jumps", "poses_of_other_modes": "retracted", "poses_by_neighbours": "gained"}
+    return {attribute: int(changes[name]) for attribute, name in names.items()}
+
+
+def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
+    """Return regions of the coordinate axes; each begins with the last layer of the one before."""
+    shape = tuple(axis.size for axis in plan.axes_of("coordinate"))
+    if not shape:
+        return [()]
+    layer = math.prod(shape[1:])
+    thick = max(2, REGION // (layer * max(1, len(labels.loose))))
+    whole = tuple(slice(0, n) for n in shape[1:])
+    return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]

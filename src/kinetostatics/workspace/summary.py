@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from kinetostatics.math.ordering import EQUAL, first_largest
 from kinetostatics.printing.text import MISSING, table
 from kinetostatics.status import FACTS, Status, in_map
-from kinetostatics.workspace.schema import OTHER_MODE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,7 +42,7 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     dims = ds["status"].dims
     size = int(ds["status"].size)
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
-    several = others = 0
+    several = 0
     # within the limits, and beyond them: the largest of each kind
     within: dict[str, Found] = {}
     outside: dict[str, Found] = {}
@@ -59,7 +58,6 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
             counts[word] += int(where.sum())
         several += int((np.sum(list(true.values()), axis=0) > 1).sum())
         beyond = true[FACTS["limit_exceeded"].summary]
-        others += int((part["mode"].values == OTHER_MODE).sum())
         _look_at(within, part, ~beyond)
         _look_at(outside, part, beyond)
         for name, rows in by_value.items():
@@ -73,8 +71,6 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     lines += [f"  {count:>10d} {word}" for word, count in counts.items() if count]
     if several:
         lines.append(f"  {several:>10d} of them counted more than once")
-    if others:
-        lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
     if within:
         lines += _said_of(within, ds)
         for name, rows in by_value.items():

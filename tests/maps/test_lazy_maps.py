@@ -1,45 +1,32 @@
 """Lazy maps: chunks are computed when they are needed, wherever, and a worker that dies costs nothing but time."""
 
 import os
-import pickle
 import signal
 import time
 
 import numpy as np
 import pytest
 import xarray as xr
+from maps import near
 
 import kinetostatics as ks
-from kinetostatics.workspace import dask_map as lazy
+from kinetostatics.workspace import lazy
 
 GRID = {"z": np.linspace(0.45, 0.65, 8), "rx": np.linspace(-0.15, 0.15, 5), "ry": np.array([-0.1, 0.0, 0.12])}
 
 
-def near(found, wanted):
-    """Assert that two maps are the same but for rounding, which depends on how poses are bundled."""
-    assert set(found.variables) == set(wanted.variables)
-    for name in found.variables:
-        assert found[name].dims == wanted[name].dims
-        if found[name].dtype.kind == "f":
-            assert found[name].dtype == wanted[name].dtype
-            scale = float(np.nanmax(np.abs(wanted[name].values), initial=1e-300))
-            np.testing.assert_allclose(found[name].values, wanted[name].values, rtol=1e-9, atol=1e-12 * scale, err_msg=name)
-        else:
-            np.testing.assert_array_equal(found[name].values, wanted[name].values)
-
-
 @pytest.fixture
 def computed(monkeypatch):
-    """Return the list of blocks that are computed."""
-    blocks = []
-    compute = lazy.compute_block
+    """Return the corners of the chunks that are computed."""
+    places = []
+    compute = lazy._chunk
 
-    def counted(spec, labels, block):
-        blocks.append(block)
-        return compute(spec, labels, block)
+    def counted(numbers, *arguments):
+        places.append(tuple(int(numbers[f"number of {name}"][0]) for name in GRID))
+        return compute(numbers, *arguments)
 
-    monkeypatch.setattr(lazy, "compute_block", counted)
-    return blocks
+    monkeypatch.setattr(lazy, "_chunk", counted)
+    return places
 
 
 def test_only_the_chunks_that_are_needed_are_computed(computed):
@@ -51,7 +38,7 @@ def test_only_the_chunks_that_are_needed_are_computed(computed):
     )
     assert ds["z"].values.tolist() == GRID["z"].tolist() and ds.attrs["robot_name"] == "3rps"
     piece = ds["twist"].isel(z=[0, 7], ry=0).compute(scheduler="synchronous")
-    assert {block[0].start for block in computed} == {0, 6} and len(computed) == 2
+    assert {place[0] for place in computed} == {0, 6} and len(computed) == 2
     near(ds.compute(scheduler="synchronous"), ks.sweep("3rps", GRID))
     assert len(computed) == 2 + 6  # once each for all variables
     np.testing.assert_allclose(piece.isel(z=1), ks.sweep("3rps", GRID)["twist"].isel(z=7, ry=0), rtol=1e-9, atol=1e-18)
@@ -97,18 +84,6 @@ def test_a_lazy_map_is_saved_chunk_by_chunk(tmp_path):
     with xr.open_zarr(tmp_path / "map.zarr") as found:
         near(found.load(), ks.sweep("3rps", GRID))
         assert found.attrs == ds.attrs
-
-
-def test_jobs_travel():
-    """What workers get is small, and makes the same block elsewhere."""
-    ds = ks.sweep("3rps", GRID, chunks={"z": 4})
-    layers = ds.__dask_graph__().layers
-    job = next(layer[name] for name, layer in layers.items() if name.startswith("sweep-spec"))
-    job = getattr(job, "value", job)
-    data = pickle.dumps(job)
-    assert len(data) < 100_000
-    block = lazy.lazy_block(pickle.loads(data), ((4, 8), (0, 5), (0, 3)))
-    np.testing.assert_array_equal(block["twist"], ds["twist"].isel(z=slice(4, 8)).compute(scheduler="synchronous"))
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""What a sweep is asked for, in a form that can be sent to other processes and compared with what was asked before."""
+"""The plan of a sweep: grid, robots, loads and outputs, and the digest by which an interrupted sweep is recognized."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import math
 import os
 import threading
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,7 +27,7 @@ from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
-from kinetostatics.workspace.grid import Axis, Block, Field, sizes_of
+from kinetostatics.workspace.grid import Axis, Block, Field, cut, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.
 Combination = tuple[int, ...]
@@ -35,15 +35,16 @@ Combination = tuple[int, ...]
 #: Names of the platform's and the base's link, as ``platform`` and ``base``, None where the file says it.
 Links = Mapping[str, str | None]
 
-#: Robots that a thread keeps ready.
+#: Robots that are kept for further blocks, at most.
 KEPT = 4
 
-_kept = threading.local()
+_kept: OrderedDict[object, Robot] = OrderedDict()
+_lock = threading.RLock()
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """Where the robots of a sweep come from: a description, or a file to be read with each combination of parameters.
+    """The origin of the robots of a sweep: a description, or a file to be read with each combination of parameters.
 
     Attributes:
         path: the file as given, or "<python>".
@@ -76,7 +77,7 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepSpec:
+class SweepPlan:
     """A sweep.
 
     Attributes:
@@ -85,16 +86,13 @@ class SweepSpec:
         axes: of the grid: parameters, then cases of loads, then coordinates.
         held: coordinates that are the same everywhere [m, rad].
         constants: parameters of the robot file that are the same everywhere.
-        orientation: what the platform's orientation coordinates mean.
-        load, gravity, point, frame, assembly_errors: as :func:`kinetostatics.analyze` takes them.
+        orientation: convention of the platform's orientation coordinates.
+        load, gravity, point, frame, assembly_errors, loads, payload: as :func:`kinetostatics.analyze` takes them.
         closure_tolerance: how far loops may stay open [m, rad].
-        beams: whether stresses and deflections of beams are wanted too.
-        ways: whether the ways in which gravity acts are wanted too.
+        outputs: names of the variables, without those that every map has.
         versions: of the packages that compute, by name.
-        compensated: coordinates of the platform that actuators are to be corrected for; none: no corrections are wanted.
-        engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
-        loads, payload: as it takes them, the same at all poses.
-        outputs: names of the variables that are wanted besides what is always there; None: all that need no further argument.
+        engine: as :func:`kinetostatics.analyze` takes it.
+        compensated: coordinates of the platform for which actuators are corrected; empty: no corrections are among the outputs.
     """
 
     source: Source
@@ -108,19 +106,17 @@ class SweepSpec:
     point: Field | None
     frame: str
     assembly_errors: Mapping[str, object] | None
+    loads: Mapping[str, object] | None
+    payload: Payload | None
     closure_tolerance: float
-    beams: bool
-    ways: bool
+    outputs: tuple[str, ...]
     versions: Mapping[str, str]
     engine: str = "auto"
     compensated: tuple[str, ...] = ()
-    loads: Mapping[str, object] | None = None
-    payload: Payload | None = None
-    outputs: tuple[str, ...] | None = None
 
     @property
     def extras(self) -> dict[str, Keyword]:
-        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: assembly errors, loads on links, payload."""
+        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: assembly_errors, loads on links, payload."""
         return {"assembly_errors": self.assembly_errors, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
@@ -140,13 +136,29 @@ class SweepSpec:
         return tuple(axis for axis in self.axes if axis.kind in kinds)
 
     def part(self, block: Block, *kinds: str) -> Block:
-        """Return what a block is along the axes of given kinds."""
+        """Return a block's ranges along the axes of given kinds."""
         return tuple(piece for piece, axis in zip(block, self.axes, strict=True) if axis.kind in kinds)
 
-    def combinations(self, block: Block | None = None) -> Iterator[Combination]:
-        """Yield the combinations of parameters, of all or of a block, the last parameter fastest."""
-        block = block or tuple(slice(0, axis.size) for axis in self.axes)
-        yield from itertools.product(*(range(piece.start, piece.stop) for piece in self.part(block, "parameter")))
+    def within(self, block: Block) -> SweepPlan:
+        """Return the plan of a block of the grid alone."""
+        axes = tuple(replace(axis, values=axis.values[piece]) for axis, piece in zip(self.axes, block, strict=True))
+        fields = {
+            name: None if item is None else item.within(self.axes, block)
+            for name, item in (("load", self.load), ("gravity", self.gravity), ("point", self.point))
+        }
+        return replace(self, axes=axes, **fields)  # type: ignore[arg-type]
+
+    def combinations(self) -> Iterator[Combination]:
+        """Yield all combinations of parameters, the last parameter fastest."""
+        yield from itertools.product(*(range(axis.size) for axis in self.axes_of("parameter")))
+
+    def blocks(self, combination: Combination, sizes: Sequence[int], region: Block | None = None) -> Iterator[Block]:
+        """Yield the blocks of one robot, of given sizes; of those that share poses with a region of the coordinates."""
+        others = [axis.size for axis in self.axes if axis.kind != "parameter"]
+        for block in cut(others, sizes[len(combination) :]):
+            coordinates = block[len(others) - len(region) :] if region else ()
+            if all(a.start < b.stop and b.start < a.stop for a, b in zip(coordinates, region or (), strict=True)):
+                yield (*(slice(k, k + 1) for k in combination), *block)
 
     def parameters(self, combination: Combination) -> dict[str, object]:
         """Return the values of all parameters."""
@@ -164,31 +176,34 @@ class SweepSpec:
     # ---- robots -----------------------------------------------------------------------------------------------------
 
     def robot(self, combination: Combination) -> Robot:
-        """Return a robot; each thread keeps the last few, because robots are costly to build and not made to be shared."""
-        kept: OrderedDict[object, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
-        key = (self.identity, combination)
-        if key not in kept:
-            varying = [axis.name for axis in self.axes_of("parameter")]
-            values = self.parameters(combination)
-            with saying({name: values[name] for name in varying}):
-                kept[key] = self.source.load(values)
-        kept.move_to_end(key)
-        while len(kept) > KEPT:
-            kept.popitem(last=False)
-        return kept[key]
+        """Return a robot; the last few are kept, because they are costly to build."""
+        with _lock:
+            key, values = self._key(combination), self.parameters(combination)
+            if key not in _kept:
+                with saying({axis.name: values[axis.name] for axis in self.axes_of("parameter")}):
+                    _kept[key] = self.source.load(values)
+            _kept.move_to_end(key)
+            while len(_kept) > KEPT:
+                _kept.popitem(last=False)
+            return _kept[key]
 
     def keep(self, combination: Combination, robot: Robot) -> None:
-        """Let this thread use a robot that is there already."""
-        kept: OrderedDict[object, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
-        kept[self.identity, combination] = robot
+        """Use a robot that is there already."""
+        with _lock:
+            _kept[self._key(combination)] = robot
+
+    def _key(self, combination: Combination) -> tuple[object, ...]:
+        links = tuple(sorted(self.source.links.items()))
+        files = tuple(self.source.files.items())
+        return self.source.path, self.source.text, files, links, tuple(self.parameters(combination).items())
 
     def assemble(self, robot: Robot, values: Mapping[str, ArrayLike], near: Configuration | None = None) -> Configuration:
-        """Return the poses (N,) at coordinates, which have been warned of before, along a line from the zero pose or ``near``."""
+        """Return the poses (N,) at coordinates, followed along a line from the zero pose or ``near``; warnings came before."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
         return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
 
-    # ---- what makes it this sweep and no other ----------------------------------------------------------------------
+    # ---- its identity -----------------------------------------------------------------------------------------------
 
     @property
     def arguments(self) -> dict[str, object]:
@@ -206,10 +221,7 @@ class SweepSpec:
             "frame": self.frame,
             **{name: plain(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
             "closure_tolerance": self.closure_tolerance,
-            "beams": self.beams,
-            "ways": self.ways,
-            **({"compensate": list(self.compensated)} if self.compensated else {}),
-            **({} if self.outputs is None else {"outputs": list(self.outputs)}),
+            "outputs": list(self.outputs),
         }
 
     @cached_property
@@ -234,7 +246,7 @@ class SweepSpec:
 
 @contextmanager
 def saying(parameters: Mapping[str, object]) -> Iterator[None]:
-    """Let complaints about a robot's file say with which parameters it was read."""
+    """Let errors of a robot's file name the parameters with which it was read."""
     try:
         yield
     except RobotFileError as error:

@@ -1,4 +1,4 @@
-"""Whether neighbours on the grid belong together: a joint that jumps between them is in another assembly mode.
+"""Continuity between neighbours on the grid: an edge along which a joint jumps leads to another assembly mode.
 
 Along a grid the coordinates of all joints are continuous functions of the given ones, and so the steps between neighbours change
 little from one to the next. A step that is much larger than those beside it is suspect, and the robot itself decides: followed

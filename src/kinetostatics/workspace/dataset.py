@@ -1,4 +1,4 @@
-"""How the Dataset of a sweep is laid out: dimensions, variables, units, labels."""
+"""The Dataset of a sweep: dimensions, variables, units and labels, from the table of quantities."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.reports.json import wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
-from kinetostatics.workspace.sweep_spec import SweepSpec
+from kinetostatics.workspace.plan import SweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,19 +26,19 @@ if TYPE_CHECKING:
 
 #: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
 MOVED, CHANGED = 0.05, 1e-5
-#: ``mode``: which assembly mode reaches a pose.
-ZERO_MODE, OTHER_MODE, NO_MODE = 0, 1, -1
+#: ``mode``: the assembly mode of the zero pose reaches a pose, or none was found to.
+REACHED, NOT_REACHED = 0, -1
 
 
 @dataclass(frozen=True)
 class Labels:
-    """What the entries of the Dataset's further dimensions are called; the same for all robots of a sweep.
+    """The labels of the Dataset's further dimensions; the same for all robots of a sweep.
 
     Attributes:
         robot: the robot's name.
         axes: labels by dimension, also of dimensions that no variable has.
-        said: dimensions and entries of coordinates that say units, limbs and labels of these.
-        loose: which of Pinocchio's coordinates local freedoms change, so that they say nothing of the assembly mode.
+        said: dimensions and entries of the coordinates that hold units, limbs and labels of these.
+        loose: which model coordinates local freedoms change, so that they say nothing of the assembly mode.
         outputs: names of the variables.
     """
 
@@ -47,6 +47,16 @@ class Labels:
     said: Mapping[str, tuple[tuple[str, ...], Sequence[object]]]
     loose: tuple[bool, ...]
     outputs: tuple[str, ...]
+
+    @property
+    def variables(self) -> dict[str, Entry]:
+        """The variables of the Dataset."""
+        return {name: VARIABLES[name] for name in self.outputs}
+
+    @property
+    def dims(self) -> set[str]:
+        """The dimensions that some variable has and the grid does not."""
+        return {dim for item in self.variables.values() for dim in item.dims}
 
 
 def _flags(words: Mapping[int, str]) -> dict[str, object]:
@@ -72,7 +82,7 @@ _UNITS_OF = ("twist", "stiffness", "compliance", "actuator_force", "actuator_pos
 #: Attributes of variables whose numbers stand for words.
 FLAGS: Mapping[str, Mapping[str, object]] = {
     "status": _flags({int(item): item.name.lower() for item in Status}),
-    "mode": _flags({NO_MODE: "none_found", ZERO_MODE: "mode_of_the_zero_pose", OTHER_MODE: "only_another_mode"}),
+    "mode": _flags({NOT_REACHED: "none_found", REACHED: "mode_of_the_zero_pose"}),
 }
 
 
@@ -81,11 +91,6 @@ def attributes_of(name: str) -> dict[str, object]:
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}
-
-
-def _nothing(entry: Entry) -> object:
-    """Return what stands where nothing has been written."""
-    return NO_MODE if entry.dtype == np.int8 else False if entry.dtype == np.bool_ else np.nan
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
@@ -98,11 +103,11 @@ def numbered(labels: Iterable[str]) -> list[str]:
     return found
 
 
-def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
+def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, closure_tolerance=np.inf, on_failure="nan")
-    result = analyze(generic, **spec.extras, on_failure="nan")
-    q, pose = _q_labels(robot), orientation_named(spec.orientation).pose_names
+    result = analyze(generic, **plan.extras, on_failure="nan")
+    q, pose = _q_labels(robot), orientation_named(plan.orientation).pose_names
     axes: dict[str, tuple[str, ...]] = {
         **axes_of(robot.statics),
         "source": tuple(result.contributions),
@@ -124,14 +129,12 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         said[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
     said["platform_coordinate_unit"] = ("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in pose]
     said["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
-    extras = {"": True, "beams": spec.beams, "ways": spec.ways, "compensate": bool(spec.compensated)}
-    chosen = [name for name, item in VARIABLES.items() if extras.get(item.extra)] if spec.outputs is None else spec.outputs
-    outputs = [name for name, item in VARIABLES.items() if item.extra == "always" or name in chosen]
+    outputs = [name for name, item in VARIABLES.items() if item.extra == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
-    return Labels(robot.name, axes, said, loose_coordinates(spec, robot), there)
+    return Labels(robot.name, axes, said, loose_coordinates(plan, robot), there)
 
 
-def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
+def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
     """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
 
     They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
@@ -140,13 +143,13 @@ def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
         return (False,) * robot.mechanism.tree.nq
     q = robot.model_q(robot.generic_poses)[:, 0]
     pose = robot.configuration(q, closure_tolerance=np.inf, on_failure="nan")
-    known = pose.platform_coordinates(spec.orientation) if spec.kind == "platform" else pose.actuators
-    names = [*spec.held, *(axis.name for axis in spec.axes_of("coordinate"))]
+    known = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
+    names = [*plan.held, *(axis.name for axis in plan.axes_of("coordinate"))]
     random = np.random.default_rng(6)
     starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
     near = robot.configuration(starts, closure_tolerance=np.inf, on_failure="nan")
     try:
-        found = spec.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
+        found = plan.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
     except (KinetostaticsError, KeyError):  # somebody else will complain
         return (False,) * robot.mechanism.tree.nq
     ends = found.q[found.status != Status.UNREACHABLE]
@@ -170,16 +173,11 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
     return found
 
 
-def variables(labels: Labels) -> dict[str, Entry]:
-    """Return the variables that a Dataset with these labels has."""
-    return {name: VARIABLES[name] for name in labels.outputs}
-
-
 def _said(labels: Labels) -> dict[str, xr.Variable]:
-    """Return the coordinates that say units, limbs and labels of what some variable has."""
+    """Return the coordinates that hold units, limbs and labels of what some variable has."""
     import xarray as xr
 
-    dims, told, found = _dims(labels), {item.unit for item in variables(labels).values()}, {}
+    dims, told, found = labels.dims, {item.unit for item in labels.variables.values()}, {}
     for name, (mine, values) in labels.said.items():
         if {*mine} <= dims and (name in told or not name.endswith("_unit")):
             texts = np.array(values, dtype=str)
@@ -187,23 +185,18 @@ def _said(labels: Labels) -> dict[str, xr.Variable]:
     return found
 
 
-def _dims(labels: Labels) -> set[str]:
-    """Return the dimensions that the grid does not have and some variable has."""
-    return {dim for item in variables(labels).values() for dim in item.dims}
-
-
-def check_names(spec: SweepSpec, labels: Labels) -> None:
-    """See to it that no dimension or held value is called like something else in the Dataset.
+def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> None:
+    """Check that no dimension or held value is called like something else in the Dataset, and that outputs ``named`` exist.
 
     Raises:
         ArgumentError: one is, or two are called alike.
     """
-    for name in spec.outputs or ():
+    for name in named:
         for dim in VARIABLES[name].dims:
             if not labels.axes[dim]:
                 raise ArgumentError(f"{labels.robot!r} has no {_AXES[dim]}: there is no output {name!r}")
-    taken = {*variables(labels), *_dims(labels), *_said(labels)}
-    for name in (*(axis.name for axis in spec.axes), *spec.held, *spec.constants):
+    taken = {*labels.outputs, *labels.dims, *_said(labels)}
+    for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
         if name in taken:
             raise ArgumentError(
                 f"{name!r} cannot be the name of a dimension or coordinate here: the Dataset has that name already, "
@@ -212,23 +205,23 @@ def check_names(spec: SweepSpec, labels: Labels) -> None:
         taken.add(name)
 
 
-def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
+def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
     """Return all coordinates of the Dataset."""
     import xarray as xr
 
     found: dict[str, xr.Variable] = {}
-    for axis in spec.axes:
+    for axis in plan.axes:
         units = {"units": axis.units} if axis.units else {}
         found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
-    dim, unit = ("platform_coordinate",) * 2 if spec.kind == "platform" else ("actuator", "actuator_position")
+    dim, unit = ("platform_coordinate",) * 2 if plan.kind == "platform" else ("actuator", "actuator_position")
     units_of_coordinates = dict(zip(labels.axes[dim], labels.said[f"{unit}_unit"][1], strict=True))
-    for name, value in spec.held.items():
+    for name, value in plan.held.items():
         held = {"long_name": f"{name}, the same at all poses", "units": units_of_coordinates[name]}
         found[name] = xr.Variable((), value, held)
-    for name, constant in spec.constants.items():
+    for name, constant in plan.constants.items():
         attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
         found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
-    for name in (name for name in _AXES if name in _dims(labels)):
+    for name in (name for name in _AXES if name in labels.dims):
         found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]})
     return {**found, **_said(labels)}
 
@@ -240,15 +233,21 @@ def _stored(values: Values) -> Values:
     return values.astype(np.int8) if values.dtype.kind == "b" else values
 
 
-def template(spec: SweepSpec, labels: Labels) -> xr.Dataset:
-    """Return a Dataset with all coordinates and variables, whose arrays over the grid take no memory and mean nothing."""
+def shapes(plan: SweepPlan, labels: Labels) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of all variables."""
+    return {
+        name: (*(axis.size for axis in plan.axes if axis.kind in item.varies), *(len(labels.axes[dim]) for dim in item.dims))
+        for name, item in labels.variables.items()
+    }
+
+
+def dataset(plan: SweepPlan, labels: Labels, arrays: Mapping[str, object], attributes: Mapping[str, object]) -> xr.Dataset:
+    """Return the Dataset of a sweep: its coordinates, and arrays of some of its variables."""
     import xarray as xr
 
-    coords = coordinates(spec, labels)
-    sizes = {name: coordinate.shape[0] for name, coordinate in coords.items() if coordinate.dims == (name,)}
-    data: dict[str, xr.Variable] = {}
-    for name, item in variables(labels).items():
-        dims = (*(axis.name for axis in spec.axes if axis.kind in item.varies), *item.dims)
-        nothing = np.array(_nothing(item), dtype=item.dtype)
-        data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), attributes_of(name))
-    return xr.Dataset(data, coords=coords)
+    data = {}
+    for name, array in arrays.items():
+        item = labels.variables[name]
+        dims = (*(axis.name for axis in plan.axes if axis.kind in item.varies), *item.dims)
+        data[name] = xr.Variable(dims, array, attributes_of(name))
+    return xr.Dataset(data, coordinates(plan, labels), attributes)

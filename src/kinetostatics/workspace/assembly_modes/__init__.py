@@ -1,1 +1,0 @@
-"""Poses of a map in another assembly mode: found, followed and mended."""

@@ -1,0 +1,299 @@
+"""Continuity of the assembly mode along the grid of one robot, once each pose was tried on the straight line from the zero pose.
+
+That line may jump to another assembly mode where two of them come near each other, and it may leave the workspace although the
+pose belongs to it. Both show only beside neighbouring poses:
+
+1. Neighbours whose joints differ too much (:mod:`kinetostatics.workspace.edges`) are followed from one to the other. Where that
+   leads elsewhere, both are followed once more from the zero pose, in small steps, and so are the neighbours of those that end
+   elsewhere.
+2. From the poses that are reached their neighbours are tried, ring by ring, until nothing more is reached.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.robot import Robot
+from kinetostatics.status import Status
+from kinetostatics.workspace.dataset import Labels
+from kinetostatics.workspace.edges import Edges, JointScale, neighbours, suspect_edges
+from kinetostatics.workspace.grid import Block
+from kinetostatics.workspace.plan import SweepPlan
+
+#: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
+STEPS, FINE = 48, 8
+#: Two ways to one pose end alike up to so much [rad], and that part of the step between its neighbours.
+ALIKE, ALIKE_PART = 1e-5, 0.02
+#: How often poses are taken back and reached anew.
+ROUNDS = 5
+#: Poses beside reached ones that are tried first; if none of them is reached, the others are not tried.
+PROBES = 200
+
+
+@dataclass(frozen=True, eq=False)
+class Continued:
+    """The poses of a region after the second look.
+
+    Attributes:
+        which: flat numbers of the poses that have changed.
+        q: (n, nq) their model coordinates, NaN where not reached.
+        jumps: pairs of neighbours that are in different modes, in the end.
+        retracted: how many poses the straight line had reached in another mode.
+        gained: how many more poses are reached.
+    """
+
+    which: Index
+    q: Array
+    jumps: int
+    retracted: int
+    gained: int
+
+
+def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> Continued:
+    """Return what continuity along the grid changes of the poses in a region of the coordinate axes.
+
+    Args:
+        plan: of the sweep.
+        labels: of the Dataset.
+        robot: the robot.
+        region: of the coordinate axes.
+        q: (…region, nq) model coordinates, NaN where not reached.
+        o: (…region, 3) place of o [m], by which poses differ whose loose joints tell nothing.
+        reached: (…region).
+    """
+    front = _Front(plan, labels, robot, region, q, o, reached)
+    gained = front.probe()
+    for _ in range(ROUNDS):
+        before = front.count
+        wrong = front.take_back()
+        if before < reached.size or wrong:
+            front.spread(everywhere=gained or wrong > 0)
+        if not wrong and front.count == before:
+            break
+    was = reached.ravel()
+    which = np.flatnonzero((front.reached != was) | (front.reached & front.retracted))
+    return Continued(
+        which,
+        np.where(front.reached[which, None], front.q[which, : front.nq], np.nan),
+        front.jumps() if which.size else 0,
+        int(np.sum(front.retracted & was)),
+        int(np.sum(front.reached & ~was)),
+    )
+
+
+class _Front:
+    """The poses of a region by their flat numbers, and what has been tried with them.
+
+    Attributes:
+        q: (N, nq) model coordinates where the pose is reached; and if some of them are loose, x, y, z of o behind them.
+        reached: (N,) whether the zero pose's mode reaches it.
+        retracted: (N,) whether it had been reached in another mode.
+    """
+
+    def __init__(self, plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> None:
+        self.plan, self.robot, self.region = plan, robot, region
+        self.shape, size, self.nq = reached.shape, reached.size, q.shape[-1]
+        places = [o] if any(labels.loose) else []
+        self.q = np.concatenate([item.reshape(size, item.shape[-1]) for item in (q, *places)], axis=-1)
+        self.reached = reached.flatten()
+        self.retracted = np.zeros(size, dtype=bool)
+        units = np.array([*labels.said["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
+        firm = np.array([*(not loose for loose in labels.loose), *(True,) * (3 * len(places))])
+        self.scale = JointScale(firm * np.where(units == "m", 1 / robot.length, 1.0), (units == "rad") & firm)
+        self._sound = np.zeros(0, dtype=np.intp)  # edges that have been followed and are as they should be
+        self._source = np.full(size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
+        self._tried = np.zeros((2 * reached.ndim, size), dtype=bool)
+
+    @property
+    def count(self) -> int:
+        """Number of poses that are reached."""
+        return int(np.sum(self.reached))
+
+    @cached_property
+    def values(self) -> dict[str, Array]:
+        """The given coordinates (N,) of all poses."""
+        return self.plan.coordinates(self.region)
+
+    def at(self, which: Index) -> dict[str, Array]:
+        """Return the given coordinates of some poses."""
+        return {name: array[which] for name, array in self.values.items()}
+
+    def set(self, which: Index, q: Array | None, source: Index | int = -1) -> None:
+        """Place poses, which have been reached from neighbours or not; without ``q`` they are reached no more."""
+        self.reached[which], self._source[which] = q is not None, source
+        if q is not None:
+            self.q[which] = q
+        self._sound = self._sound[~np.isin(np.divmod(self._sound, self.reached.size), which).any(axis=0)]
+
+    # ---- following --------------------------------------------------------------------------------------------------
+
+    def follow(
+        self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
+    ) -> tuple[Array, Mask]:
+        """Follow straight lines in so many steps; return where they end, and whether they arrive.
+
+        Args:
+            starts: (n, nq) poses; None: the zero pose.
+            first: their coordinates.
+            targets: coordinates (n,) to be reached.
+            steps: how many.
+        """
+        count = len(next(iter(targets.values())))
+        q = np.full((count, self.q.shape[1]), np.nan) if starts is None else starts.copy()
+        alive = np.arange(count)
+        for left in reversed(range(steps)):
+            goal = {name: (end - (end - first[name]) * left / steps)[alive] for name, end in targets.items()}
+            near = None
+            if starts is not None or left < steps - 1:
+                near = self.robot.configuration(q[alive, : self.nq], closure_tolerance=np.inf, on_failure="nan")
+            found = self.plan.assemble(self.robot, goal, near)
+            arrived = np.asarray(found.status != Status.UNREACHABLE)
+            alive = alive[arrived]
+            q[alive, : self.nq] = found.q[arrived]
+            if q.shape[1] > self.nq:
+                place = found.platform_coordinates(self.plan.orientation)
+                q[alive, self.nq :] = np.stack([place[name] for name in "xyz"], axis=-1)[arrived]
+            if not alive.size:
+                break
+        return q, np.isin(np.arange(count), alive)
+
+    def follow_from_zero(self, which: Index) -> tuple[Array, Mask]:
+        """Follow the straight lines from the zero pose to poses in small steps."""
+        targets, zero = self.at(which), self.zero_coordinates()
+        return self.follow(None, {name: zero.get(name, targets[name]) for name in targets}, targets, STEPS)
+
+    def zero_coordinates(self) -> dict[str, float]:
+        """Return the zero pose's coordinates, without an azimuth if it is not tilted."""
+        zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], closure_tolerance=np.inf)
+        if self.plan.kind != "platform":
+            return {name: float(value) for name, value in zero.actuators.items()}
+        found = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
+        if self.plan.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
+            del found["azimuth"]
+        return found
+
+    # ---- 1: other modes ---------------------------------------------------------------------------------------------
+
+    def suspects(self) -> Edges:
+        """Return the edges whose steps are too large."""
+        found = suspect_edges(self.q.reshape(*self.shape, -1), self.reached.reshape(self.shape), self.scale)
+        return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
+
+    def examine(self, edges: Edges) -> tuple[Edges, Mask]:
+        """Follow edges, in small steps where one does not do; return those that fail, and which of them lead elsewhere."""
+        elsewhere = np.zeros(0, dtype=bool)
+        for steps in (1, FINE):
+            if len(edges):
+                ends, arrived = self.follow(self.q[edges.first], self.at(edges.first), self.at(edges.second), steps)
+                step = self.scale.difference(self.q[edges.first], self.q[edges.second])
+                same = arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + ALIKE_PART * step)
+                self._sound = np.append(self._sound, (edges.first * self.reached.size + edges.second)[same])
+                edges = edges.where(~same)
+                elsewhere = arrived[~same]
+        return edges, elsewhere
+
+    def jumps(self) -> int:
+        """Return the number of edges that lead to another mode."""
+        return int(self.examine(self.suspects())[1].sum())
+
+    def take_back(self) -> int:
+        """Take back poses that are not in the mode of the zero pose, and return how many.
+
+        Those on the straight line from the zero pose are followed again in small steps. A way from neighbour to neighbour may
+        have passed a singular pose: what was reached on it goes, and what was reached from there.
+        """
+        edges, elsewhere = self.examine(self.suspects())
+        if not len(edges):
+            return 0
+        wrong = np.zeros(self.reached.size, dtype=bool)
+        seen = self._source >= 0
+        ask = np.unique([edges.first, edges.second])
+        while (ask := ask[~seen[ask]]).size:
+            seen[ask] = True
+            ends, arrived = self.follow_from_zero(ask)
+            right = arrived & (self.scale.difference(ends, self.q[ask]) < ALIKE)
+            wrong[ask[~right]] = True
+            moved = arrived & ~right
+            self.set(ask[~right], None)
+            self.set(ask[moved], ends[moved])
+            ask = self._beside(ask[~right])
+        from_neighbours = self._source >= 0
+        for this, other in ((edges.first, edges.second), (edges.second, edges.first)):
+            wrong[this[from_neighbours[this] & elsewhere & ~wrong[other]]] = True
+        while np.any(more := from_neighbours & wrong[self._source] & ~wrong):
+            wrong |= more
+        gone = np.flatnonzero(wrong & from_neighbours)
+        # a neighbour that stays must not mislead them again; those that go may be right the next time
+        self._tried[:, gone[wrong[self._source[gone]]]] = False
+        self.set(gone, None)
+        self.retracted |= wrong
+        return int(wrong.sum())
+
+    def _beside(self, which: Index) -> Index:
+        """Return the reached poses beside some."""
+        there, found = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
+        there.ravel()[which] = True
+        for _, lower, upper in neighbours(self.shape):
+            found[lower] |= there[upper]
+            found[upper] |= there[lower]
+        return np.flatnonzero(found.ravel() & self.reached)
+
+    # ---- 2: from neighbour to neighbour -----------------------------------------------------------------------------
+
+    def probe(self) -> bool:
+        """Try some poses from neighbours, and return whether any is reached."""
+        targets, starts, ways = self._ring()
+        if targets.size > PROBES:
+            some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
+            targets, starts, ways = targets[some], starts[some], ways[some]
+        return self._try(targets, starts, ways)
+
+    def spread(self, everywhere: bool = True) -> None:
+        """Reach neighbours of reached poses, ring by ring, and their neighbours; each from each of them once at most.
+
+        ``everywhere`` False: only those between two that are reached. That such a pose is out of reach is so unlikely that one
+        failure does not prove it.
+        """
+        while (ring := self._ring(everywhere))[0].size:
+            self._try(*ring)
+
+    def _try(self, targets: Index, starts: Index, ways: Index) -> bool:
+        """Try poses from neighbours, those that were taken back in small steps, and return whether any is reached."""
+        count = self.count
+        self._tried[ways, targets] = True
+        for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
+            if np.any(mine):
+                to, by = targets[mine], starts[mine]
+                ends, arrived = self.follow(self.q[by], self.at(by), self.at(to), steps)
+                self.set(to[arrived], ends[arrived], by[arrived])
+        return self.count > count
+
+    def _ring(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
+        """Return poses beside reached ones, for each a reached neighbour, and which of its neighbours that is.
+
+        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since,
+        and one between two reached ones from all its neighbours.
+        """
+        numbers = np.arange(self.reached.size).reshape(self.shape)
+        start = np.full(self.reached.size, -1, dtype=np.intp)
+        way = np.zeros(self.reached.size, dtype=np.intp)
+        if self.reached.all():
+            return np.zeros(0, dtype=np.intp), start[:0], way[:0]
+        new, there = self._source >= 0, self.reached
+        between = np.zeros(self.reached.size, dtype=bool)
+        for _, lower, upper in neighbours(self.shape):
+            between[numbers[upper][lower]] |= there[numbers[lower][lower]] & there[numbers[upper][upper]]
+        again = between | self.retracted | ~np.any(self._tried, axis=0) if everywhere else between
+        for axis, lower, upper in neighbours(self.shape):
+            for side, (to, by) in enumerate(((upper, lower), (lower, upper))):
+                target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
+                fit = ~there[target] & there[source] & ~self._tried[k, target] & (start[target] < 0)
+                fit &= again[target] | (new[source] & everywhere)
+                start[target[fit]], way[target[fit]] = source[fit], k
+        targets = np.flatnonzero(start >= 0)
+        return targets, start[targets], way[targets]

@@ -1,0 +1,348 @@
+"""The arrays of a sweep: in memory, or chunk by chunk in a zarr store, in which an interrupted sweep goes on.
+
+The store lies beside the map, as ``map.nc.part``. Its chunks are the blocks of the sweep, and ``status`` is written last of each
+block: a block is done when there is a chunk of it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import glob
+import json
+import math
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.math.arrays import Values
+from kinetostatics.workspace.dataset import Labels, attributes_of, dataset, shapes
+from kinetostatics.workspace.grid import Block, cut
+from kinetostatics.workspace.plan import SweepPlan, plain
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf: their types have nothing in common
+
+#: Engines of xarray by the endings of files, and the packages that they need.
+ENGINES = {".nc": ("h5netcdf", "h5py", "zarr"), ".nc4": ("h5netcdf", "h5py", "zarr"), ".zarr": ("zarr",)}
+#: Attribute of an unfinished store that says what sweep it is of, and beginning of the names of files in it that hold what
+#: continuity changes.
+NOTES, CHANGES = "unfinished", ".continuity"
+#: Attributes of a Dataset that say what sweep it comes from, and what messages call other values of them.
+COMPARED = {
+    "arguments": "other arguments",
+    "robot_text_sha256": "another robot",
+    "kinetostatics_version": "another version of kinetostatics",
+    "pinocchio_version": "another version of pinocchio",
+    "numpy_version": "another version of numpy",
+}
+
+
+def packages_of(path: str) -> tuple[str, ...]:
+    """Return the packages that a file needs; the first is xarray's engine.
+
+    Raises:
+        ArgumentError: its ending is none that is known.
+    """
+    for ending, packages in ENGINES.items():
+        if path.rstrip("/").lower().endswith(ending):
+            return packages
+    raise ArgumentError(f"out is {path!r}; it must end in .nc (netCDF) or .zarr")
+
+
+def is_there(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
+    """Return whether a map is there already.
+
+    Args:
+        path: of the map.
+        identity: of the sweep.
+        attributes: that its Dataset will have.
+        restart: whether a map of another sweep may be overwritten.
+
+    Raises:
+        ArgumentError: there is something else, or the map of another sweep; or there is no folder for it.
+    """
+    if not os.path.exists(path):
+        parent = os.path.dirname(os.path.abspath(path))
+        if not os.path.isdir(parent):
+            raise ArgumentError(f"out is {path!r}, but there is no folder {parent!r}")
+        return False
+    try:
+        with open_map(path) as there:
+            found = dict(there.attrs)
+    except Exception:
+        found = {}
+    if "sweep_sha256" not in found:
+        raise ArgumentError(f"{path} is there already and is not the map of a sweep; choose another name")
+    if restart:
+        return False
+    if found["sweep_sha256"] == identity:
+        return True
+    differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["other arguments"]
+    raise ArgumentError(
+        f"{path} is the map of another sweep, with {', '.join(differ)}; choose another name, or let it be overwritten "
+        "(restart=True, --restart)"
+    )
+
+
+def open_map(path: str) -> xr.Dataset:
+    """Open a stored map; its numbers are read when they are needed."""
+    import xarray as xr
+
+    return xr.open_dataset(path, engine=packages_of(path)[0])
+
+
+class Arrays:
+    """The variables of a sweep in memory.
+
+    Attributes:
+        arrays: by name, NumPy's, or others that are read and written by slices.
+        sizes: of the blocks.
+    """
+
+    arrays: Mapping[str, Stored]
+
+    def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...]) -> None:
+        self.plan, self.labels, self.sizes = plan, labels, sizes
+        self._items = labels.variables
+        self._create()
+
+    def _create(self) -> None:
+        sizes = shapes(self.plan, self.labels)
+        self.arrays = {name: np.empty(sizes[name], item.dtype) for name, item in self._items.items()}
+
+    def write(self, block: Block, numbers: Mapping[str, Values]) -> None:
+        """Write the variables of a block, its status last."""
+        for name in (*(name for name in self._items if name != "status"), "status"):
+            self.arrays[name][self._where(name, block)] = numbers[name]
+
+    def read(self, name: str, block: Block) -> Values:
+        """Return a variable in a block."""
+        return np.asarray(self.arrays[name][self._where(name, block)])
+
+    def _where(self, name: str, block: Block) -> Stored:
+        kinds = self._items[name].varies
+        return tuple(piece for piece, axis in zip(block, self.plan.axes, strict=True) if axis.kind in kinds) or ...
+
+    def is_done(self, block: Block) -> bool:
+        """Return whether a block was computed before the sweep was interrupted."""
+        return False
+
+    def changes(self, region: str) -> dict[str, Any] | None:
+        """Return what :meth:`keep` was given before the sweep was interrupted."""
+        return None
+
+    def keep(self, region: str, changes: Mapping[str, Any]) -> None:
+        """Keep what continuity changes in a region, by its name, before it is changed."""
+
+
+class Store(Arrays):
+    """The variables of a sweep in a zarr store, beside the map ``out`` that it becomes.
+
+    Attributes:
+        path: of the map.
+        folder: of the store.
+    """
+
+    def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
+        """Take up the store of an interrupted sweep, or make a new one.
+
+        Raises:
+            ArgumentError: there is one of another sweep, or too little room.
+            KinetostaticsError: it cannot be written.
+        """
+        self.path, self.folder, self._restart = path, f"{path}.part", restart
+        with self.telling():
+            super().__init__(plan, labels, sizes)
+
+    @contextlib.contextmanager
+    def telling(self) -> Iterator[None]:
+        """Turn errors of the file system into one that names the file."""
+        try:
+            yield
+        except OSError as error:
+            raise KinetostaticsError(
+                f"{error.filename or self.folder}: {error.strerror or error}; what has been computed stays in {self.folder}, and "
+                "the same call goes on with it"
+            ) from None
+
+    def _create(self) -> None:
+        import zarr
+
+        group: Stored = self._interrupted()
+        if group is None:
+            _check_disk(self.plan, self.labels, self.path)
+            shutil.rmtree(self.folder, ignore_errors=True)
+            empty = dataset(self.plan, self.labels, {}, {})
+            empty.to_zarr(self.folder, mode="w", consolidated=False, zarr_format=2)
+            group = zarr.open_group(self.folder, mode="a", zarr_format=2)
+            lengths = dict(zip((axis.name for axis in self.plan.axes), self.sizes, strict=True))
+            for name, shape in shapes(self.plan, self.labels).items():
+                item = self._items[name]
+                dims = [*(axis.name for axis in self.plan.axes if axis.kind in item.varies), *item.dims]
+                group.create_array(
+                    name,
+                    shape=shape,
+                    dtype=item.dtype,
+                    fill_value=np.nan if np.dtype(item.dtype).kind == "f" else None,
+                    attributes={"_ARRAY_DIMENSIONS": dims, **_plain_attributes(name)},
+                    chunks=tuple(min(lengths.get(dim, n), n) for dim, n in zip(dims, shape, strict=True)),
+                    compressors=None,
+                )
+            group.attrs[NOTES] = {"sizes": list(self.sizes), "facts": plain(self.plan.facts)}
+        with zarr.config.set({"array.write_empty_chunks": True}):  # zarr would leave out chunks that are zero, or NaN, throughout
+            self._group, self.arrays = group, {name: group[name] for name in self._items}
+
+    def _interrupted(self) -> Stored | None:
+        """Return the store of an interrupted sweep if there is one.
+
+        Raises:
+            ArgumentError: it is of another sweep.
+        """
+        import zarr
+
+        if self._restart or not os.path.exists(self.folder):
+            return None
+        try:
+            group = zarr.open_group(self.folder, mode="r+", zarr_format=2)
+            notes: Any = group.attrs.get(NOTES)
+            if notes is None:  # it was interrupted when it had just begun
+                return None
+            known, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
+            readable = len(sizes) == len(self.sizes) and all(name in group for name in self._items)
+        except (OSError, ValueError, KeyError, TypeError):
+            known, readable = {}, False
+        facts = json.loads(json.dumps(plain(self.plan.facts)))  # through JSON, as the others have come
+        differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
+        if differ or not readable:
+            robot = "robot, or its file has changed"
+            named = dict.fromkeys(robot if key in ("robot", "robot's files") else key for key in differ)
+            what = ", with another " + ", ".join(named) if known else ", which cannot be read"
+            raise ArgumentError(
+                f"{self.folder} is the unfinished map of another sweep{what}; give its arguments to go on with it, choose "
+                "another name, or overwrite it (restart=True, --restart)"
+            )
+        self.sizes = sizes
+        return group
+
+    def write(self, block: Block, numbers: Mapping[str, Values]) -> None:
+        """Write the variables of a block, its status last."""
+        with self.telling():
+            super().write(block, numbers)
+
+    def is_done(self, block: Block) -> bool:
+        """Return whether a block was computed before the sweep was interrupted."""
+        place = tuple(piece.start // size for piece, size in zip(block, self.sizes, strict=True))
+        chunk: str = self.arrays["status"].metadata.encode_chunk_key(place)
+        return os.path.exists(os.path.join(self.folder, "status", chunk))
+
+    def changes(self, region: str) -> dict[str, Any] | None:
+        """Return what :meth:`keep` was given before the sweep was interrupted."""
+        path = os.path.join(self.folder, CHANGES + region)
+        if not os.path.exists(path):
+            return None
+        with np.load(path) as found:
+            return dict(found)
+
+    def keep(self, region: str, changes: Mapping[str, Any]) -> None:
+        """Keep what continuity changes in a region, by its name, before it is changed."""
+        path = os.path.join(self.folder, CHANGES + region)
+        with self.telling():
+            with open(f"{path}.partial", "wb") as file:
+                np.savez(file, **changes)
+            os.replace(f"{path}.partial", path)
+
+    def publish(self, attributes: Mapping[str, object]) -> None:
+        """Make the whole store the map ``out``, with the Dataset's attributes."""
+        import zarr
+
+        with self.telling():
+            if packages_of(self.path)[0] == "zarr":
+                unfinished = (*glob.glob(f"{self.folder}/**/*.partial", recursive=True), *glob.glob(f"{self.folder}/{CHANGES}*"))
+                for leftover in unfinished:
+                    os.remove(leftover)
+                self._group.attrs.put(dict(attributes))
+                zarr.consolidate_metadata(self.folder, zarr_format=2)
+                if os.path.isdir(self.path):
+                    shutil.rmtree(self.path)
+                os.replace(self.folder, self.path)
+                return
+            whole = os.path.join(self.folder, "whole.nc")
+            self._write_netcdf(whole, attributes)
+            os.replace(whole, self.path)
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _write_netcdf(self, path: str, attributes: Mapping[str, object]) -> None:
+        """Write the map as a netCDF-4 file, block by block."""
+        import h5netcdf
+
+        dataset(self.plan, self.labels, {}, attributes).to_netcdf(path, engine="h5netcdf", mode="w")
+        with h5netcdf.File(path, "a") as file:
+            for name, array in self.arrays.items():
+                # netCDF has no truth values: xarray's way to store them
+                dtype, more = (np.dtype(np.int8), {"dtype": "bool"}) if array.dtype == bool else (array.dtype, {})
+                fill = np.nan if dtype.kind == "f" else None
+                dims = array.attrs["_ARRAY_DIMENSIONS"]
+                made = file.create_variable(name, dims, dtype, fillvalue=fill, chunks=array.chunks or None)
+                made.attrs.update({**attributes_of(name), **more})
+                for where in cut(array.shape, array.chunks):
+                    made[where or ...] = array[where or ...].astype(dtype)
+
+
+def _plain_attributes(name: str) -> dict[str, object]:
+    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in attributes_of(name).items()}
+
+
+def size_of(plan: SweepPlan, labels: Labels) -> int:
+    """Return how many bytes the arrays of a map are."""
+    items = labels.variables
+    return sum(math.prod(shape) * np.dtype(items[name].dtype).itemsize for name, shape in shapes(plan, labels).items())
+
+
+def check_memory(plan: SweepPlan, labels: Labels) -> None:
+    """Check that a map fits into the machine's memory.
+
+    Raises:
+        ArgumentError: it does not.
+    """
+    try:
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # no such machine
+        return
+    needed = size_of(plan, labels)
+    if needed > memory:
+        raise ArgumentError(
+            f"a map of {_poses(plan)} takes {_bytes(needed)}, and this machine has {_bytes(memory)} of memory: write it to a "
+            "file (out=, --out), make it lazy (chunks= in Python), or take a coarser grid"
+        )
+
+
+def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
+    """Check that a map, and if it is netCDF the store from which it is written, fit on the disk.
+
+    Raises:
+        ArgumentError: they do not.
+    """
+    disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
+    is_store = packages_of(path)[0] == "zarr"
+    needed = size_of(plan, labels)
+    if disk.total and needed * (1 if is_store else 2) > disk.free:  # what is no disk will say why it cannot be written to
+        raise ArgumentError(
+            f"a map of {_poses(plan)} takes {_bytes(needed)}{'' if is_store else ', twice that while it is written'}, and the "
+            f"disk of {path!r} has {_bytes(disk.free)} free: take a coarser grid or another disk"
+        )
+
+
+def _poses(plan: SweepPlan) -> str:
+    return "1 pose" if plan.size == 1 else f"{plan.size:,} poses"
+
+
+def _bytes(size: float) -> str:
+    """Return a number of bytes in words."""
+    power = min(int(math.log10(max(size, 1)) / 3), 5)
+    return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB', 'PB')[power]}"
