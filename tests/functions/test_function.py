@@ -164,8 +164,8 @@ def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
     slide = robot(*parts, loop("prismatic", links[0], still, links[1], still, axis=up, name="drive"))
     f = ks.compile(slide, ("z",), outputs=("actuators",))
     places = ("drive.predecessor_placement", "drive.successor_placement")
-    J = f.jacobian("actuators", ("z", *places))(z=1e-4)["actuators"]
-    assert J["z"] == pytest.approx(sign)
+    J = f.jacobian("actuators", ("z", "load", *places))(z=1e-4)["actuators"]
+    assert J["z"] == pytest.approx(sign) and not J["load"].any()
     assert [float(J[place][0, 2]) for place in places] == pytest.approx([-1.0, 1.0])
 
 

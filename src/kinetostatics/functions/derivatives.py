@@ -103,9 +103,9 @@ class Gradients:
             total[:, where] = 0.0
             for kind, direction in directions.items():
                 mine = leaves[:, 0] == kind
-                moved = direction[leaves[mine, 1]].reshape(int(mine.sum()), -1)
-                moved = moved[:, where] if moved.shape[1] == self._N else moved
-                total[:, where] += np.einsum("mln,ln->mn", found[:, mine], np.broadcast_to(moved, (len(moved), where.size)))
+                moved = direction.reshape(len(direction), -1)[leaves[mine, 1]]
+                moved = moved[:, where] if moved.shape[1] == self._N else np.repeat(moved, where.size, axis=1)
+                total[:, where] += np.einsum("mln,ln->mn", found[:, mine], moved)
         ends = np.cumsum([len(rows) for rows in self.record.rows.values()])[:-1]
         parts = zip(self.record.shapes.items(), np.split(total, ends), strict=True)
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
