@@ -282,7 +282,7 @@ class Jacobian:
         flat, N = {name: np.broadcast_to(array, shape).ravel() for name, array in arrays.items()}, loads.shape[1]
         start = near.pose if isinstance(near, Values) else near
         if start is not None and start.shape != ():
-            raise ArgumentError("near= of derivatives wants a single pose")
+            raise ArgumentError("near= of derivatives needs a single pose")
         pose = function._pose(flat, start)
         target = np.array([flat.get(name, np.zeros(N)) for name in function.names]).reshape(len(function.names), N)
         status = analyze(pose, loads.T, fields.T, on_failure="nan", engine=function.engine).status
@@ -365,7 +365,7 @@ def compile(
         -0.34
     """
     if not isinstance(robot, Robot):
-        raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
+        raise ArgumentError(f"compile needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     if platform is None and orientation is not None:
