@@ -277,8 +277,8 @@ def test_the_server_of_the_command_listens_on_this_machine_only():
         (["--meshcat", "http://127.0.0.1:7000"], "no meshcat-server answers"),
         (["--meshcat", "tcp://127.0.0.1:1"], "no meshcat-server answers"),
         (["--meshcat", "--live"], "not allowed"),
-        (["--meshcat", "--platform", "z=0.5", "--sweep", "rx=0:1"], "shows one pose"),
-        (["--live", "--exaggeration", "5"], "leave --exaggeration out"),
+        (["--meshcat", "--platform", "z=0.5", "--sweep", "rx=0:1"], "exclude one another"),
+        (["--live", "--exaggeration", "5"], "exclude one another"),
         (["--exaggeration", "0"], "positive number"),
     ],
 )

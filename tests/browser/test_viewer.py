@@ -2,6 +2,7 @@
 
 import base64
 import io
+from dataclasses import replace
 
 import meshcat
 import numpy as np
@@ -26,6 +27,29 @@ from browser_pages import (
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.page import iframe_html
+
+#: Of each label that is shown: text, anchor and box on the screen, and whether a line leads to it.
+ANCHORS = """robot_page.labels.filter(l => l.element.style.visibility === 'visible').map(l => {
+  const p = l.anchor.getWorldPosition(new MeshCat.THREE.Vector3()).project(viewer.camera);
+  const stage = viewer.dom_element.getBoundingClientRect();
+  const r = l.element.getBoundingClientRect();
+  return [l.text(), stage.left + (0.5 + 0.5 * p.x) * stage.width, stage.top + (0.5 - 0.5 * p.y) * stage.height,
+    r.left, r.top, r.right, r.bottom, l.leader.style.visibility === 'visible'];
+})"""
+#: Tail and tip of an arrow on the screen.
+ON_SCREEN = """(path) => { const { object, size, spec } = robot_page.arrows.get(path);
+  const stage = viewer.dom_element.getBoundingClientRect();
+  return [0, size * spec.metres_per_unit].map((y) => {
+    const p = object.localToWorld(new MeshCat.THREE.Vector3(0, y, 0)).project(viewer.camera);
+    return [stage.left + (0.5 + 0.5 * p.x) * stage.width, stage.top + (0.5 - 0.5 * p.y) * stage.height]; }); }"""
+#: Where all vertices stand on the stage, -1 to 1.
+PROJECTED = """[...robot_page.solids.values()].flatMap(({ mesh }) => {
+  const out = [], p = mesh.geometry.attributes.position, v = new MeshCat.THREE.Vector3();
+  for (let i = 0; i < p.count; i++) {
+    v.fromBufferAttribute(p, i).applyMatrix4(mesh.matrixWorld).project(viewer.camera);
+    out.push([v.x, v.y]);
+  }
+  return out; })"""
 
 
 @pytest.fixture(scope="module", params=["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
@@ -236,6 +260,43 @@ def test_labels_do_not_overlap(visit, shown):
             assert left >= x0 and top >= y0 and right <= x1 and bottom <= y1
             for other, x, y, u, v in labels[k + 1 :]:
                 assert not (left < u - 1 and right > x + 1 and top < v - 1 and bottom > y + 1), (text, other)
+        for text, x, y, left, top, right, bottom, led in page.evaluate(ANCHORS):  # whose it is can be seen
+            gap = np.hypot(max(left - x, 0, x - right), max(top - y, 0, y - bottom))
+            assert gap < 62 and (led or gap <= 5), text
+
+
+def test_an_arrow_without_room_is_named_when_one_points_at_it(visit, one):
+    page = visit(one[1], (320, 640))
+    named = lambda: {text for text, *_ in page.evaluate(LABELS)}  # noqa: E731
+    page.evaluate("viewer.set_property(['Arrows', 'constraint forces'], 'visible', true)")
+    settle(page)
+    left_out = page.evaluate(
+        "robot_page.labels.filter(l => l.path && l.shown() && l.element.style.visibility === 'hidden').map(l => l.path)"
+    )
+    for path in left_out:
+        start, end = page.evaluate(ON_SCREEN, path)
+        page.mouse.move(*(np.array(start) + np.array(end)) / 2)
+        settle(page)
+        if page.evaluate("robot_page.pointed()") == path:  # and not another one before it
+            assert any(text.split("\n")[0] in path.replace("_", " ") or text.split("\n")[0] in path for text in named())
+            return
+    pytest.skip("every arrow has room, or none of the others can be reached")
+
+
+@pytest.mark.parametrize("size", [(1400, 900), (800, 600), (390, 800)])
+def test_the_first_picture_holds_the_whole_robot(visit, tmp_path, size):
+    """Of a flat robot that is seen from the side, which leads far away from the camera and near to it."""
+    ks.save_html(ks.analyze(ks.load_robot("planar_3rrr").assemble()), tmp_path / "flat.html")
+    page = visit((tmp_path / "flat.html").as_uri(), size)
+    assert np.abs(page.evaluate(PROJECTED)).max() < 1
+
+
+def test_a_rigid_robot_has_no_scale(visit, tmp_path):
+    robot = ks.load_robot("planar_3rrr")
+    rigid = ks.Robot(replace(robot.description, beams={}, path="rigid.urdf"))
+    ks.save_html(ks.analyze(rigid.assemble()), tmp_path / "rigid.html")
+    page = visit((tmp_path / "rigid.html").as_uri())
+    assert page.inner_text("#robot-legend") == "rigid: nothing deforms"
 
 
 def test_pictures_are_not_blank_and_well_framed(unchanged):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from numbers import Real
 
@@ -14,7 +14,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.cards import Card, Cards
-from kinetostatics.viewer.description import COLOURS, Mesh, Scene, Stations
+from kinetostatics.viewer.description import COLOURS, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.facts import find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
 from kinetostatics.viewer.poses import ShownPoses
@@ -28,7 +28,10 @@ SHOWN_MOTION = 0.1
 #: … unless something would turn by more than this [rad].
 SHOWN_TURN = 0.3
 
-JOINT_COLOUR, ACTUATOR_COLOUR, BARE_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#c3c9d1", "#4b5563"
+#: Forces smaller than this part of the largest are what rounding leaves.
+ROUNDING = 1e-9
+
+JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
 #: Turns of a coil and points in each, by the steps of long paths, whose pages would be too large.
@@ -95,7 +98,7 @@ class _Builder:
         self._joint_markers()
         self._springs()
         self._masses_at_points()
-        arrows = list(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
+        arrows = self._without_rounding(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
         exaggeration = self._exaggeration() if like is None else like.exaggeration
         facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3], self.size)
         return Scene(
@@ -111,6 +114,12 @@ class _Builder:
         points += [self.poses.beam_line(name)[1].reshape(-1, 3) for name in self.robot.description.beams]
         cloud = np.concatenate(points)
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
+
+    def _without_rounding(self, arrows: Iterable[Arrow]) -> list[Arrow]:
+        """Return the arrows that are more than what rounding leaves beside the largest of all."""
+        found = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
+        least = ROUNDING * max((force for _, force in found), default=0.0)
+        return [arrow for arrow, force in found if force > least]
 
     def _exaggeration(self) -> float:
         total = self.stations.all_twists.sum(axis=2)
@@ -149,10 +158,9 @@ class _Builder:
                 self._link(link, visual, folder, roots)
             elif link in rigid and not any(link in links for links in bare.values()):
                 self._skeleton(link, {link}, folder, roots)
-        for role, links in bare.items():
-            if not any(link in self.visuals for link in links):
-                name = self.robot.description.base if role == "base" else self.robot.description.platform
-                self._skeleton(name, links, name, ("Base",) if role == "base" else ("Rest", "Deformed"))
+        if not any(link in self.visuals for link in bare["platform"]):
+            name = self.robot.description.platform
+            self._skeleton(name, bare["platform"], name, ("Rest", "Deformed"))
 
     def _link_station(self, link: str, roots: tuple[str, ...]) -> int:
         frame = self.poses.frame(link)
@@ -161,7 +169,7 @@ class _Builder:
     def _link(self, link: str, visual: LinkVisual, path: str, roots: tuple[str, ...]) -> None:
         colour: str | Array = "deflection"
         if roots == ("Base",):
-            colour = 0.74 + 0.26 * visual.colours  # pale, so that it does not compete with the colours of deflection
+            colour = 0.54 + 0.27 * visual.colours  # grey: beside the colours of deflection, and before a white ground
         self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
@@ -185,10 +193,7 @@ class _Builder:
         radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         if sticks:
-            colour = BARE_COLOUR if roots == ("Base",) else "deflection"
-            self.meshes.append(
-                Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link, roots), roots, colour)
-            )
+            self.meshes.append(Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link, roots), roots))
 
     # ---- beams and joints -------------------------------------------------------------------------------------------
 

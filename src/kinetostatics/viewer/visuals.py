@@ -30,8 +30,8 @@ GREY = (0.62, 0.65, 0.69)
 SHARP = 0.6
 #: Triangles of all links together that a page holds: more are drawn with fewer, but each mesh with as many as the second number.
 MOST_FACES, FEW_FACES = 40_000, 300
-#: Bytes of a mesh file above which reading it would take minutes, and of a Collada file, which is slower.
-LARGE_MESH, LARGE_COLLADA = 40_000_000, 4_000_000
+#: Bytes of a mesh file above which reading it would take minutes.
+LARGE_MESH = 40_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
     if path is None or not os.path.isfile(path):
         missing.append(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn")
         return []
-    if os.path.getsize(path) > (LARGE_COLLADA if path.lower().endswith(".dae") else LARGE_MESH):
+    if os.path.getsize(path) > LARGE_MESH:
         size = os.path.getsize(path) / 1e6
         missing.append(f"mesh {mesh.filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
         return []

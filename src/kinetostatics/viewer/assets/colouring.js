@@ -8,8 +8,9 @@ function colourScale() {
   const found = scenes.flatMap((scene) => scene.quantities).filter((quantity) => quantity.key === state.quantity);
   const colours = (hexes) => hexes.map((hex) => new THREE.Color(hex));
   if (!found.length) {
-    const high = roundUp(Math.max(...page.robots.map((robot) => Math.max(largest(robot.scene), robot.largestDisplacement()))));
-    return { key: "deflection", words: "deflection", ...units.displacement, low: 0, high, ramp: colours(ramp) };
+    const most = Math.max(...page.robots.map((robot) => Math.max(largest(robot.scene), robot.largestDisplacement())));
+    const rigid = most < 1e-12 * Math.max(...scenes.map(({ size }) => size)); // what rounding leaves
+    return { key: "deflection", words: "deflection", ...units.displacement, low: 0, high: roundUp(rigid ? 0 : most), ramp: colours(ramp), rigid };
   }
   const [{ factor, signed }] = found, high = factor * roundUp(Math.max(...found.map((quantity) => quantity.largest)) / factor);
   return { ...found[0], low: signed ? -high : 0, high, ramp: colours(signed ? signed_ramp : ramp) };
@@ -44,6 +45,10 @@ function valuesOf(robot, { spec, rigid }, key) {
 }
 
 function writeLegend(scale) {
+  if (scale.rigid) {
+    element("robot-legend").innerHTML = `<div class="what">rigid: nothing deforms</div>`;
+    return;
+  }
   const ticks = [0, 0.25, 0.5, 0.75, 1].map((part) => `<span>${number((scale.low + part * (scale.high - scale.low)) / scale.factor)}</span>`).join("");
   element("robot-legend").innerHTML = `<div class="what">${scale.words} [${scale.unit}]</div>
     <div class="scale"><div class="bar" style="background: linear-gradient(90deg, ${scale.ramp.map((colour) => colour.getStyle()).join(",")})"></div>

@@ -1,6 +1,5 @@
 /* What is seen of one robot. Every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
 
-const labels = []; // {anchor, text, colour, shown, element}: of all robots
 const vector = new THREE.Vector3(), other = new THREE.Vector3();
 
 class Robot {
@@ -13,7 +12,7 @@ class Robot {
     const ball = new THREE.Mesh(new THREE.SphereGeometry(0.007 * description.size, 12, 8), new THREE.MeshBasicMaterial({ color: "#e6007a", depthTest: false, transparent: true }));
     this.mark = { object: this.put("Marks/largest", new THREE.Group()), text: "" };
     this.mark.object.add(ball);
-    addLabel(this, this.mark.object, () => this.mark.text, "#b0005e", () => this.mark.object.seen);
+    addLabel(this, this.mark.object, () => this.mark.text, "#b0005e", "mark", () => this.mark.object.seen);
     this.load(description);
   }
 
@@ -115,6 +114,7 @@ class Robot {
       }
       position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
+      mesh.geometry.boundingSphere = null; // where rays look for it
     }
     if (byQuantity) this.colourSolid(solid, scale);
   }
@@ -133,7 +133,7 @@ class Robot {
   /** Put the mark of the largest value where it is. */
   placeMost(scale) {
     const { value, solid, v } = this.most, { object } = this.mark;
-    object.seen = value !== 0;
+    object.seen = value !== 0 && !scale.rigid;
     this.mark.text = `largest ${number(value / scale.factor)} ${scale.unit}`;
     if (!object.seen) return;
     point.fromBufferAttribute(solid.mesh.geometry.attributes.position, v);
@@ -167,7 +167,7 @@ class Robot {
     const entry = { spec, object, tip: new THREE.Object3D(), size: 0, value: 0 };
     object.add(entry.tip);
     this.arrows.set(spec.path, entry);
-    addLabel(this, entry.tip, () => `${entry.spec.label} ${number(entry.value)} ${entry.spec.unit}`, spec.colour, () => object.seen);
+    addLabel(this, entry.tip, () => `${entry.spec.label}\n${number(entry.value)} ${entry.spec.unit}`, spec.colour, "arrow", () => object.seen, spec.path);
   }
 
   /** The vector of an arrow's data (…, 3) at the present time; `weights(k)` are those of its parts. */
@@ -206,7 +206,7 @@ class Robot {
     const object = this.put(spec.path, new THREE.Group());
     if (spec.size) this.drawAxes(object, spec.size);
     this.frames.set(spec.path, { spec, object });
-    addLabel(this, object, () => spec.label ?? spec.text, spec.size ? "#20262e" : "#4a5462");
+    addLabel(this, object, () => spec.label ?? spec.text, spec.size ? "#20262e" : "#4a5462", spec.size ? "frame" : "name");
   }
 
   drawAxes(object, size) {
@@ -256,47 +256,4 @@ function makeArrow(colour, radius, heads) {
   };
   group.paint = (shade) => { for (const item of [material, hidden]) item.color.set(shade(colour)); };
   return group;
-}
-
-// ---------------------------------------------------------------- labels
-
-function addLabel(robot, anchor, text, colour, shown = () => true) {
-  const element = document.createElement("div");
-  element.className = "robot-label";
-  element.style.setProperty("--colour", colour);
-  document.getElementById("robot-labels").appendChild(element);
-  labels.push({ robot, anchor, text, colour, shown, element });
-}
-
-const visible = (object) => !object || (object.visible && visible(object.parent));
-
-/** Put the labels beside their anchors on the screen, each off those placed before; what finds no place is left out. */
-function placeLabels() {
-  const height = viewer.dom_element.offsetHeight, taken = [];
-  let left0 = 0, width = 0;
-  const free = (r) => r.left >= left0 && r.top >= 0 && r.right <= left0 + width && r.bottom <= height &&
-    !taken.some((t) => r.left < t.right && r.right > t.left && r.top < t.bottom && r.bottom > t.top);
-  for (const { robot, anchor, element, text, shown } of labels) {
-    ({ left: left0, width } = paneOf(robot));
-    anchor.getWorldPosition(point).project(viewer.camera);
-    let chosen = null;
-    if (shown() && visible(anchor) && Math.abs(point.z) < 1) {
-      const words = text();
-      if (element.textContent !== words) element.textContent = words;
-      const x = left0 + (0.5 + 0.5 * point.x) * width, y = (0.5 - 0.5 * point.y) * height;
-      const w = element.offsetWidth, h = element.offsetHeight;
-      for (let ring = 0; ring < 6 && !chosen; ring++) {
-        const d = 6 + ring * 0.8 * h;
-        for (const [sx, sy] of [[1, -1], [-1, -1], [1, 1], [-1, 1], [0, -1], [0, 1]]) {
-          const left = x + sx * d - (sx < 0 ? w : sx === 0 ? w / 2 : 0), top = y + sy * d - (sy < 0 ? h : 0);
-          const r = { left, top, right: left + w, bottom: top + h };
-          if (free(r)) { chosen = r; break; }
-        }
-      }
-    }
-    element.style.visibility = chosen ? "visible" : "hidden";
-    if (!chosen) continue;
-    taken.push(chosen);
-    element.style.transform = `translate(${Math.round(chosen.left)}px, ${Math.round(chosen.top)}px)`;
-  }
 }

@@ -23,7 +23,7 @@ function setStage() {
 const page = window.robot_page = {
   state, labels, robots: [], answers: 0, answerTime: 0, error: null, refreshTime: 0, ready: false, dark: false,
   look, fit, showView, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
-  get busy() { return asking; },
+  get busy() { return asking; }, pointed: () => pointed && pointed.path,
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
@@ -45,6 +45,7 @@ const page = window.robot_page = {
   watchSize();
   watchKeys();
   watchClicks();
+  watchPointer();
   obeyAddress();
   if (description.compare) setCompared(beside() ? "beside" : "ghost");
   viewer.render = () => { renderPanes(); placeLabels(); updateSwitches(); };

@@ -53,14 +53,26 @@ function picture(fineness = 2) {
     return ink.measureText(text).width;
   };
   lines.forEach((line, k) => write(line, 12, 16 + 18 * k, 12, 400, colour("--ink")));
-  for (const { element: label } of labels) {
+  for (const { element: label, leader } of labels) {
     if (label.style.visibility !== "visible") continue;
+    ink.globalAlpha = label.style.opacity;
+    if (leader.style.visibility === "visible") {
+      const [x1, y1, x2, y2] = ["x1", "y1", "x2", "y2"].map((name) => Number(leader.getAttribute(name)));
+      ink.strokeStyle = getComputedStyle(label).color;
+      ink.beginPath(); ink.moveTo(x1, top + y1); ink.lineTo(x2, top + y2); ink.stroke();
+    }
     const box = label.getBoundingClientRect(), frame = stage.getBoundingClientRect(), x = box.left - frame.left, y = top + box.top - frame.top;
     ink.fillStyle = colour("--label");
     ink.fillRect(x, y, box.width, box.height);
-    write(label.textContent, x + 4, y + box.height / 2, 12, 600, getComputedStyle(label).color);
+    label.textContent.split("\n").forEach((line, k) => write(line, x + 4, y + 15 * k + 7.5, 12, 600, getComputedStyle(label).color));
   }
-  const scale = colourScale(), y = top + height + 14, left = 24 + write(`${scale.words} [${scale.unit}]`, 12, y, 13, 600, colour("--ink"));
+  ink.globalAlpha = 1;
+  const scale = colourScale(), y = top + height + 14;
+  if (scale.rigid) {
+    write("rigid: nothing deforms", 12, y, 13, 600, colour("--ink"));
+    return canvas.toDataURL("image/png");
+  }
+  const left = 24 + write(`${scale.words} [${scale.unit}]`, 12, y, 13, 600, colour("--ink"));
   const long = Math.max(Math.min(320, width - left - 30), 60), bar = ink.createLinearGradient(left, 0, left + long, 0);
   scale.ramp.forEach((c, k) => bar.addColorStop(k / (scale.ramp.length - 1), c.getStyle()));
   ink.fillStyle = bar;

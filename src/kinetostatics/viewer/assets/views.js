@@ -15,7 +15,7 @@ function outline() {
     for (const { mesh } of robot.solids.values()) {
       if (!visible(mesh)) continue;
       const p = mesh.geometry.attributes.position;
-      for (let v = 0; v < p.count; v += 1 + Math.floor(p.count / 400)) points.push(new THREE.Vector3().fromBufferAttribute(p, v).applyMatrix4(mesh.matrixWorld));
+      for (let v = 0; v < p.count; v += 1 + Math.floor(p.count / 2000)) points.push(new THREE.Vector3().fromBufferAttribute(p, v).applyMatrix4(mesh.matrixWorld));
     }
     if (frames > 1) for (let o = 0; o < pose.length; o += 7) points.push(new THREE.Vector3(pose[o], pose[o + 2], -pose[o + 1]));
     for (const { object, tip } of robot.arrows.values()) if (object.seen && visible(object)) points.push(tip.getWorldPosition(new THREE.Vector3()));
@@ -39,22 +39,15 @@ function look(x, y, z) {
   camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;
   const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
   const local = points.map((p) => { const q = p.clone().sub(centre); return [q.dot(right), q.dot(up), q.dot(d)]; });
-  const span = (distance, c) => {
-    let least = Infinity, most = -Infinity;
-    for (const q of local) {
-      const value = f * q[c] / (distance - q[2]);
-      least = Math.min(least, value);
-      most = Math.max(most, value);
-    }
-    return [least, most];
-  };
-  let near = 1.05 * radius, distance = 40 * radius; // the nearest distance at which everything fits
-  for (let n = 0; n < 30; n++) {
-    const middle = (near + distance) / 2, [left, end] = span(middle, 0), [low, high] = span(middle, 1);
-    if (end - left > w || high - low > h) near = middle; else distance = middle;
-  }
-  const [left, end] = span(distance, 0), [low, high] = span(distance, 1);
-  viewer.controls.target.copy(centre).addScaledVector(right, (left + end) / 2 * distance / f).addScaledVector(up, (low + high) / 2 * distance / f);
+  // a point (x, z) is seen where |x - s| <= k (D - z): linear in the shift s of the camera and its distance D
+  const [across, along] = [w, h].map((pixels, c) => {
+    const k = pixels / 2 / f;
+    let most = -Infinity, least = Infinity;
+    for (const q of local) { most = Math.max(most, q[c] + k * q[2]); least = Math.min(least, q[c] - k * q[2]); }
+    return { shift: (most + least) / 2, distance: (most - least) / 2 / k };
+  });
+  const distance = Math.max(across.distance, along.distance);
+  viewer.controls.target.copy(centre).addScaledVector(right, across.shift).addScaledVector(up, along.shift);
   camera.position.copy(viewer.controls.target).addScaledVector(d, distance);
   viewer.controls.update();
   fitted = { distance, target: viewer.controls.target.clone() };
@@ -110,7 +103,7 @@ function setDark(dark) {
   const background = new THREE.Color(dark ? "#14181f" : "#ffffff").toArray();
   for (const end of ["top_color", "bottom_color"]) viewer.set_property(["Background"], end, background);
   for (const robot of page.robots) for (const { object } of robot.arrows.values()) object.paint(shade);
-  for (const { element, colour } of labels) element.style.setProperty("--colour", `#${shade(colour).getHexString()}`);
+  for (const { element, leader, colour } of labels) for (const item of [element, leader]) item.style.setProperty("--colour", `#${shade(colour).getHexString()}`);
   viewer.set_dirty();
 }
 
