@@ -456,7 +456,8 @@ def test_robot_as_plain_values():
     found = json.loads(json.dumps(robot_to_dict(robot("2pru_upr")), allow_nan=False))
     mobility = found["mobility"]
     assert (mobility["platform"], mobility["local"], mobility["redundant_constraints"]) == (3, 0, 3)
-    assert mobility["coordinates"] == ["z", "rx", "ry"] and mobility["redundant_drives"] == mobility["unheld"] == 0
+    assert mobility["coordinates"] == ["z", "rx", "ry"]
+    assert mobility["redundant_actuators"] == mobility["uncontrolled_freedoms"] == 0
     assert mobility["redundancies"] == [
         {
             "count": 3,

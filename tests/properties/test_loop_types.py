@@ -1,4 +1,4 @@
-"""Every type of loop closed, open and over its range, against motions and openings written out by hand."""
+"""Every type of loop closed, open and over its range, against motions and gaps written out by hand."""
 
 import numpy as np
 import pinocchio as pin
@@ -107,7 +107,7 @@ def test_the_opening_is_the_known_amount(kind, seed):
     q = q_of(one, P @ X @ np.linalg.inv(S))
     metres, radians = opening(kind, X)
     pose = one.configuration(q, closure_tolerance=10)
-    assert [float(x[0]) for x in pose.openings["closing"]] == pytest.approx([metres, radians], abs=1e-13)
+    assert [float(x[0]) for x in pose.loop_gaps["closing"]] == pytest.approx([metres, radians], abs=1e-13)
     assert pose.residual == pytest.approx(max(metres, radians), abs=1e-13)
     with pytest.raises(ks.AssemblyError) as caught:
         one.configuration(q)

@@ -14,7 +14,7 @@ from kinetostatics.checks.collect import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
 from kinetostatics.kinematics.frame_corrections import frame_corrections, other_links
-from kinetostatics.kinematics.openings import are_within, gaps_text
+from kinetostatics.kinematics.loop_gaps import are_within, gaps_text
 from kinetostatics.math import rotations
 
 FRAME_OFF = TESTS / "cases" / "frame_off_by_100mm.urdf.xacro"
@@ -39,7 +39,7 @@ def moved(description, joint, link, shift, turn=(0.0, 0.0, 0.0)):
 
 
 def largest_gap(robot):
-    return max(max(pair) for pair in robot.zero_gaps.values())
+    return max(max(pair) for pair in robot.zero_loop_gaps.values())
 
 
 # ---- the machine with one frame 100 mm off -------------------------------------------------------------------------------

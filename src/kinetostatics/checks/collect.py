@@ -41,7 +41,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
                 facts.problems.append(str(error))
             return None
 
-    facts.zero = ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in robot.zero_gaps.items()})
+    facts.zero = ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in robot.zero_loop_gaps.items()})
     if robot.wrong_zero is not None:
         facts.problems.append(str(robot.wrong_zero))
         open_loops = True

@@ -100,8 +100,8 @@ class MobilityFacts:
         redundant_constraints: constraints that say nothing new; ``redundancies`` says where.
         gap: ratio of the smallest kept to the largest dropped singular value; small means that the counts are doubtful.
         coordinates: platform coordinates that place the platform, as many as its freedoms.
-        redundant_drives: how many more actuators there are than freedoms that they move.
-        unheld: freedoms of the platform that are left with the actuators locked.
+        redundant_actuators: how many more actuators there are than freedoms that they move.
+        uncontrolled_freedoms: freedoms of the platform that are left with the actuators locked.
     """
 
     platform: int
@@ -109,8 +109,8 @@ class MobilityFacts:
     redundant_constraints: int
     gap: float
     coordinates: tuple[str, ...]
-    redundant_drives: int
-    unheld: int
+    redundant_actuators: int
+    uncontrolled_freedoms: int
     local_freedoms: list[LocalFreedom]
     redundancies: list[Redundancy]
 
@@ -120,20 +120,20 @@ class ZeroFacts:
     """The zero pose.
 
     Attributes:
-        openings: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
+        loop_gaps: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
         drives: where the actuators stand at the closed zero pose [m, rad]; None if the loops do not close.
         closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
         warnings: those of the robot's warnings that are of this pose alone.
     """
 
-    openings: dict[str, dict[str, float]]
+    loop_gaps: dict[str, dict[str, float]]
     drives: dict[str, float] | None = None
     closing_error: float | None = None
     warnings: list[str] = field(default_factory=list)
 
     def widest(self, unit: str) -> tuple[float, str]:
         """Return the largest opening in ``m`` or ``rad``, and the loop's name."""
-        return max(((item[unit], name) for name, item in self.openings.items()), default=(0.0, ""))
+        return max(((item[unit], name) for name, item in self.loop_gaps.items()), default=(0.0, ""))
 
 
 @dataclass

@@ -21,7 +21,7 @@ from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
-from kinetostatics.results.near_singular import near_singular_words
+from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
@@ -90,7 +90,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     metres, radians = zero.widest("m"), zero.widest("rad")
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
-            f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
+            f"where all joints are at zero the loops are far from closed: {zero_loop_gaps(facts)}. They are closed from there, "
             + (
                 "which angles in degrees would explain: see the other warnings"
                 if robot.description.angle_hints()
@@ -109,10 +109,10 @@ def _coordinate(robot: Robot, joint: str, value: float) -> str:
     return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
 
 
-def zero_openings(facts: RobotFacts) -> str:
+def zero_loop_gaps(facts: RobotFacts) -> str:
     """Say how far each loop is open where all joints are at zero, loops that are open alike together."""
     alike: dict[str, list[str]] = {}
-    for name, item in facts.zero.openings.items():
+    for name, item in facts.zero.loop_gaps.items():
         sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []
         sizes += [f"{np.degrees(item['rad']):.4g}°"] if item["rad"] > 1e-9 else []
         if sizes:
@@ -322,8 +322,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
                 f"counts is only {group.basis.gap:.2g} times the largest that counts as zero"
             )
     mobility = facts.mobility
-    if mobility is not None and mobility.redundant_drives:
-        held = len(facts.drives) - mobility.redundant_drives
+    if mobility is not None and mobility.redundant_actuators:
+        held = len(facts.drives) - mobility.redundant_actuators
         found.append(
             f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
             "taken as locked in position and share the load as their limbs' elasticity makes them (if the robot should have "
@@ -337,7 +337,7 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
-        words = near_singular_words(zero)
+        words = near_singular_message(zero)
         at_zero += [words.replace("the pose is", "the zero pose is", 1)] if words else []
     found += facts_of_poses(generic)
     at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]

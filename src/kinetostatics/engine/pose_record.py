@@ -122,7 +122,7 @@ class Pose:
     def opening(self) -> Array:
         """Return how far the worst loop is open (N,) [m, rad]."""
         worst = zeros_for((self.x.shape[1],), self.x)
-        for metres, radians in self.solver.equations.openings(self.closures, self.x).values():
+        for metres, radians in self.solver.equations.loop_gaps(self.closures, self.x).values():
             worst = np.maximum(worst, np.maximum(metres, radians))
         return worst
 

@@ -15,7 +15,7 @@ from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.loop_constraints import Placed, joined
-from kinetostatics.kinematics.openings import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver, SolverState
@@ -158,21 +158,21 @@ def _configuration(
     else:
         worst = np.full(q.shape[1], np.inf)
     closed = np.ones(q.shape[1], dtype=bool)
-    openings: dict[str, tuple[Array, Array]] = {}
+    loop_gaps: dict[str, tuple[Array, Array]] = {}
     if robot.equations.couplings.count or not (2 * worst <= min(closure_tolerance, SURELY_CLOSED)).all():
-        openings = robot.equations.openings(residual, poses.x)
-    for metres, radians in openings.values():
+        loop_gaps = robot.equations.loop_gaps(residual, poses.x)
+    for metres, radians in loop_gaps.values():
         closed &= (metres <= closure_tolerance) & (radians <= closure_tolerance)
-    if openings and closure_tolerance > SURELY_CLOSED and np.isfinite(closure_tolerance):
+    if loop_gaps and closure_tolerance > SURELY_CLOSED and np.isfinite(closure_tolerance):
         wide = np.zeros(q.shape[1], dtype=bool)
-        for metres, radians in openings.values():
+        for metres, radians in loop_gaps.values():
             wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
         if np.any(closed & wide) and not robot.accepts(closure_tolerance):
             closed &= ~wide
     reached = arrived & closed
     if raising and not reached.all():
         first = int(np.argmin(reached))
-        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, closure_tolerance)
+        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in loop_gaps.items()}, closure_tolerance)
     if not reached.all():
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
@@ -274,12 +274,14 @@ def _say_unreachable(
     raise AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
 
 
-def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], closure_tolerance: float) -> None:
-    worst = max(max(pair) for pair in openings.values())
+def _say_open(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]], closure_tolerance: float) -> None:
+    worst = max(max(pair) for pair in loop_gaps.values())
     loops = {loop.name for loop in robot.equations.loops}
-    what = "loops" if any(max(pair) > closure_tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
+    what = (
+        "loops" if any(max(pair) > closure_tolerance for name, pair in loop_gaps.items() if name in loops) else "coupled joints"
+    )
     verb = "do not close" if what == "loops" else "do not fit together"
-    worst_gaps = worst_gaps_text(robot.equations, openings, closure_tolerance)
+    worst_gaps = worst_gaps_text(robot.equations, loop_gaps, closure_tolerance)
     text = f"the {what} of {robot.name!r} {verb}: {worst_gaps}, more than the tolerance {closure_tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)
@@ -296,9 +298,9 @@ def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], 
         else:
             text += (
                 "rounded or wrong: write them with full precision, as ${pi/2} in xacro, and look at the frames, as where all "
-                f"joints are at zero, {gaps_text(robot.zero_gaps)}"
+                f"joints are at zero, {gaps_text(robot.zero_loop_gaps)}"
             )
-    raise AssemblyError(text, openings, robot.mobility.platform)
+    raise AssemblyError(text, loop_gaps, robot.mobility.platform)
 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:

@@ -128,15 +128,15 @@ class Configuration(Shown):
         return loop_model(self.robot.mechanism, self.model, self.q, self.robot.length, anchors)
 
     @cached_property
-    def openings(self) -> Mapping[str, tuple[Array, Array]]:
+    def loop_gaps(self) -> Mapping[str, tuple[Array, Array]]:
         """How far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
-        return Named(self.robot.equations.openings(self.loop_residual, self.poses.x))
+        return Named(self.robot.equations.loop_gaps(self.loop_residual, self.poses.x))
 
     @cached_property
     def residual(self) -> Array:
         """How far the worst loop is open (…) [m or rad, the larger]."""
         worst = np.zeros(self.model_q.shape[1])
-        for metres, radians in self.openings.values():
+        for metres, radians in self.loop_gaps.values():
             worst = np.maximum(worst, np.maximum(metres, radians))
         return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.kinematics.openings import close
+from kinetostatics.kinematics.loop_gaps import close
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.linalg import null_space

@@ -265,7 +265,7 @@ class LoopEquations(Closures):
 
     # ---- residuals --------------------------------------------------------------------------------------------------
 
-    def openings(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
+    def loop_gaps(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
         """Return how far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
         result = self.gaps(residual)
         none = np.zeros(x.shape[1])

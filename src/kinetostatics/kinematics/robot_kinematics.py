@@ -16,8 +16,8 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
+from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, gaps_at, worst_gaps_text
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
-from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_at, worst_gaps_text
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
 from kinetostatics.kinematics.solver import Solver, SolverState
@@ -84,7 +84,7 @@ class RobotKinematics:
             return None
         gaps = gaps_at(self.equations, best)
         closest = worst_gaps_text(self.equations, gaps)
-        return AssemblyError(zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size, closest), gaps)
+        return AssemblyError(zero_pose.wrong_zero_text(self.mechanism, self.zero_loop_gaps, self.size, closest), gaps)
 
     @property
     def _zero(self) -> tuple[SolverState, float]:
@@ -118,7 +118,7 @@ class RobotKinematics:
         return float(np.linalg.norm(points.max(axis=1) - points.min(axis=1)))
 
     @cached_property
-    def zero_gaps(self) -> dict[str, tuple[float, float]]:
+    def zero_loop_gaps(self) -> dict[str, tuple[float, float]]:
         """How far each loop is open where all joints are at zero, {name: (m, rad)}."""
         return gaps_at(self.equations, zero_pose.written_zero(self.equations))
 
@@ -131,7 +131,7 @@ class RobotKinematics:
     @cached_property
     def zero_is_near(self) -> bool:
         """Whether the loops are closed where all joints are at zero, but for rounding."""
-        return are_within(self.zero_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
+        return are_within(self.zero_loop_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
 
     @cached_property
     def has_wrong_zero(self) -> bool:
@@ -140,15 +140,15 @@ class RobotKinematics:
             return False
         if self._unclosable is not None or self.closing_error > zero_pose.SIX_DIGITS:
             return True
-        return self.closing_error > CLOSED and zero_pose.is_one_frame(self.mechanism, self.zero_gaps, self.size)
+        return self.closing_error > CLOSED and zero_pose.is_one_frame(self.mechanism, self.zero_loop_gaps, self.size)
 
     @cached_property
     def wrong_zero(self) -> AssemblyError | None:
         """The error in the zero pose, None if there is none; see :attr:`has_wrong_zero`."""
         if self._unclosable is not None or not self.has_wrong_zero:
             return self._unclosable
-        text = zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size)
-        return AssemblyError(text, self.zero_gaps, self.mobility.platform)
+        text = zero_pose.wrong_zero_text(self.mechanism, self.zero_loop_gaps, self.size)
+        return AssemblyError(text, self.zero_loop_gaps, self.mobility.platform)
 
     def accepts(self, closure_tolerance: float) -> bool:
         """Whether a tolerance [m, rad] may excuse that the loops stay open: not where a mistake in the file is larger.
@@ -160,7 +160,7 @@ class RobotKinematics:
         if not self.has_wrong_zero:
             return True
         most = zero_pose.ACCEPTED
-        return are_within(self.zero_gaps, min(closure_tolerance, most * self.size), min(closure_tolerance, most))
+        return are_within(self.zero_loop_gaps, min(closure_tolerance, most * self.size), min(closure_tolerance, most))
 
     # ---- generic poses, mobility, solver ----------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.description.elements import Joint, Loop
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.openings import CLOSED, are_within, close, gaps_text
+from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, close, gaps_text
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism

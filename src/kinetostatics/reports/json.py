@@ -46,7 +46,7 @@ RESULT_UNITS = {
 ROBOT_UNITS = {
     "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
     "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
-    "zero": "openings where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
+    "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
     "graph": "chain from base to platform: bodies, joints, parallel ways, networks; hanging: what hangs on a body",
     "depth": "m, the section's larger side or diameter",
@@ -157,9 +157,9 @@ def _configuration(configuration: Configuration) -> dict[str, object]:
         "limit_exceeded": plain(configuration.limit_exceeded),
         "orientation": configuration.orientation.name,
         **named(configuration, ("platform", "platform_frame", "actuators", "q", "residual")),
-        "openings": {
+        "loop_gaps": {
             name: {"m": plain(metres.reshape(shape)), "rad": plain(radians.reshape(shape))}
-            for name, (metres, radians) in configuration.openings.items()
+            for name, (metres, radians) in configuration.loop_gaps.items()
         },
         "limits_exceeded": plain(configuration.limits_exceeded),
     }

@@ -78,7 +78,7 @@ def _status_words(result: Result) -> str:
 
 def _pose(result: Result) -> list[str]:
     configuration, more = result.configuration, _acting(result)
-    if configuration.openings and np.isfinite(configuration.residual):
+    if configuration.loop_gaps and np.isfinite(configuration.residual):
         open_by = float(configuration.residual)
         more.append(("loops", "closed" if open_by <= CLOSED else f"open by at most {open_by:.1e} (m or rad)"))
     return pose_lines(configuration, result.gravity, result.load, *more)

@@ -10,7 +10,7 @@ from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
-from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
+from kinetostatics.checks.warnings import SMALL_GAP, zero_loop_gaps
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.files.bundled import shown_path
@@ -116,12 +116,12 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
     if mobility.gap < SMALL_GAP:
         text += f", doubtful: gap of singular values only {mobility.gap:.2g}"
     lines = [text, *_places(facts.limbs, mobility.redundancies)]
-    if mobility.redundant_drives:
+    if mobility.redundant_actuators:
         actuators, more = len(facts.drives), "more " * bool(count)
-        held = actuators - mobility.redundant_drives
+        held = actuators - mobility.redundant_actuators
         freedoms = f"{held} freedom{'s' * (held != 1)}"
-        lines.append(f"{mobility.redundant_drives} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
-    if count or mobility.redundant_drives:
+        lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
+    if count or mobility.redundant_actuators:
         lines.append("errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances")
     return lines
 
@@ -162,12 +162,12 @@ def _mass(facts: RobotFacts) -> str:
 def _zero(facts: RobotFacts) -> str:
     zero = facts.zero
     if zero.closing_error is None:
-        return f"the loops do not close; where all joints are at zero they are {zero_openings(facts)}"
-    if not zero.openings:
+        return f"the loops do not close; where all joints are at zero they are {zero_loop_gaps(facts)}"
+    if not zero.loop_gaps:
         return "it has no loops that would have to close"
     text = "the loops close" if zero.closing_error <= CLOSED else f"the loops stay open by {zero.closing_error:.2g} (m or rad)"
     if max(zero.widest("m")[0], zero.widest("rad")[0]) > 1e-9:
-        text += f"; where all joints are at zero they are {zero_openings(facts)}"
+        text += f"; where all joints are at zero they are {zero_loop_gaps(facts)}"
     elif zero.closing_error <= CLOSED:
         text += " where all joints are at zero"
     return text

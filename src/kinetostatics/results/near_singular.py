@@ -58,7 +58,7 @@ def near_singularity(result: Result) -> NearSingularity:
     return NearSingularity(hold, gain)
 
 
-def near_singular_words(result: Result) -> str | None:
+def near_singular_message(result: Result) -> str | None:
     """Say which motion a result's platform is hardly held against, and how softly; None where no pose is nearly singular."""
     found = near_singularity(result)
     where = found.where

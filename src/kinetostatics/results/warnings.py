@@ -11,7 +11,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.printing.dispatch import warnings_of
-from kinetostatics.results.near_singular import near_singular_words
+from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import part_of_weights
@@ -38,7 +38,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
         *result.robot.warnings,
     ]
     found += _open_loops(result) + _large_motions(result)
-    near = near_singular_words(result)
+    near = near_singular_message(result)
     found += [near] if near else []
     for item in result.configuration.limits_exceeded.values():
         found.append(

@@ -6,7 +6,7 @@ from simple_machines import joint, link, loop, parallelogram, robot
 
 import kinetostatics as ks
 from kinetostatics.kinematics import zero_pose
-from kinetostatics.kinematics.openings import close
+from kinetostatics.kinematics.loop_gaps import close
 
 
 def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kind="revolute", axis="0 1 0"):
@@ -50,7 +50,7 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kin
 def test_a_dead_centre_is_left(unit, slack):
     """All in a line, nothing that the joints do at first order closes the gap: the way out is found by chance."""
     machine = four_bar(0.05, unit, slack)
-    assert machine.zero_gaps["c"][0] == pytest.approx(0.05 * unit)
+    assert machine.zero_loop_gaps["c"][0] == pytest.approx(0.05 * unit)
     assert machine.closing_error < 1e-12 and not machine.has_wrong_zero
     assert np.max(np.abs(machine.assemble().frame("platform")[:3, 1])) == pytest.approx(1.0)
 

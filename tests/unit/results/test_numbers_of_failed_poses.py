@@ -19,7 +19,7 @@ INNER = (
     "frames",
     "model_q",
     "loop_residual",
-    "openings",
+    "loop_gaps",
     "beam",
     "stations",
     "model",

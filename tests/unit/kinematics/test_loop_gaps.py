@@ -6,7 +6,7 @@ import numpy as np
 import package_robots
 
 from kinetostatics.kinematics.joint_coordinates import actuator_coordinates, actuator_names
-from kinetostatics.kinematics.openings import are_within, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.loop_gaps import are_within, gaps_text, worst_gaps_text
 
 EQUATIONS = SimpleNamespace(couplings=SimpleNamespace(names=["belt", "gear"]))
 

@@ -19,7 +19,7 @@ CLOSED = 1e-9
 def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[float, float]]:
     """Return how far each loop is open at one pose, {name: (m, rad)}."""
     residual, _ = equations.evaluate(equations.forward(pose.x))
-    return {name: (float(a[0]), float(b[0])) for name, (a, b) in equations.openings(residual, pose.x).items()}
+    return {name: (float(a[0]), float(b[0])) for name, (a, b) in equations.loop_gaps(residual, pose.x).items()}
 
 
 def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
