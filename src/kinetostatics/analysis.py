@@ -9,6 +9,7 @@ import inspect
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,8 +17,8 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
-from kinetostatics.engine.programs import StaticsSolver, check_engine, compiled_solver, engine_for
-from kinetostatics.engine.statics import FoundAtOnce
+from kinetostatics.engine.programs import check_engine, engine_for, pose_code
+from kinetostatics.engine.record import wrenches_of
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, chunks
@@ -26,6 +27,7 @@ from kinetostatics.math.screws import describe_twist, move_wrench, rotate
 from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.results.chunk import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
@@ -34,7 +36,7 @@ from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import placed_springs, solve_with_springs
+from kinetostatics.statics.springs import placed_springs, solve_with_springs, sources_of
 
 
 def analyze(
@@ -77,7 +79,7 @@ def analyze(
         The result; loads, gravity and point are broadcast against the batch of poses.
 
     Raises:
-        ArgumentError: an argument has an invalid value or shape.
+        ArgumentError: a shape or value makes no sense.
         SingularPoseError: with the actuators locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
@@ -103,7 +105,7 @@ def analyze(
         {'load on platform': -11.3, 'payload': -5.5}
     """
     if not isinstance(configuration, Configuration):
-        raise ArgumentError(f"analyze needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
+        raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     check_choice("frame", frame, ("world", "platform"))
     if on_failure is not None:
         check_choice("on_failure", on_failure, ("raise", "nan"))
@@ -133,51 +135,57 @@ def analyze(
     if shape != configuration.shape:
         numbers = np.arange(math.prod(configuration.shape)).reshape(configuration.shape)
         which = np.broadcast_to(numbers, shape).ravel()
-    frames = configuration.frames
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
     engine = "numpy" if assembly_errors is not None else engine
 
-    def solved(part: slice) -> list[FoundAtOnce | Solution]:
-        chunk = frames.take(part if isinstance(which, slice) else which[part])
-        at_o = load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
+    def analyzed(part: slice) -> Chunk:
+        poses = part if isinstance(which, slice) else which[part]
+        frames, fields_here = configuration.frames.take(poses), fields[:, part]
+        at_o = load_at_o(robot, frames, wrenches[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])
-        applied = () if acting is None else acting.map(lambda array: array[:, part]).at(chunk, fields[:, part])
-        solver = compiled_solver(robot.statics, engine, N, applied)
-        return _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
+        applied = () if acting is None else acting.map(lambda array: array[:, part]).at(frames, fields_here)
+
+        def solve(some: slice | Index) -> list[Solution]:
+            mine = None if off is None else off.map(lambda array: array[:, some])
+            loads_here = tuple(item.take(some) for item in applied)
+            return _solutions(robot.statics, frames.take(some), at_o[:, some], fields_here[:, some], mine, loads_here)
+
+        code = pose_code(robot, robot.statics, engine, N, applied)
+        if code is None:
+            return Chunk(robot, solve(slice(None)))
+        stability = partial(pose_code, robot, robot.statics, engine, N, applied, stability=True)
+        given = [configuration.poses.x[:, poses], at_o, fields_here, *wrenches_of(applied)]
+        return CompiledChunk(robot, sources_of(robot.statics, applied), code, stability, given, solve)
 
     parts = chunks(N) or [slice(0, 0)]  # one chunk even of an empty batch
-    found = tuple(itertools.chain.from_iterable(in_threads(solved, parts, engine_for(engine, N) == "compiled")))
+    found = tuple(in_threads(analyzed, parts, engine_for(engine, N) == "compiled"))
     result = Result(configuration, shape, which, found, configuration.reached[which], payload)
     if on_failure == "raise" or (on_failure is None and shape == ()):
-        for item in found:
-            if errors is not None or np.any(item.singular):
-                _complain(robot, item.whole)
+        for chunk in found:
+            if errors is not None or np.any(chunk["singular"]):
+                for solution in chunk.solutions:
+                    _complain(robot, solution)
     return result
 
 
 def _solutions(
     robot: RobotStatics,
-    solver: StaticsSolver | None,
     frames: Frames,
     load: Array,
     gravity: Array,
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
-) -> list[FoundAtOnce | Solution]:
-    """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
-    first: FoundAtOnce | Solution
-    if solver is None:
-        first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
-    else:
-        first = solver(frames, load, gravity, applied)
+) -> list[Solution]:
+    """Solve poses; apart and in their order those at which a limb is not what it is elsewhere."""
+    first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
-    special = groups_of_poses(robot, frames, first.whole.o, first.whole.statics)
+    special = groups_of_poses(robot, frames, first.o, first.statics)
     if not special:
         return [first]
-    found: list[FoundAtOnce | Solution] = []
+    found: list[Solution] = []
     ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
     for start, end in itertools.pairwise(ends):
         at = slice(start, end)

@@ -6,14 +6,12 @@ import numpy as np
 import package_robots
 import pytest
 import tapes
-from tapes import differences
+from tapes import computed
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
-from kinetostatics.engine.record import example_of, structure_of
-from kinetostatics.engine.statics import CompiledStatics
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
-from kinetostatics.statics.springs import solve_with_springs
+from kinetostatics.engine.poses import ANALYSIS, PoseCode, pose_model
+from kinetostatics.statics.link_loads import LoadedPlaces
 
 close = partial(tapes.close, tolerance=1e-10)
 
@@ -45,13 +43,13 @@ def test_both_engines_say_the_same_of_loads_and_payload(robot, poses):
         close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]))
     close(found.base_wrench, wanted.base_wrench)
     close(found.payload_coefficients.twist, wanted.payload_coefficients.twist)
-    places = [key for key, item in programs._STATICS[robot.statics].items() if item.made is not None and key is not None]
+    places = [key for (key, _), item in programs._POSES[robot].items() if item.made is not None and key is not None]
     assert len(places) == 1 and [name for name, _ in places[0].loads] == ["load on carriage_1", "load on platform", "payload"]
 
 
 def test_places_that_are_loaded_belong_to_the_structure_and_loads_do_not(robot):
     keys = {
-        structure_of(robot.statics, places).key
+        pose_model(robot, robot.statics, ANALYSIS, places)[0].taken_apart().key
         for places in (
             None,
             LoadedPlaces((("payload", ("platform",)),)),
@@ -66,16 +64,11 @@ def test_places_that_are_loaded_belong_to_the_structure_and_loads_do_not(robot):
 def test_where_a_loaded_limb_is_special_numpy_computes(robot):
     q = np.repeat(robot.assemble().model_q, 3, axis=1)
     q[1, 1] += np.pi / 2
-    frames, given = robot.mechanism.forward(q), (np.ones((6, 3)), np.ones((3, 3)))
-    rng = np.random.default_rng(1)
-    applied = (AppliedLoad("load on carriage_1", {"carriage_1": rng.standard_normal((6, 3))}),)
-    compiled = CompiledStatics(robot.statics, LoadedPlaces.of(applied))
-    assert CompiledStatics.kept(robot.statics, places=LoadedPlaces.of(applied)) is not None
-    _, truths = compiled._computed(frames, *given, applied)
-    assert truths[0].tolist() == [True, False, True]
-    wanted = solve_with_springs(robot.statics, frames, *given, applied=applied)
-    found = compiled.solve(frames, *given, applied)
-    worst = differences(found, wanted)
-    assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
-    assert found.sources == wanted.sources and found.whole.applied[0].load is applied[0]
-    assert len(example_of(robot.statics, LoadedPlaces.of(applied))) == 4
+    poses, wrench = robot.configuration(q.T, closure_tolerance=np.inf), np.random.default_rng(1).standard_normal((3, 6))
+    code = PoseCode(robot, robot.statics, ANALYSIS, LoadedPlaces((("load on carriage_1", ("carriage_1",)),)))
+    _, holds = computed(code, poses.poses.x, np.ones((6, 3)), np.ones((3, 3)), wrench.T)
+    assert holds.tolist() == [True, False, True]
+    found, wanted = (ks.analyze(poses, loads={"carriage_1": wrench}, engine=engine) for engine in ("compiled", "numpy"))
+    assert list(found.contributions) == list(wanted.contributions) and found.status.tolist() == wanted.status.tolist()
+    close(found.twist, wanted.twist)
+    close(found.stiffness, wanted.stiffness)

@@ -11,8 +11,8 @@ from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
+from kinetostatics.engine.poses import ANALYSIS, PoseCode
 from kinetostatics.engine.report import engine_report
-from kinetostatics.engine.statics import CompiledStatics
 
 
 @pytest.fixture
@@ -23,25 +23,27 @@ def made(monkeypatch):
     class Made:
         operations = 7
 
-        def __init__(self, robot, places=None):
-            found.append(robot)
-            self.solve = None
+        def __init__(self, robot, statics, stages, places=None, anew=True):
+            self.is_there = anew
+            found.append(robot if anew else "looked")
 
-        kept = staticmethod(lambda robot, places: found.append("looked"))
-
-    monkeypatch.setattr("kinetostatics.engine.statics.CompiledStatics", Made)
+    monkeypatch.setattr("kinetostatics.engine.poses.PoseCode", Made)
     return found
 
 
+def code(robot, engine, poses):
+    return programs.pose_code(robot, robot.statics, engine, poses)
+
+
 def test_auto_goes_by_the_poses_of_the_call(made):
-    robots = [robot_of(cantilever(section=circle(d))).statics for d in (0.03, 0.04, 0.05)]
+    robots = [robot_of(cantilever(section=circle(d))) for d in (0.03, 0.04, 0.05)]
     for _ in range(20):
-        assert programs.compiled_solver(robots[0], "auto", 999) is None and made == []
+        assert code(robots[0], "auto", 999) is None and made == []
     for robot in robots:  # whatever was computed of others of the same structure
-        assert programs.compiled_solver(robot, "auto", 9_999) is None
+        assert code(robot, "auto", 9_999) is None
     assert made == ["looked"] * 3
-    programs.compiled_solver(robots[0], "auto", 10_000)
-    programs.compiled_solver(robots[0], "auto", 10_000)
+    code(robots[0], "auto", 10_000)
+    code(robots[0], "auto", 10_000)
     assert made == ["looked"] * 3 + [robots[0]]
 
 
@@ -49,34 +51,34 @@ def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
     told, robot = [], robot_of(cantilever())
     monkeypatch.setattr(programs, "waiting", lambda what: told.append(what) or nullcontext())
     for poses in (999, 10_000, 10_000):
-        programs.compiled_solver(robot.statics, "auto", poses)
+        code(robot, "auto", poses)
     assert told == [f"compiling what {robot.name} needs, once on this computer"]
 
 
 def test_single_poses_never_wait_while_code_is_made(made):
     """As behind a live page."""
-    robot = robot_of(cantilever()).statics
-    programs.compiled_solver(robot, "numpy", 1)
-    with programs._program_of(programs._STATICS, robot, None)._lock:
-        assert programs.compiled_solver(robot, "auto", 1) is None and made == []
+    robot = robot_of(cantilever())
+    code(robot, "numpy", 1)
+    with programs._program_of(programs._POSES, robot, (None, False))._lock:
+        assert code(robot, "auto", 1) is None and made == []
 
 
 @pytest.mark.slow
 def test_a_robot_is_forgotten_with_its_code():
     robot = robot_of(cantilever())
     ks.analyze(robot.assemble(), engine="compiled")
-    there = weakref.ref(robot.statics)
-    assert robot.statics in programs._STATICS
+    there = weakref.ref(robot)
+    assert robot in programs._POSES
     del robot
     gc.collect()
     assert there() is None
 
 
 def test_compiled_compiles_at_once_and_numpy_never(made):
-    robot = robot_of(cantilever()).statics
-    programs.compiled_solver(robot, "numpy", 10**9)
+    robot = robot_of(cantilever())
+    code(robot, "numpy", 10**9)
     assert made == []
-    programs.compiled_solver(robot, "compiled", 1)
+    code(robot, "compiled", 1)
     assert made == [robot]
 
 
@@ -100,7 +102,7 @@ def test_a_report_says_what_is_compiled():
     assert report.is_compiled and report.reason is None and 50 < report.operations < 5000
     assert f"{report.operations:,} operations a pose" in str(report) and "closing the loops is compiled" in str(report)
     assert engine_report(robot).to_dict() == report.to_dict()
-    assert CompiledStatics.kept(robot.statics).operations == report.operations
+    assert PoseCode(robot, robot.statics, ANALYSIS, anew=False).operations == report.operations
 
 
 def test_assembly_errors_are_left_to_numpy(made):

@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from kinetostatics.engine.record import arrays_of, sizes_of_applied, solution_of
-from kinetostatics.engine.structure import Structure
+from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, pose_record
+from kinetostatics.engine.poses import ANALYSIS, pose_model
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.statics.springs import solve_with_springs
 
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
 OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
@@ -39,22 +40,34 @@ def close(found, wanted, tolerance=1e-11):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.nanmax(np.abs(wanted), initial=0.0))
 
 
-def differences(found, wanted, which=slice(None)):
-    """Return by how much arrays of a solution differ at some poses, as parts of the largest entry of each.
+#: All that compiled code computes of an analysis.
+NAMES = tuple(name for stage in ANALYSIS for name in stage)
 
-    Truth values must be the same.
-    """
-    found, wanted = ({path: array[..., which] for path, array in arrays_of(one.whole).items()} for one in (found, wanted))
-    assert list(found) == list(wanted)
-    result, alike = {}, sizes_of_applied(wanted)
-    for path, array in wanted.items():
-        assert array.shape == found[path].shape, path
+
+def solved(robot, x, load, gravity, applied=()):
+    """Return the same by NumPy, each (…, N)."""
+    solution = solve_with_springs(robot.statics, robot.equations.forward(x), load, gravity, applied=applied)
+    return {name: OF_EQUILIBRIUM[name](robot.statics, solution) for name in NAMES}
+
+
+def computed(code, *given):
+    """Return it by compiled code, and where the record holds."""
+    numbers, truths = code.computed(*given)
+    return {name: place.of(numbers, truths) for name, place in code.places.items()}, truths[0]
+
+
+def differences(found, wanted, which=slice(None)):
+    """Return by how much arrays differ at some poses, as parts of the largest entry of each; truth values must be the same."""
+    assert found.keys() == wanted.keys()
+    result = {}
+    for name, array in wanted.items():
+        array, mine = (np.broadcast_arrays(array, found[name])[k][..., which] for k in (0, 1))
         if array.dtype == bool:
-            np.testing.assert_array_equal(found[path], array, err_msg=path)
-        elif array.size and "unbalanced" not in path:  # which is rounding
-            np.testing.assert_array_equal(np.isnan(found[path]), np.isnan(array), err_msg=path)
-            size = max(np.nanmax(np.abs(array), initial=0.0), alike.get(path, 0.0))
-            result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
+            np.testing.assert_array_equal(mine, array, err_msg=name)
+        elif array.size:
+            np.testing.assert_array_equal(np.isnan(mine), np.isnan(array), err_msg=name)
+            size = np.nanmax(np.abs(array), initial=0.0)
+            result[name] = np.nanmax(np.abs(mine - array), initial=0.0) / (size if size > 1e-25 else 1.0)
     return result
 
 
@@ -70,22 +83,26 @@ RANDOM = [
 
 
 def some_poses(robot):
-    """Return frames, loads and gravity: the first generic poses and again all of them."""
-    N, frames = 6, robot.generic_frames
-    sound = np.flatnonzero(np.all(np.isfinite(frames.position), axis=(0, 1)))  # random robots do not reach all
-    frames = frames.take(np.resize(sound, N))
+    """Return coordinates, loads and gravity: the first generic poses and again all of them."""
+    N, x = 6, robot.generic_poses.x
+    sound = np.flatnonzero(np.all(np.isfinite(x), axis=0))  # random robots do not reach all
     rng = np.random.default_rng(5)
-    return frames, 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
+    return x[:, np.resize(sound, N)], 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
 
 
-def evaluated(robot, record, frames, load, gravity):
-    """Return the solution that a record gives, and where it holds."""
-    N = load.shape[1]
-    inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
-    found = evaluate(record.tape, inputs, Structure(robot.statics).values, (*record.numbers, *record.truths))
-    numbers, truths = found[: len(record.numbers)].astype(float), found[len(record.numbers) :].astype(bool)
-    arrays = {path: place.of(numbers, truths, N) for path, place in record.places.items()}
-    return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
+def record_of(robot, stages=ANALYSIS, places=None):
+    """Return the record of a robot's poses."""
+    model, example = pose_model(robot, robot.statics, stages, places)
+    return pose_record(model, [name for stage in stages for name in stage], example)
+
+
+def evaluated(robot, record, *given, stages=ANALYSIS):
+    """Return the outputs that a record gives, and where it holds."""
+    model, _ = pose_model(robot, robot.statics, stages)
+    found, N = {}, given[0].shape[1]
+    for name, rows in record.rows.items():
+        found[name] = evaluate(record.tape, given, model.taken_apart().values, rows).reshape(*record.shapes[name], N)
+    return found, evaluate(record.tape, given, model.taken_apart().values, [record.all_hold()])[0].astype(bool)
 
 
 def prescribed_of(robot, convention):

@@ -75,5 +75,5 @@ def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
     held = 1 - np.maximum(-forces.min(axis=0), 0.0) * length**2 / EI * _CLAMPED
     held = length**3 / EI / np.where(held > 0, held, np.nan)
     change = last - first
-    factors = np.array([first, change, held * first**2, held * first * change, held * change**2])
+    factors = np.stack([first, change, held * first**2, held * first * change, held * change**2])
     return np.asarray((_CONDENSED.reshape(5, 9).T @ factors).reshape(3, 3, -1))

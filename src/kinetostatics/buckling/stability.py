@@ -15,7 +15,7 @@ import numpy as np
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
 from kinetostatics.buckling.elimination import definite_in_order, fronts
 from kinetostatics.buckling.structure import Follower, Structure
-from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames
@@ -141,15 +141,13 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; what rigid parts leave open has one of its possible values."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
-    others = [(structure.graph.platform, solution.load[:3], solution.o)]
+    others = [(structure.platform, solution.load[:3], solution.o)]
     for item in solution.applied:
         for place, wrench in item.load.wrenches.items():
             if place in structure.body_at and place in item.load.points:
                 others.append((structure.body_at[place], wrench[:3] * item.times, item.load.points[place]))
-    centres, number = model.weights.centres(frames), {name: k for k, name in enumerate(model.weights.names)}
-    for body in structure.graph.bodies:
-        for k in (number[name] for name in body.weights):
-            others.append((body, solution.weights[:3, k], centres[:, k]))
+    centres = model.weights.centres(frames)
+    others += [(body, solution.weights[:3, k], centres[:, k]) for body, k in structure.weights]
     joints = signs[:, None] * carried_wrenches(model, solution)[:3]
     points = frames.points(table.centre_body, table.centre)
     return Forces(frames, solution.o, solution.gravity, beam_forces(model, solution), joints, points, others)
@@ -184,7 +182,8 @@ class _Assembly:
         self.units = structure.unit_twists(self.frames, self.o)
         _, n, N = self.units.shape
         total = n if condensed else n + 2 * INNER * len(structure.beams)
-        self.K, self.G, self.inner = np.zeros((n, N) if condensed else (n, n, N)), np.zeros((total, total, N)), n
+        self.K, self.G = (zeros_for(shape, self.o) for shape in ((n, N) if condensed else (n, n, N), (total, total, N)))
+        self.inner = n
         self.coupled: set[tuple[int, ...]] = set()
         # of bodies that are rigidly one, by their coordinates: forces and where they act, and directions of beams
         self.forces: dict[tuple[int, ...], list[tuple[Array, Array]]] = {}
@@ -197,7 +196,7 @@ class _Assembly:
             closing = _CLOSING * self._diagonal().max(axis=0, initial=0.0)
             self._joints()
             self._bodies()
-            own = np.array(self._diagonal())
+            own = np.array(self._diagonal(), subok=True)
             self._close_loops(closing)
             self.unheld = _UNHELD * np.maximum(own, _UNHELD * own.max(axis=0, initial=0.0))
             self.unheld += _UNHELD_CLOSED * (self._diagonal() - own)
@@ -211,7 +210,7 @@ class _Assembly:
     def _moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
         """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
         mine = list(self.structure.columns[body])
-        found, where = np.zeros((2, 3, len(columns), self.o.shape[1])), [columns.index(column) for column in mine]
+        found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
         turns = self.units[:3, mine]
         found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
         return found
@@ -243,7 +242,8 @@ class _Assembly:
     def _beams(self) -> Iterator[tuple[str, BeamEnergy]]:
         for beam in self.structure.beams:
             item, bodies = self.structure.model.beams[beam.name], (beam.inner, beam.outer)
-            axes = np.array(self.frames.orientations(np.array([item.span.carrier]), item.axes[:, :, None])[:, :, 0], order="C")
+            axes = self.frames.orientations(np.array([item.span.carrier]), item.axes[:, :, None])[:, :, 0]
+            axes = np.array(axes, order="C", subok=True)
             points = [
                 self.frames.point(item.span.start_body, item.span.start),
                 self.frames.point(item.span.end_body, item.span.end),
@@ -283,12 +283,11 @@ class _Assembly:
 
     def _springs(self) -> None:
         """Springs between links: what of their stiffness is negative, as they push, grows with the forces."""
-        body_at = self.structure.body_at
         for spring in placed_springs(self.structure.model, self.frames):
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             for first, here in spring.places[0].items():
                 for second, there in spring.places[1].items():
-                    bodies = body_at[first], body_at[second]
+                    bodies = self.structure.body_at[first], self.structure.body_at[second]
                     columns = self.structure.columns_of(*bodies)
                     ends = [self._moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True)]
                     parts = [
@@ -318,10 +317,10 @@ class _Assembly:
                 ends = [self._moved(columns, body, point) for body in bodies]
                 both = np.concatenate([ends[0][0], ends[1][1] - ends[0][1]])
                 # f · (θ × u) = θ · (u × f)
-                fx, fy, fz = force
-                values, zero = np.zeros((6, 6, len(fx))), np.zeros_like(fx)
-                values[:3, 3:] = turn = np.array([[zero, fz, -fy], [-fz, zero, fx], [fy, -fx, zero]])
-                values[3:, :3] = np.swapaxes(turn, 0, 1)
+                values = zeros_for((6, 6, force.shape[1]), force)
+                for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                    values[i, 3 + j] = values[3 + j, i] = force[k]
+                    values[j, 3 + i] = values[3 + i, j] = -force[k]
                 self._add(columns, both, (), [(slice(0, 6), values)])
 
     def _close_loops(self, closing: Array) -> None:
@@ -351,7 +350,7 @@ class _Assembly:
             A = np.einsum("fin,fjn->ijn", forces, points - self.o)
             S = (A + np.swapaxes(A, 0, 1)) / 2  # without what couples torsion and bending of beams
             axes = self.axes.get(columns, [])
-            if axes and all(np.abs(cross(axes[0], other)).max() < 1e-6 for other in axes):
+            if axes and all(settles(np.abs(cross(axes[0], other)) < 1e-6) for other in axes):
                 e, f = axes[0], np.einsum("ijn,jn->in", S, axes[0])
                 mixed = (f - dot(e, f) * e)[:, None] * e
                 S -= mixed + np.swapaxes(mixed, 0, 1)
@@ -361,7 +360,7 @@ class _Assembly:
 
 def _product(blocks: _Blocks, motions: Array) -> Array:
     """Return the product of blocks of a matrix (m, m, N) and motions (m, k, N)."""
-    found = np.zeros_like(motions)
+    found = zeros_for(motions.shape, motions, *(values for _, values in blocks))
     for rows, values in blocks:
         found[rows] = np.einsum("ijn,jkn->ikn", values, motions[rows])
     return found

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.joint_freedoms import Freedom, Freedoms, freedoms_of
 from kinetostatics.mechanism.mechanism import Connection
@@ -62,6 +62,8 @@ class Structure:
     Attributes:
         model: the robot.
         graph: its bodies.
+        platform: the body that the platform belongs to.
+        weights: bodies and the numbers of the robot's weights that rigid links put on them.
         beams: all beams, in the order of the file.
         joints: all joints that hold something.
         freedoms: for each coordinate what it is, None for the six of a body that no joint leads to.
@@ -73,6 +75,8 @@ class Structure:
     def __init__(self, model: RobotStatics) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         self.body_at = {place: body for body in self.graph.bodies for place in body.places}
+        self.platform, number = self.graph.platform, {name: k for k, name in enumerate(model.weights.names)}
+        self.weights = [(body, number[name]) for body in self.graph.bodies for name in body.weights]
         self._drives = drives_of(model.mechanism)
         self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
@@ -105,6 +109,8 @@ class Structure:
                         queue.append(other)
         self.beams = [self._beam(name) for name in model.beams]
         self.followers = tuple(self._followers())
+        given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
+        self._given, self._twists = [k for k, _ in given], Freedoms([freedom for _, freedom in given])
         self._loose = [k for k, freedom in enumerate(self.freedoms) if freedom is None]  # three rotations, three translations, …
         self.turning = {k for k, freedom in enumerate(self.freedoms) if freedom is not None and freedom.rotates}
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
@@ -165,12 +171,10 @@ class Structure:
         Rotations are taken times the robot's characteristic length, so that all coordinates are lengths [m].
         """
         size = self.model.length
-        found = np.zeros((6, len(self.freedoms), o.shape[1]))
+        found = zeros_for((6, len(self.freedoms), o.shape[1]), o)
         for k, column in enumerate(self._loose):
             found[k % 6, column] = 1.0 if k % 6 > 2 else 1 / size
-        given = [(k, freedom) for k, freedom in enumerate(self.freedoms) if freedom is not None]
-        if given:
-            where, items = zip(*given, strict=True)
-            freedoms = Freedoms(items)
-            found[:, where] = np.roll(freedoms.twists(frames, o), 3, axis=0) / np.where(freedoms.rotates, size, 1.0)[:, None]
+        if self._given:
+            twists = self._twists.twists(frames, o) / np.where(self._twists.rotates, size, 1.0)[:, None]
+            found[:3, self._given], found[3:, self._given] = twists[3:], twists[:3]
         return found

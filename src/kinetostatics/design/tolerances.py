@@ -177,7 +177,7 @@ def _read_tolerances(
     """Return parameters, the file's arguments first, assembly errors, and the tolerances of all.
 
     Raises:
-        ArgumentError: they are invalid.
+        ArgumentError: they make no sense.
     """
     if tolerances is None:
         errors = list(family.errors.values())

@@ -12,15 +12,18 @@ from pathlib import Path
 
 import numpy as np
 
+from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
 from kinetostatics.printing.dispatch import Json
 
 #: Folders whose functions are recorded or compile.
-_SOURCES = ("description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
+_SOURCES = ("buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
 BLOCK = 256
+#: The stage in which everything is computed, see :func:`kinetostatics.engine.llvm.module_of`.
+LAST = 99
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
 
@@ -39,7 +42,7 @@ class Code:
         self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
         self.function = _KIND(self._machine.address)
         self._calling = threading.Lock()  # calls for one pose share their arrays
-        self._bound: tuple[list[Array], Bound, Array, Mask] | None = None
+        self._bound: dict[int, tuple[list[Array], Bound, Array, Mask]] = {}  # by stage
 
     def __call__(
         self,
@@ -47,27 +50,23 @@ class Code:
         parameters: Array,
         numbers: Array,
         truths: Mask,
-        whole: bool = True,
-        before: Callable[[slice], None] | None = None,
+        stage: int = LAST,
     ) -> None:
         """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight.
 
         Args:
-            inputs, parameters: what is taken; inputs (k, BLOCK) are those of the block that is computed next.
+            inputs, parameters: what is taken.
             numbers, truths: where results go; numbers may stand where the first input is.
-            whole: whether all numbers are wanted, or only the first ones, which need less to be computed.
-            before: writes inputs of a block before it is computed, if there are more than ``2 * BLOCK`` poses.
+            stage: which numbers are wanted: the first ones need less to be computed.
         """
         n = numbers.shape[1]
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
-            Bound(self, inputs, parameters, numbers, truths, whole)()
+            Bound(self, inputs, parameters, numbers, truths, stage)()
             return
         block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
-        bound = Bound(self, inputs, parameters, block, flags, whole)
+        bound = Bound(self, inputs, parameters, block, flags, stage)
         for part in blocks(n):
             bound.move(part.start)
-            if before is not None:
-                before(part)
             bound()
             numbers[:, part], truths[:, part] = block, flags
 
@@ -77,39 +76,59 @@ class Code:
         parameters: Array,
         numbers: int,
         truths: int,
-        whole: bool = True,
-        before: Callable[[slice], None] | None = None,
+        stage: int = LAST,
     ) -> tuple[Array, Mask]:
-        """Return so many numbers (R, N), and the truth values (T, N) of N poses, few or many; see :meth:`__call__`.
-
-        The last of the inputs has all poses; others may have those of a block.
-        """
+        """Return so many numbers (R, N), and the truth values (T, N) of N poses, few or many; see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
-            return self._alone(inputs, parameters, numbers, truths)
+            return self._alone(inputs, parameters, numbers, truths, stage)
         n = max(N, llvm.LANES)
         found, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
         taken = [side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs]
 
         def compute(part: slice) -> None:
-            mine = [array[:, part] if array.shape[1] == n else array for array in taken]
-            self(mine, parameters, found[:, part], flags[:, part], whole, before)
+            self([array[:, part] for array in taken], parameters, found[:, part], flags[:, part], stage)
 
-        in_threads(compute, chunks(n) if before is None else [slice(0, n)])
+        in_threads(compute, chunks(n))
         return found[:, :N], flags[:, :N]
 
-    def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int) -> tuple[Array, Mask]:
+    def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int) -> tuple[Array, Mask]:
         """Return the numbers (R, 1) and the truth values (T, 1) of one pose, by arrays that are bound once."""
         with self._calling:
-            if self._bound is None:
+            if stage not in self._bound:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
                 given = np.empty((numbers, llvm.LANES)), np.empty((truths, llvm.LANES), dtype=bool)
-                self._bound = taken, Bound(self, taken, parameters, *given), *given
-            taken, call, found, flags = self._bound
+                self._bound[stage] = taken, Bound(self, taken, parameters, *given, stage), *given
+            taken, call, found, flags = self._bound[stage]
             for mine, array in zip(taken, inputs, strict=True):
                 mine[:] = array
             call()
             return found[:, :1].copy(), flags[:, :1].copy()
+
+
+def found_or_made(
+    keys: Sequence[str], make: Sequence[Callable[[], bytes]] | None, is_right: Callable[[list[Code]], bool]
+) -> list[Code]:
+    """Return functions that belong together: from the disk if they are there and right, else made now; nothing if neither is.
+
+    Args:
+        keys: names under which they are kept.
+        make: what makes them, see :func:`packed`; None: they are not made.
+        is_right: whether they give what they should, whatever may be wrong with code from a disk.
+    """
+    kept = [disk.read(key) for key in keys]
+    codes = [Code(item) for item in kept if item is not None]
+    if len(codes) == len(keys) and is_right(codes):
+        return codes
+    if make is None:
+        return []
+    made = [item() for item in make]
+    codes = [Code(item) for item in made]
+    if not is_right(codes):
+        return []
+    for key, item in zip(keys, made, strict=True):
+        disk.write(key, item)
+    return codes
 
 
 def blocks(N: int) -> Iterator[slice]:
@@ -123,7 +142,7 @@ class Bound:
     """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
 
     def __init__(
-        self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, whole: bool = True
+        self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST
     ) -> None:
         """Take the arrays; see :meth:`Code.__call__`. There may be more poses in the inputs than in the results."""
         self._code, n = code, numbers.shape[1]
@@ -134,7 +153,7 @@ class Bound:
         addresses = ctypes.addressof(self._pointers), ctypes.addressof(strides)
         data = (array.ctypes.data for array in (parameters, numbers, truths))
         pointers = (ctypes.c_void_p(item) for item in (*addresses, *data))
-        self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(whole))
+        self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
         """Take inputs that have more poses than the results from the pose ``first`` on."""
@@ -146,16 +165,17 @@ class Bound:
         self._code.function(*self._arguments)
 
 
-def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES) -> bytes:
+def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level: int = 1) -> bytes:
     """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code.
 
     Args:
         table: what goes into the table.
         text: of a module, see :func:`kinetostatics.engine.llvm.module_of`.
         lanes: poses in its instructions.
+        level: see :func:`kinetostatics.engine.llvm.compiled`.
     """
     head = json.dumps({"lanes": lanes, **table}).encode()
-    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
+    return len(head).to_bytes(8, "little") + head + llvm.compiled(text, level)
 
 
 def table_of(kept: bytes) -> dict[str, Json]:

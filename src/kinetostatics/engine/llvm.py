@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 #: Poses in an instruction, but of code for single ones, which is shorter and quicker with one.
 LANES = 8
+#: Operations of a short block.
+_BLOCK = 300
 #: Name of the compiled function.
 NAME = "poses"
 
@@ -48,11 +50,18 @@ def operands(operation: Operation) -> tuple[int, ...]:
 
 
 def module_of(
-    tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0, soon: int = 0, lanes: int = LANES
+    tape: Tape,
+    numbers: Sequence[int],
+    truths: Sequence[int],
+    inputs: int,
+    repeats: int = 0,
+    stages: Sequence[int] = (),
+    lanes: int = LANES,
+    short_blocks: bool = False,
 ) -> str:
     """Return LLVM's text of a function of many poses.
 
-    ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n, int64 whole)``:
+    ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n, int64 stage)``:
     component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ lanes.
 
     Args:
@@ -61,20 +70,32 @@ def module_of(
         inputs: number of input arrays.
         repeats: 0, or how often at most everything is done anew with the poses of an instruction, as long as the first truth
             value holds for one of them. Results may then stand where inputs are.
-        soon: 0, or how many of the numbers, the first ones, are all that is computed besides truth values where ``whole`` is 0.
+        stages: how many of the numbers are all that is computed, besides truth values, where ``stage`` is 0, 1, …; beyond: all.
         lanes: poses in an instruction.
+        short_blocks: whether operations stand in short blocks, which are compiled quickly.
     """
-    return _Writer(tape, numbers, truths, inputs, repeats, soon, lanes).text()
+    block = _BLOCK if short_blocks else len(tape.operations) + 1
+    return _Writer(tape, numbers, truths, inputs, repeats, stages, lanes, block).text()
 
 
 class _Writer:
     def __init__(
-        self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int, soon: int, lanes: int
+        self,
+        tape: Tape,
+        numbers: Sequence[int],
+        truths: Sequence[int],
+        inputs: int,
+        repeats: int,
+        stages: Sequence[int],
+        lanes: int,
+        block: int,
     ) -> None:
-        self._tape, self._inputs, self._repeats, self._lanes = tape, inputs, repeats, lanes
+        self._tape, self._inputs, self._repeats, self._lanes, self._block = tape, inputs, repeats, lanes, block
         self._going = truths[0] if truths else 0
         self._needed = needed_by(tape, (*numbers, *truths))
-        self._soon, self._needed_soon = soon, needed_by(tape, (*numbers[:soon], *truths)) if soon else self._needed
+        self._ends = stages
+        needed = [needed_by(tape, (*numbers[:end], *truths)) for end in stages]
+        self._stages = [sum(not those[number] for those in needed) for number in range(len(tape.operations))]
         self._rows: dict[int, list[tuple[str, int]]] = {}
         for kind, wanted in (("number", numbers), ("truth", truths)):
             for row, number in enumerate(wanted):
@@ -86,20 +107,22 @@ class _Writer:
 
     def text(self) -> str:
         once: list[str] = []
-        loop: list[str] = []
-        rest: list[str] = []
+        parts: list[list[str]] = [[] for _ in range(len(self._ends) + 1)]
         for number, operation in enumerate(self._tape.operations):
             if not self._needed[number]:
                 continue
-            part = loop if self._needed_soon[number] else rest
+            part = parts[self._stages[number]]
+            if number % self._block == self._block - 1:
+                part += [f"br label %block{number}", f"block{number}:"]
             if self._varies[number]:
                 part += self._instruction(number, operation, f"<{self._lanes} x double>", f"<{self._lanes} x i1>", "v")
             else:
                 once += self._instruction(number, operation, "double", "i1", "s")
                 part += self._spread(number)
             for kind, row in self._rows.get(number, ()):
-                later = rest if self._soon and kind == "number" and row >= self._soon else part
-                later += self._stored(number, kind, row)
+                stage = sum(row >= end for end in self._ends) if kind == "number" else 0
+                parts[stage] += self._stored(number, kind, row)
+        loop, *later = parts
         pointers = [
             line
             for a in range(self._inputs)
@@ -110,8 +133,8 @@ class _Writer:
                 f"%stride{a} = load i64, ptr %place{a}",
             )
         ]
-        end = "done" if self._repeats or self._soon else "loop"
-        head = [f"%first = phi i64 [ 0, %entry ], [ %next, %{end} ]", "%over = icmp sgt i64 %first, %last"]
+        loop += ["br label %done", "done:"] if not (self._repeats or later) else []
+        head = ["%first = phi i64 [ 0, %entry ], [ %next, %done ]", "%over = icmp sgt i64 %first, %last"]
         head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {self._lanes}"]
         if self._repeats:
             head += ["br label %again", "again:", "%times = phi i64 [ 0, %loop ], [ %counted, %again ]"]
@@ -124,9 +147,11 @@ class _Writer:
                 "br i1 %goes, label %again, label %done",
                 "done:",
             ]
-        if self._soon:
-            once.append("%all = icmp ne i64 %whole, 0")
-            loop += ["br i1 %all, label %rest, label %done", "rest:", *rest, "br label %done", "done:"]
+        if later:
+            for k, part in enumerate(later):
+                once.append(f"%goes{k} = icmp sgt i64 %stage, {k}")
+                loop += [f"br i1 %goes{k}, label %stage{k}, label %done", f"stage{k}:", *part]
+            loop += ["br label %done", "done:"]
         tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
         body = ["entry:", *pointers, f"%last = sub i64 %n, {self._lanes}", *once, "br label %loop", "loop:", *head, *loop, *tail]
         declared = [
@@ -141,7 +166,7 @@ class _Writer:
         return "\n".join(
             [
                 *declared,
-                f"define void @{NAME}({signature}, i64 %n, i64 %whole) #0 {{",
+                f"define void @{NAME}({signature}, i64 %n, i64 %stage) #0 {{",
                 *body,
                 "end:",
                 "ret void",
@@ -247,10 +272,15 @@ class MachineCode:
         self.address = int(self._engine.get_function_address(NAME))
 
 
-def compiled(text: str) -> bytes:
-    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find."""
+def compiled(text: str, level: int = 1) -> bytes:
+    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find.
+
+    Args:
+        text: see :func:`module_of`.
+        level: 0 takes a tenth of the time, and the code almost twice as long as at 1.
+    """
     module = _binding().parse_assembly(text)  # which must live as long as code is made of it
-    return bytes(_machine().emit_object(module))
+    return bytes(_machine(level).emit_object(module))
 
 
 def processor() -> str:
@@ -263,11 +293,11 @@ def processor() -> str:
     return f"{llvmlite.__version__} {binding.llvm_version_info} {host}"
 
 
-def _machine() -> TargetMachine:
+def _machine(level: int = 1) -> TargetMachine:
     binding = _binding()
     target = binding.Target.from_triple(binding.get_process_triple())
     return target.create_target_machine(
-        cpu=binding.get_host_cpu_name(), features=binding.get_host_cpu_features().flatten(), opt=1, jit=True
+        cpu=binding.get_host_cpu_name(), features=binding.get_host_cpu_features().flatten(), opt=level, jit=True
     )
 
 

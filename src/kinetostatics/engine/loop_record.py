@@ -6,7 +6,7 @@ placements are parameters.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,41 +15,18 @@ from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recorded, recording
 from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
-from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
-from kinetostatics.mechanism.tree import TreeJoint
-
-#: What is kept of classes that hold more than closing the loops needs; a solver's caches are made anew.
-KEPT: Mapping[type, tuple[str, ...]] = {
-    Solver: (
-        *("equations", "length", "reach", "slack", "tree", "mechanism", "platform_signs", "column_scale"),
-        *("_row_scale", "joint_of_column"),
-    ),
-    Mechanism: ("tree", "platform_frame", "base_frame"),
-    LoopEquations: (
-        *("mechanism", "tree", "loops", "closures", "count", "signs", "couplings", "loop_axes", "runs", "_tables", "_distance"),
-        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there", "neutral"),
-    ),
-    Connection: ("kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame"),
-    LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
-    Couplings: ("count", "columns", "items", "_gradient"),
-    SphericalRun: ("axes", "orientation"),
-    TreeJoint: ("kind", "first_q", "first_v"),
-    PrescribedCoordinates: ("columns", "loops", "positions", "angles", "orientation", "fixed_dofs"),
-}
 
 
 def structure_of(
     solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None, *, all_vary: bool = False
 ) -> Structure:
     """Return what a record depends on; see :class:`Structure`."""
-    return Structure((solver, prescribed, local), tape, KEPT, all_vary=all_vary)
+    return Structure((solver, prescribed, local), tape, all_vary=all_vary)
 
 
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> Solver:
@@ -66,12 +43,12 @@ BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
 
 @dataclass(frozen=True)
 class Program:
-    """Operations whose results are wanted, in order; unless ``soon`` is 0, so many first numbers may be computed alone."""
+    """Operations whose results are wanted, in order; ``stages`` tell how many of the numbers may be computed alone."""
 
     tape: Tape
     numbers: tuple[int, ...]
     truths: tuple[int, ...]
-    soon: int = 0
+    stages: tuple[int, ...] = ()
 
 
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:

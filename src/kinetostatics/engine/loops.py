@@ -9,15 +9,14 @@ import contextlib
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.code import BLOCK, LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.frames import LaterFrames
 from kinetostatics.engine.loop_record import (
     GOOD,
@@ -50,7 +49,7 @@ def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: S
     program, nq, closures = place_record(solver, prescribed, example, local), solver.mechanism.tree.nq, solver.equations.closures
     frames = len(program.numbers) - closures
     numbers = (*program.numbers[:nq], *program.numbers[frames:], *program.numbers[nq:frames])
-    return replace(program, numbers=numbers, soon=nq + closures)
+    return replace(program, numbers=numbers, stages=(nq + closures,))
 
 
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
@@ -87,7 +86,7 @@ class CompiledSolver(Solver):
             NotRecordedError: the equations do something that cannot be recorded.
         """
         self._begin(solver, prescribed, local, example)
-        if not (self._codes(self._functions, self._is_right) or self._codes(self._functions, self._is_right, llvm.LANES)):
+        if not self._codes(self._functions, self._is_right, llvm.LANES):
             raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
 
     @classmethod
@@ -108,24 +107,16 @@ class CompiledSolver(Solver):
         self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
 
     def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int = 0) -> list[Code]:
-        """Return code of functions if it is right, from the disk, or made now of so many ``lanes``; else nothing.
+        """Return code of functions, from the disk, or unless ``lanes`` is 0 made now of so many; nothing if none is right.
 
         Raises:
             NotRecordedError: it is to be made, and the equations do something that cannot be recorded.
         """
+        given = self._solver, self._own, self._example, self._local
+        make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
         keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
-        if not lanes:
-            found = [disk.read(key) for key in keys]
-        else:
-            given = self._solver, self._own, self._example, self._local
-            found = [_compiled(record(*given), self._sizes, inputs, repeats, lanes) for _, record, inputs, repeats in functions]
-        codes = [Code(kept) for kept in found if kept is not None]
-        if len(codes) < len(keys) or any(code.table["sizes"] != self._sizes for code in codes) or not is_right(codes):
-            return []
-        if lanes:
-            for key, kept in zip(keys, found, strict=True):
-                disk.write(key, kept or b"")
-        return codes
+        fits = lambda codes: all(code.table["sizes"] == self._sizes for code in codes) and is_right(codes)  # noqa: E731
+        return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
         """Take code, and return whether it finds beside the example what NumPy finds: whatever may be wrong with it."""
@@ -160,7 +151,7 @@ class CompiledSolver(Solver):
             )
 
         with contextlib.suppress(NotRecordedError):
-            codes = self._codes([_START], is_right) or self._codes([_START], is_right, llvm.LANES)
+            codes = self._codes([_START], is_right, llvm.LANES)
             return codes[0] if codes else None
         return None
 
@@ -256,7 +247,7 @@ class CompiledSolver(Solver):
                 return False
             return wanted is None or np.max(np.abs(moved - np.concatenate([wanted.x, wanted.c]))) <= _ALIKE
 
-        codes = self._codes(functions, is_right) or self._codes(functions, is_right, 1)
+        codes = self._codes(functions, is_right, 1)
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
@@ -299,9 +290,7 @@ class CompiledSolver(Solver):
         """Return where coordinates ``x`` (nq', N) put everything."""
         if x.shape[1] == 0:
             return super().place(x)
-        if x.shape[1] > 2 * BLOCK:
-            return self._placed_later(x)
-        found, holds = self._placed(x)
+        found, holds = self._placed(x, 0 if x.shape[1] > 2 * BLOCK else LAST)
         if not holds.all():
             rest = np.flatnonzero(~holds)
             careful = super().place(x[:, rest])
@@ -309,53 +298,32 @@ class CompiledSolver(Solver):
             found.frames.put(rest, careful.frames)
         return found
 
-    @property
-    def _rows(self) -> tuple[int, int, int, int]:
-        """Of what is placed: where the residual, rotations and positions start, and the number of rows."""
+    def _placed(self, x: Array, stage: int = LAST) -> tuple[Placed, NDArray[np.bool_]]:
+        """Return where coordinates put everything, the frames in the last stage or when they are asked for; where that holds."""
         nq, bodies, soon = self.mechanism.tree.nq, self.mechanism.tree.bodies, self.mechanism.tree.nq + self.equations.closures
-        return nq, soon, soon + 9 * bodies, soon + 12 * bodies
-
-    def _placed(self, x: Array) -> tuple[Placed, NDArray[np.bool_]]:
-        """Return where coordinates put everything, and where the record holds."""
-        N, (nq, soon, turned, count) = x.shape[1], self._rows
-        numbers, truths = self._place.results([x], self._parameters, count, 1)
+        turned, N = soon + 9 * bodies, x.shape[1]
+        numbers, truths = self._place.results([x], self._parameters, turned + 3 * bodies if stage else soon, 1, stage)
+        if not stage:
+            return Placed(numbers[:nq], LaterFrames(x, self._frames), numbers[nq:]), truths[0]
         frames = Frames(numbers[soon:turned].reshape(3, 3, -1, N), numbers[turned:].reshape(3, -1, N))
         return Placed(numbers[:nq], frames, numbers[nq:soon]), truths[0]
 
-    def _placed_later(self, x: Array) -> Placed:
-        """Return where coordinates put everything; the frames are computed when they are asked for."""
-        nq, soon, *_ = self._rows
-        x = side_by_side(x, x.shape[1])
-        numbers, truths = self._place.results([x], self._parameters, soon, 1, whole=False)
-        rest = np.flatnonzero(~truths[0])
-        if rest.size:
-            careful = super().place(x[:, rest])
-            numbers[:nq, rest], numbers[nq:, rest] = careful.q, careful.residual
-        return Placed(numbers[:nq], LaterFrames(x, self), numbers[nq:])
-
-    def frames_in_blocks(self, x: Array) -> tuple[Array, Array, Callable[[slice], None]]:
-        """Return arrays for rotations (9 B, BLOCK) and positions (3 B, BLOCK), and what writes those of some poses there."""
-        _, soon, turned, count = self._rows
-        numbers, truths = np.empty((count, BLOCK)), np.empty((1, BLOCK), dtype=bool)
-        rotation, position = numbers[soon:turned], numbers[turned:]
-        bound = Bound(self._place, [x], self._parameters, numbers, truths)
-
-        def write(part: slice) -> None:
-            bound.move(part.start)
-            bound()
-            rest = np.flatnonzero(~truths[0])
-            if rest.size:
-                careful = Solver.place(self, x[:, part][:, rest]).frames
-                rotation[:, rest], position[:, rest] = (a.reshape(-1, rest.size) for a in (careful.rotation, careful.position))
-
-        return rotation, position, write
+    def _frames(self, x: Array) -> Frames:
+        found, holds = self._placed(x)
+        if not holds.all():
+            rest = np.flatnonzero(~holds)
+            found.frames.put(rest, Solver.place(self, x[:, rest]).frames)
+        return found.frames
 
     def _surely(self, code: Code, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]
 
 
-def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int, lanes: int) -> bytes:
+def _compiled(
+    record: Callable[..., Program], given: tuple[object, ...], sizes: dict[str, int], inputs: int, repeats: int, lanes: int
+) -> bytes:
     """Return what is kept on disk."""
+    program = record(*given)
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
-    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.soon, lanes)
+    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.stages, lanes)
     return packed({"sizes": sizes, "operations": operations}, text, lanes)

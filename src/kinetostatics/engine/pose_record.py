@@ -14,41 +14,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.description.robot import RobotDescription
-from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
+from kinetostatics.buckling import structure as members
+from kinetostatics.buckling.stability import forces_of, surely_stable
 from kinetostatics.engine.record import by_numpy, recorded_input, recording_equilibrium
 from kinetostatics.engine.recorder import recording
 from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.engine.structure import KEPT as KEPT_OF_STATICS
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.joint_coordinates import JointCoordinates
-from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed
-from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move
-from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.tree import Frames, TreeJoint
+from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import COMPUTED, QUANTITIES
+from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
-
-#: What is kept of classes that hold more than poses need.
-_KEPT: Mapping[type, tuple[str, ...]] = {
-    **KEPT_OF_STATICS,
-    **KEPT_OF_LOOPS,
-    RobotStatics: (*KEPT_OF_STATICS[RobotStatics], "joint_table"),
-    Mechanism: ("tree", "platform_frame", "base_frame", "connections", "description", "body_of_joint"),
-    RobotDescription: ("springs", "driven"),
-    LoopEquations: (*KEPT_OF_LOOPS[LoopEquations], "loop_of", "is_length"),
-    Connection: (
-        *("name", "kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame", "axis", "mimic", "cone"),
-        *("lower", "upper"),
-    ),
-    Couplings: (*KEPT_OF_LOOPS[Couplings], "names", "is_length"),
-    TreeJoint: ("kind", "body", "first_q", "first_v"),
-}
 
 
 class PoseModel(NamedTuple):
@@ -58,20 +40,24 @@ class PoseModel(NamedTuple):
         joints: their coordinates, and what closes the loops.
         statics: the equilibrium.
         prescribed: coordinates that are given, where residuals are wanted.
+        places: at which loads act on links.
+        members: the robot as a structure that may buckle, where that is asked for.
     """
 
     joints: JointCoordinates
     statics: RobotStatics
-    prescribed: PrescribedCoordinates
+    prescribed: PrescribedCoordinates | None = None
+    places: LoadedPlaces | None = None
+    members: members.Structure | None = None
 
     @classmethod
-    def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates) -> PoseModel:
+    def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates | None = None) -> PoseModel:
         """Return the model of a robot by what closes its loops and its statics."""
         return cls(JointCoordinates(solver), statics, prescribed)
 
     def taken_apart(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
         """Return structure and numbers; with a tape also a copy that records, see :class:`Structure`."""
-        return Structure(self, tape, _KEPT, all_vary=all_vary)
+        return Structure(self, tape, all_vary=all_vary)
 
 
 class Pose:
@@ -81,7 +67,7 @@ class Pose:
         model: the robot.
         x: (nq', N) solved coordinates.
         load, gravity: (6, N) [N, N·m] and (3, N) [m/s²].
-        given: (3, N) orientation and (n, N) prescribed coordinates, where residuals are wanted.
+        given: (3, N) orientation and (n, N) prescribed coordinates, where residuals are wanted; or (6 P, N) what acts on links.
     """
 
     def __init__(self, model: PoseModel, x: Array, load: Array, gravity: Array, *given: Array) -> None:
@@ -106,12 +92,14 @@ class Pose:
     @cached_property
     def solution(self) -> Solution:
         """The equilibrium."""
-        return by_numpy(self.statics, self.frames, self.load, self.gravity)
+        wrenches = None if self.model.places is None else self.given[0]
+        return by_numpy(self.statics, self.frames, self.load, self.gravity, wrenches, self.model.places)
 
     @cached_property
     def system(self) -> tuple[Array, Array]:
         """Scaled residuals and gradients, see :meth:`Solver.system`."""
         c, target = self.given
+        assert self.model.prescribed is not None
         return self.solver.system(self.model.prescribed, SolverState(self.x, c), target)
 
     @cached_property
@@ -139,6 +127,11 @@ class Pose:
             found = found & inside
         return found
 
+    def is_stable(self) -> Mask:
+        """Return which poses (N,) surely do not buckle."""
+        assert self.model.members is not None
+        return surely_stable(self.model.members, forces_of(self.model.members, self.solution))
+
     def platform(self) -> Array:
         """Return the platform's rotation, row by row, and position (12, N)."""
         R, o = self.solver.mechanism.platform_pose(self.frames)
@@ -150,6 +143,27 @@ def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
     return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
 
 
+def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
+    """Return what is picked of each group (k, g, N), limb by limb (Σ k, N); NaN where wrenches are not those of the labels."""
+    rows = [np.empty((0, solution.o.shape[1]))]
+    for group in robot.groups:
+        for limb, mine in zip(group.limbs, getattr(group, labels), strict=True):
+            number, position = solution.places[limb.name]
+            item = solution.statics[number]
+            nothing = np.full((len(mine), solution.o.shape[1]), np.nan)
+            rows.append(
+                nothing if item.group.at_one_pose else np.where(item.degenerate[position], np.nan, pick(number)[:, position])
+            )
+    return np.concatenate(rows)
+
+
+def _intensities(robot: RobotStatics, solution: Solution) -> Array:
+    def pick(k: int) -> Array:
+        return np.where(solution.undetermined[k], np.nan, solution.intensities[k].sum(axis=1))
+
+    return _of_limbs(robot, solution, "labels", pick)
+
+
 #: What may be recorded of a pose, each (…components, N).
 OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "residual": lambda pose: pose.system[0],
@@ -159,12 +173,18 @@ OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "within": Pose.within,
     "actuators": Pose.actuators,
     "platform": Pose.platform,
+    "is_stable": Pose.is_stable,
     "mass": lambda pose: pose.statics.weights.masses(pose.frames).sum(axis=0),
 }
 #: The same of the equilibrium.
 OF_EQUILIBRIUM: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     **COMPUTED,
+    "intensities": _intensities,
+    "attached_intensities": lambda robot, s: _of_limbs(robot, s, "attached_labels", lambda k: s.statics[k].W_g),
     "singular": lambda robot, solution: solution.singular,
+    "indeterminate": lambda robot, solution: solution.indeterminate,
+    "basis_degenerate": lambda robot, solution: solution.basis_degenerate,
+    "doubtful": lambda robot, solution: solution.doubtful,
     "usual": is_usual,
 }
 
@@ -232,7 +252,6 @@ def pose_record(
     """
     tape = Tape()
     copy = model.taken_apart(tape, all_vary).copy
-    copy.joints.solver.forget()
     pose = Pose(copy, *(recorded_input(tape, number, array) for number, array in enumerate(example)))
     rows, shapes, holds = {}, {}, {}
     for name in names:

@@ -6,7 +6,7 @@ import os
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -16,16 +16,13 @@ from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
-from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution
 
 if TYPE_CHECKING:
     from kinetostatics.engine.loops import CompiledSolver
-    from kinetostatics.engine.statics import CompiledStatics, FoundAtOnce
+    from kinetostatics.engine.poses import PoseCode
 
 #: What may be asked for.
 ENGINES = ("auto", "numpy", "compiled")
@@ -35,7 +32,6 @@ VARIABLE = "KINETOSTATICS_ENGINE"
 #: than NumPy does, and below, compiling. Code that is in memory answers whatever the number.
 READING, COMPILING = 1_000, 10_000
 
-StaticsSolver: TypeAlias = "Callable[[Frames, Array, Array, tuple[AppliedLoad, ...]], FoundAtOnce | Solution]"
 Made = TypeVar("Made")
 Owner = TypeVar("Owner")
 Key = TypeVar("Key")
@@ -70,7 +66,9 @@ class _Program(Generic[Made]):
         return self.made
 
 
-_STATICS: WeakKeyDictionary[RobotStatics, defaultdict[LoadedPlaces | None, _Program[CompiledStatics]]] = WeakKeyDictionary()
+_POSES: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[LoadedPlaces | None, bool], _Program[PoseCode]]] = (
+    WeakKeyDictionary()
+)
 _LOOPS: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[PrescribedCoordinates, int], _Program[CompiledSolver]]] = (
     WeakKeyDictionary()
 )
@@ -100,39 +98,54 @@ def engine_for(engine: str, poses: int) -> str:
     return "compiled" if engine == "auto" and poses >= COMPILING else engine
 
 
-def compiled_solver(robot: RobotStatics, engine: str, poses: int, applied: tuple[AppliedLoad, ...] = ()) -> StaticsSolver | None:
-    """Return what solves poses by compiled code; None where NumPy does.
+def pose_code(
+    robot: RobotKinematics,
+    statics: RobotStatics,
+    engine: str,
+    poses: int,
+    applied: tuple[AppliedLoad, ...] = (),
+    *,
+    stability: bool = False,
+) -> PoseCode | None:
+    """Return the compiled code that analyses poses; None where NumPy does.
 
     Args:
-        robot: the robot.
+        robot, statics: the robot.
         engine: see :func:`check_engine`.
         poses: of the call.
         applied: loads on links: the code is for the places at which they act.
+        stability: return the code that tells where poses surely do not buckle: of robots without springs and loads on links,
+            as stiffnesses of springs take eigenvectors.
     """
-    if engine == "numpy" or poses == 0:
+    if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None
-    found, _ = _statics_of(robot, engine, poses, LoadedPlaces.of(applied))
-    return None if found is None else found.solve
+    return _poses_of(robot, statics, engine, poses, LoadedPlaces.of(applied), stability)[0]
 
 
-def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
+def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
     """Return a robot's compiled code, made now if need be; or why there is none."""
-    found, reason = _statics_of(robot, "compiled", 1, None)
+    found, reason = _poses_of(robot, statics, "compiled", 1)
     return found or str(reason)
 
 
-def _statics_of(
-    robot: RobotStatics, engine: str, poses: int, places: LoadedPlaces | None
-) -> tuple[CompiledStatics | None, str | None]:
+def _poses_of(
+    robot: RobotKinematics,
+    statics: RobotStatics,
+    engine: str,
+    poses: int,
+    places: LoadedPlaces | None = None,
+    stability: bool = False,
+) -> tuple[PoseCode | None, str | None]:
     """Return the code that answers a call, and else why there never is any, if that is known."""
-    program = _program_of(_STATICS, robot, places)
+    program = _program_of(_POSES, robot, (places, stability))
 
-    def find(anew: bool) -> CompiledStatics | None:
-        from kinetostatics.engine.statics import CompiledStatics
+    def find(anew: bool) -> PoseCode | None:
+        from kinetostatics.engine.poses import ANALYSIS, STABILITY, PoseCode
 
-        return (CompiledStatics if anew else CompiledStatics.kept)(robot, places)
+        found = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
+        return found if found.is_there else None
 
-    return program.answering(engine, poses, robot.description.name, find), program.reason
+    return program.answering(engine, poses, robot.name, find), program.reason
 
 
 def compiled_loops(engine: str) -> SolverChoice:

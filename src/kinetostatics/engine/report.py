@@ -19,7 +19,7 @@ _BY_NUMPY = (
     "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
     "analyses with assembly errors",
     "poses at which a limb's bases degenerate, its joints are dependent or its self-stress is rigid",
-    "what is computed when it is asked for: joint wrenches, beams, actuator forces, motions of links, energies",
+    "what is computed when it is asked for: wrenches of limbs and joints, beams, motions of links, energies",
 )
 
 
@@ -81,8 +81,8 @@ def engine_report(robot: _HasStatics) -> EngineReport:
     The code is made, and kept on disk, if it is not there yet: that takes a second or more.
     """
     if not isinstance(robot, RobotKinematics):
-        raise ArgumentError(f"engine_report needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
-    statics, loops = compiled_statics(robot.statics), loops_of(robot)
+        raise ArgumentError(f"engine_report wants a robot, not {robot!r}: load one with ks.load_robot(…)")
+    statics, loops = compiled_statics(robot, robot.statics), loops_of(robot)
     reasons = [found if isinstance(found, str) else None for found in (statics, loops)]
     names = ("the equilibrium of poses", "closing the loops")
     by_numpy = [name for name, reason in zip(names, reasons, strict=True) if reason is not None]

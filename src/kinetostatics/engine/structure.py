@@ -10,74 +10,85 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
+from dataclasses import fields
 from enum import Enum
 
 import numpy as np
 
+from kinetostatics.buckling import structure as members
 from kinetostatics.description import elements
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.limbs.drives import LimbDrive
-from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.elastic_joints import ElasticJoint
-from kinetostatics.mechanism.limb_joints import CompoundJoint
+from kinetostatics.mechanism.joint_freedoms import Freedom
 from kinetostatics.mechanism.limbs import Topology
-from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
+from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.tree import TreeJoint
 from kinetostatics.mechanism.weights import Weights
-from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 
-#: What is kept of classes that hold more than equilibrium needs.
+#: What is kept of classes that hold more than records need; a solver's caches are made anew.
 KEPT: Mapping[type, tuple[str, ...]] = {
-    RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches", "parts"),
+    Solver: (
+        *("equations", "length", "reach", "slack", "tree", "mechanism", "platform_signs", "column_scale"),
+        *("_row_scale", "joint_of_column"),
+    ),
+    LoopEquations: (
+        *("mechanism", "tree", "loops", "closures", "count", "signs", "couplings", "loop_axes", "runs", "_tables", "_distance"),
+        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there", "neutral", "loop_of", "is_length"),
+    ),
+    LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
+    Couplings: ("count", "columns", "items", "_gradient", "names", "is_length"),
+    PrescribedCoordinates: tuple(item.name for item in fields(PrescribedCoordinates)),
+    SphericalRun: ("axes", "orientation"),
+    TreeJoint: ("kind", "body", "first_q", "first_v"),
+    Mechanism: ("tree", "platform_frame", "base_frame", "connections", "description", "body_of", "body_of_joint"),
+    Connection: (
+        *("name", "kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame", "axis", "mimic", "cone"),
+        *("lower", "upper"),
+    ),
+    RobotDescription: ("springs", "driven", "beams", "joint_stiffness"),
+    elements.Spring: (
+        *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
+    ),
+    elements.Beam: ("link",),
+    Topology: ("limbs", "hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
     StaticModel: ("length", "closing_error"),
-    Mechanism: ("platform_frame", "description"),
-    RobotDescription: ("springs",),
-    Topology: ("limbs",),
+    RobotStatics: (
+        *("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches", "parts"),
+        *("branch_drives", "branch_springs", "joint_table"),
+    ),
     Weights: (
         *("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
         *("_centred", "_beam_body", "_beam_centre"),
     ),
     BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
-    ElasticJoint: (),
-}
-#: What is kept besides where loads or springs act on links: the places at which they do, and how these move.
-_WITH_LOADS: Mapping[type, tuple[str, ...]] = {
-    RobotStatics: ("branch_drives", "branch_springs"),
-    RobotDescription: ("beams", "joint_stiffness"),
-    elements.Spring: (
-        *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
-    ),
-    elements.Beam: ("link",),
-    Mechanism: ("body_of", "connections"),
-    Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
-    Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
     ElasticJoint: ("joint", "body", "frame", "linear", "angular"),
-    LimbDrive: ("joints",),
-    LimbGroup: ("compounds", "elements", "_edges"),
-    CompoundJoint: ("joints",),
+    members.Structure: (
+        *("model", "platform", "weights", "beams", "joints", "freedoms", "columns", "turning", "followers", "_given", "_twists"),
+        "_loose",
+    ),
+    RigidBody: (),
+    Freedom: ("rotates", "stiffness"),
 }
 #: What is left out of others.
 _LEFT_OUT: Mapping[str, tuple[str, ...]] = {
-    "LimbGroup": ("compounds", "elements", "_edges", "dofs", "labels", "attached_labels"),
+    "LimbGroup": ("dofs",),
     "LimbSkeleton": ("dofs", "_compounds"),
-    "LimbDrive": ("joints",),
     "Candidate": ("label",),
 }
 #: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have
 #: sines of 0 or 1e-17, would have a structure of its own.
 ROUNDING = 1e-14
-
-
-def _acts_on_links(item: object) -> bool:
-    """Whether something acts on links: loads or springs."""
-    if isinstance(item, tuple):
-        return any(map(_acts_on_links, item))
-    return isinstance(item, LoadedPlaces) or (isinstance(item, RobotStatics) and bool(item.description.springs))
 
 
 class Structure:
@@ -93,7 +104,6 @@ class Structure:
         self,
         robot: object,
         tape: Tape | None = None,
-        kept: Mapping[type, tuple[str, ...]] = KEPT,
         *,
         all_vary: bool = False,
     ) -> None:
@@ -102,12 +112,10 @@ class Structure:
         Args:
             robot: its statics, or other data of it.
             tape: what is to record what is done with the copy.
-            kept: what is kept of classes that hold more than is needed; default: what its statics need.
             all_vary: 0, 1 and −1 are numbers like others, because a robot that differs a little has other ones there.
         """
         self._hash, self._tape = hashlib.sha256(), tape
-        self._kept, self._all_vary = kept, all_vary
-        self._besides = _WITH_LOADS if _acts_on_links(robot) else {}
+        self._all_vary = all_vary
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
@@ -152,13 +160,14 @@ class Structure:
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
-        names, more, left_out = self._kept.get(kind), self._besides.get(kind, ()), _LEFT_OUT.get(kind.__name__)
+        names = KEPT.get(kind)
         if names is None:
-            names = () if more and left_out is None else tuple(name for name in vars(item) if name not in (left_out or ()))
-        names = tuple(dict.fromkeys((*names, *more)))
+            names = tuple(name for name in vars(item) if name not in _LEFT_OUT.get(kind.__name__, ()))
         self._say(kind.__qualname__, names)
         for name in names:
             object.__setattr__(copy, name, self._taken(getattr(item, name)))
+        if kind is Solver:
+            copy.forget()
         return copy
 
     def _number(self, value: float) -> Number:

@@ -40,7 +40,7 @@ class TreeJoint:
 
     @property
     def type(self) -> JointType:
-        """Its type."""
+        """What the table of joint types says of its kind."""
         return JOINT_TYPES[self.kind]
 
     @property

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -13,9 +14,24 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky
 from kinetostatics.printing.dispatch import Shown
 from kinetostatics.results.batch import Batch
+from kinetostatics.results.chunk import Chunk
 from kinetostatics.statics.joint_wrenches import limb_wrench
 from kinetostatics.statics.link_loads import of_contributions
 from kinetostatics.statics.solution import Solution
+
+
+class Found(Protocol):
+    """What a limb needs of a result."""
+
+    @property
+    def solutions(self) -> Sequence[Solution]:
+        """The equilibrium, chunk by chunk."""
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the contributions to the twist."""
+
+    def _of_chunks(self, pick: Callable[[Chunk], Array]) -> list[Array]: ...
 
 
 class LimbResult(Shown):
@@ -33,7 +49,7 @@ class LimbResult(Shown):
         platform_joints: names of its joints to the platform.
     """
 
-    def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, position: int) -> None:
+    def __init__(self, batch: Batch, found: Found, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
         limb = group.limbs[position]
         self.name: str = limb.name
         self.is_network: bool = not limb.is_serial
@@ -41,10 +57,10 @@ class LimbResult(Shown):
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels: tuple[str, ...] = group.labels[position]
         self.attached_labels: tuple[str, ...] = group.attached_labels[position]
-        self._batch, self._solutions = batch, solutions
+        self._batch, self._found, self._rows = batch, found, rows
 
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
-        return self._batch.public([self._where_canonical(s, pick, size) for s in self._solutions])
+        return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
         """Return what is picked of a chunk (*size, N), NaN where the limb's wrenches are not those of the labels."""
@@ -67,14 +83,14 @@ class LimbResult(Shown):
     @cached_property
     def attached_intensities(self) -> Array:
         """(…, n_g) W_ig of the limb's own weight and of the loads on its links, Eq. (3) [N or N·m]."""
-        return self._canonical(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
+        return self._batch.public(self._found._of_chunks(lambda chunk: chunk["attached_intensities"][self._rows[1]]))
 
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
         """(…, n_g) W_ig of each contribution: of the limb's own weight, and of each load on its links."""
-        size = len(self.attached_labels), len(self._solutions[0].sources)
+        size = len(self.attached_labels), len(self._found.sources)
         return self._batch.by_source(
-            self._solutions[0].sources, [self._where_canonical(s, _attached_intensities, size) for s in self._solutions]
+            self._found.sources, [self._where_canonical(s, _attached_intensities, size) for s in self._found.solutions]
         )
 
     @cached_property
@@ -95,22 +111,22 @@ class LimbResult(Shown):
     @cached_property
     def _parts(self) -> list[Array]:
         """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis degenerate."""
-        return [self._where_canonical(s, _intensities, (len(self.labels), len(s.sources))) for s in self._solutions]
+        return [self._where_canonical(s, _intensities, (len(self.labels), len(s.sources))) for s in self._found.solutions]
 
     @cached_property
     def intensities(self) -> Array:
         """(…, n_c) W_ic, Eq. (11) [N or N·m]."""
-        return self._batch.public([part.sum(axis=1) for part in self._parts])
+        return self._batch.public(self._found._of_chunks(lambda chunk: chunk["intensities"][self._rows[0]]))
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, n_c) W_ic of each contribution to the twist; they sum to the intensities."""
-        return self._batch.by_source(self._solutions[0].sources, self._parts)
+        return self._batch.by_source(self._found.sources, self._parts)
 
     @cached_property
     def wrench(self) -> Array:
         """(…, 6) total wrench J_ic W_ic + J_ig W_ig [N, N·m]."""
-        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._solutions])
+        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._found.solutions])
 
 
 def _inverse(statics: LimbStatics) -> Array:

@@ -5,22 +5,24 @@ Numbers that need more work than the twist itself (joint wrenches, beams, motion
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.description.loads import Payload
-from kinetostatics.engine.statics import FoundAtOnce
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array, Index, frozen
+from kinetostatics.math.arrays import Array, Index, Mask, frozen
+from kinetostatics.math.threads import in_threads
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
-from kinetostatics.quantities import COMPUTED
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
+from kinetostatics.results.chunk import Chunk, CompiledChunk
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.results.tool_point import PointResult, point_on_robot, seen_at
@@ -30,6 +32,8 @@ from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.status import FACTS, TOLD, Status, status_of
+
+Found = TypeVar("Found", Array, Mask)
 
 
 class Result(Told):
@@ -47,14 +51,14 @@ class Result(Told):
         configuration: Configuration,
         shape: tuple[int, ...],
         which: slice | Index,
-        found: tuple[FoundAtOnce | Solution, ...],
+        chunks: tuple[Chunk, ...],
         reached: NDArray[np.bool_],
         payload: Payload | None = None,
     ) -> None:
         self.configuration: Configuration = configuration
         self.robot: Robot = robot_of(configuration)
         self.shape: tuple[int, ...] = shape
-        self._found = found
+        self.chunks = chunks
         self.payload: Payload | None = payload
         self._which, self._reached = which, reached
 
@@ -74,30 +78,33 @@ class Result(Told):
 
     @property
     def solutions(self) -> tuple[Solution, ...]:
-        """The equilibrium, chunk by chunk; what compiled code did not find at once is computed now."""
-        return tuple(item.whole for item in self._found)
+        """The equilibrium, chunk by chunk; of poses of compiled code NumPy solves it now."""
+        return tuple(itertools.chain.from_iterable(chunk.solutions for chunk in self.chunks))
 
     @property
     def sources(self) -> tuple[str, ...]:
         """Names of the contributions to the twist."""
-        return self._found[0].sources
+        return self.chunks[0].sources
 
     @cached_property
     def _valid(self) -> NDArray[np.bool_]:
-        return self._reached & ~self._any_pose(lambda s: s.singular)
+        return self._reached & ~self._any_pose("singular")
 
     @cached_property
     def _batch(self) -> Batch:
         return Batch(self.shape, self._valid)
 
-    def _any_pose(self, pick: Callable[[FoundAtOnce | Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
-        """Return what is picked of every chunk (N,)."""
-        found = [pick(item) for item in self._found]
-        return found[0] if len(found) == 1 else np.concatenate(found)
+    def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
+        """Return what is picked of every chunk (…, N), in threads where compiled code computes it."""
+        return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
 
-    def _fact(self, pick: Callable[[FoundAtOnce | Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
-        """Return what is picked of every chunk (…), False where there are no numbers."""
-        return self._truth(self._valid & self._any_pose(pick))
+    def _any_pose(self, name: str) -> NDArray[np.bool_]:
+        """Return a truth value of every pose (N,)."""
+        return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
+
+    def _fact(self, name: str) -> NDArray[np.bool_]:
+        """Return a truth value of every pose (…), False where there are no numbers."""
+        return self._truth(self._valid & self._any_pose(name))
 
     def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
         found = flat.reshape(self.shape)
@@ -105,10 +112,8 @@ class Result(Told):
         return found
 
     def _of(self, name: str) -> Array:
-        """Return a quantity (…, *dims) that is a function of the equilibrium."""
-        at_once = name in ("twist", "contributions")  # which are made of the solution's twists alone
-        found = [item if at_once else item.whole for item in self._found]
-        return self._batch.public([COMPUTED[name](self.robot.statics, item) for item in found])  # type: ignore[arg-type]
+        """Return an output (…, *dims), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
+        return self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
 
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
         """Return such a quantity by the labels of its first axis."""
@@ -139,24 +144,24 @@ class Result(Told):
     @cached_property
     def indeterminate(self) -> NDArray[np.bool_]:
         """(…) whether rigid limbs, or rigid rings, leave open how they share forces: those are NaN, the twist is valid."""
-        return self._fact(lambda s: s.indeterminate)
+        return self._fact("indeterminate")
 
     @cached_property
     def basis_degenerate(self) -> NDArray[np.bool_]:
         """(…) whether the canonical wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
-        return self._fact(lambda s: s.basis_degenerate)
+        return self._fact("basis_degenerate")
 
     @cached_property
     def buckles(self) -> NDArray[np.bool_]:
         """(…) whether the robot buckles, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
         if not self.robot.members.names:
             return self._truth(np.zeros(len(self._valid), dtype=bool))
-        return self._truth(self._valid & np.concatenate([self.robot.members.buckles(s) for s in self.solutions]))
+        return self._truth(self._valid & np.concatenate(self._of_chunks(lambda chunk: chunk.buckles)))
 
     @cached_property
     def twist(self) -> Array:
         """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
-        return self._of("twist")
+        return self._batch.public(self._of_chunks(lambda chunk: chunk["contributions"].sum(axis=0)))
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
@@ -200,8 +205,8 @@ class Result(Told):
         :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
         cause in the limb to the second.
         """
-        solutions = tuple(by_mechanism(self.robot.statics, solution) for solution in self.solutions)
-        return Result(self.configuration, self.shape, self._which, solutions, self._reached, self.payload)
+        chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
+        return Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -255,11 +260,13 @@ class Result(Told):
     @cached_property
     def limbs(self) -> Mapping[str, LimbResult]:
         """The limbs by name, in the order of the file."""
-        found = {
-            limb.name: LimbResult(self._batch, self.solutions, group, position)
-            for group in self.robot.statics.groups
-            for position, limb in enumerate(group.limbs)
-        }
+        found, constraint, attached = {}, 0, 0
+        for group in self.robot.statics.groups:
+            for position, limb in enumerate(group.limbs):
+                ends = constraint + len(group.labels[position]), attached + len(group.attached_labels[position])
+                rows = slice(constraint, ends[0]), slice(attached, ends[1])
+                found[limb.name] = LimbResult(self._batch, self, group, position, rows)
+                constraint, attached = ends
         return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
     @cached_property

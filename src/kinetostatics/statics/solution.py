@@ -77,11 +77,6 @@ class Solution(ShortRepr):
     tangents: tuple[Array, ...] = ()
 
     @property
-    def whole(self) -> Solution:
-        """This one: of many poses, compiled code finds only a part of it at once."""
-        return self
-
-    @property
     def doubtful(self) -> NDArray[np.bool_]:
         """Where (N,) a limb may not be what it is elsewhere."""
         return of_any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])

@@ -114,7 +114,7 @@ class LiveRobot:
             present = self.configuration.platform_coordinates(self.orientation)
             asked.insert(0, {"platform": {name: present[name] for name in self.coordinates}})
         if go_on():
-            compiled_statics(self.robot.statics)
+            compiled_statics(self.robot, self.robot.statics)
         for coordinates in asked:
             if go_on():
                 with contextlib.suppress(KinetostaticsError):

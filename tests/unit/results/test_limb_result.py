@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from kinetostatics.results.chunk import Chunk
 from kinetostatics.results.limb import LimbResult
 
 N_C, N_G, N = 2, 1, 3
@@ -33,14 +34,16 @@ def limb(at_one_pose=False, degenerate=(False, True, False), rigid=0):
         R_g=random.random((6, 2, N)),
     )  # fmt: skip
     solution = SimpleNamespace(
-        places={"limb_2": (0, 1)}, statics=[statics], o=np.zeros((3, N)), sources=("load", "weight"),
+        places={"limb_1": (0, 0), "limb_2": (0, 1)}, statics=[statics], o=np.zeros((3, N)), sources=("load", "weight"),
         intensities=[random.random((N_C, 2, 2, N))], undetermined=[np.zeros((N_C, 2, N), dtype=bool)],
     )  # fmt: skip
     batch = SimpleNamespace(
         public=lambda parts: np.moveaxis(np.concatenate(parts, axis=-1), -1, 0),
         by_source=lambda sources, parts: {name: np.moveaxis(parts[0][:, k], -1, 0) for k, name in enumerate(sources)},
     )
-    return LimbResult(batch, (solution,), group, 1), statics, solution
+    chunk = Chunk(SimpleNamespace(statics=SimpleNamespace(groups=[group])), [solution])
+    found = SimpleNamespace(solutions=(solution,), sources=solution.sources, _of_chunks=lambda pick: [pick(chunk)])
+    return LimbResult(batch, found, group, 1, (slice(N_C, 2 * N_C), slice(N_G, 2 * N_G))), statics, solution
 
 
 @pytest.mark.parametrize("name", SHAPES)

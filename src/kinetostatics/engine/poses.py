@@ -1,0 +1,169 @@
+"""From coordinates of closed poses to what people ask of them, by compiled code."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kinetostatics.buckling.structure import Structure as StructureOfMembers
+from kinetostatics.engine import llvm
+from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
+from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, Pose, PoseModel, outputs_at, pose_record
+from kinetostatics.engine.record import example_of
+from kinetostatics.engine.scalars import NotRecordedError, Number
+from kinetostatics.kinematics.joint_coordinates import JointCoordinates
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.statics.link_loads import LoadedPlaces
+from kinetostatics.statics.model import RobotStatics
+
+#: How far two ways of computing an example may differ, beside the largest entry of an array.
+_ALIKE = 1e-7
+_FIRST = ("contributions", "singular", "indeterminate", "basis_degenerate", "doubtful")
+#: What an analysis computes in turn: what everybody asks, and all the rest that is quick. Where a pose is surely stable is told
+#: by code of its own, which is long.
+ANALYSIS = (_FIRST, tuple(name for name in OF_EQUILIBRIUM if name not in ("twist", "usual", *_FIRST)))
+STABILITY = (("is_stable",),)
+
+
+class Place(NamedTuple):
+    """Where an output is: its shape without the poses, whether it is truths, and its first row among these or among numbers."""
+
+    shape: Sequence[int]
+    truth: bool
+    first: int
+
+    def of(self, numbers: Array, truths: Mask) -> Number:
+        """Return the array (*shape, N)."""
+        rows = (truths if self.truth else numbers)[self.first : self.first + math.prod(self.shape)]
+        return rows.reshape(*self.shape, truths.shape[1])
+
+
+def pose_model(
+    robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
+) -> tuple[PoseModel, tuple[Array, ...]]:
+    """Return what outputs are computed of, see :class:`PoseCode`, and an example: coordinates, load, gravity, loads on links."""
+    members = StructureOfMembers(statics) if stages == STABILITY else None
+    model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
+    return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
+
+
+class PoseCode:
+    """Compiled code for some outputs of a robot.
+
+    Attributes:
+        places: where each output is.
+        operations: how many operations a pose takes.
+        is_there: whether it was found or made.
+    """
+
+    def __init__(
+        self,
+        robot: RobotKinematics,
+        statics: RobotStatics,
+        stages: Sequence[Sequence[str]],
+        places: LoadedPlaces | None = None,
+        lanes: int = llvm.LANES,
+        anew: bool = True,
+    ) -> None:
+        """Find the code on disk, or make it.
+
+        Args:
+            robot, statics: the robot.
+            stages: names of the outputs, see :data:`ANALYSIS`; each stage is computed with those before it.
+            places: at which loads act on links.
+            lanes: poses that are computed at a time.
+            anew: whether code is made where none is on disk; where not, there is none then: ``is_there`` tells.
+
+        Raises:
+            NotRecordedError: something cannot be recorded.
+        """
+        model, example = pose_model(robot, statics, stages, places)
+        structure = model.taken_apart()
+        self._stages, self._parameters = stages, structure.values
+        self._sizes = [len(structure.values), *(len(array) for array in example)]
+        self._key = code_key(f"poses {lanes} {stages} {structure.key}")
+        wanted = outputs_at(Pose(model, *example), [name for stage in stages for name in stage])
+        make = [lambda: compiled(model, stages, example, self._sizes, lanes)]
+        is_right = lambda codes: self._is_right(codes[0], wanted, example)  # noqa: E731
+        self.is_there = bool(found_or_made([self._key], make if anew else None, is_right))
+        if anew and not self.is_there:
+            raise NotRecordedError("compiled code gives other numbers than NumPy")
+
+    def _is_right(self, code: Code, wanted: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
+        """Take code, and return whether it gives at the example what NumPy gives."""
+        if code.table["sizes"] != self._sizes:
+            return False
+        self.code, self.operations = code, int(code.table["operations"])
+        self.places = {name: Place(*place) for name, place in code.table["places"].items()}
+        self._ends, self._truths = code.table["ends"], int(code.table["truths"])
+        numbers, truths = self.computed(*example)
+        found = {name: place.of(numbers, truths) for name, place in self.places.items()}
+        closed = ("opening", "worst_equation")  # which are rounding
+        return bool(truths[0, 0]) and all(agree(wanted[name], found[name]) for name in found if name not in closed)
+
+    def stage_of(self, name: str) -> int:
+        """Return the stage in which an output is computed."""
+        return next(number for number, stage in enumerate(self._stages) if name in stage)
+
+    def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
+        """Compute poses: what :meth:`Place.of` takes outputs from; the first row of truth values is where the record holds.
+
+        Args:
+            x: (nq', N) coordinates.
+            load: (6, N) [N, N·m].
+            gravity: (3, N) [m/s²].
+            wrenches: (6 P, N) what acts at the loaded places [N, N·m], if there are any.
+            stage: the last one that is computed.
+        """
+        rows = self._ends[min(stage, len(self._ends) - 1)]
+        return self.code.results([x, load, gravity, *wrenches], self._parameters, rows, self._truths, stage)
+
+    def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[Array, Mask]]]:
+        """Return arrays (k, 1) for load and gravity of one pose, and what computes it: these arrays are used by every call.
+
+        Args:
+            x: (nq', n) the coordinates, in the first column, which stay in this array.
+        """
+        load, gravity = np.zeros((6, 1)), np.zeros((3, 1))
+        numbers, truths = np.empty((self._ends[-1], 1)), np.empty((self._truths, 1), dtype=bool)
+        call = Bound(self.code, (x, load, gravity), self._parameters, numbers, truths)
+
+        def computed() -> tuple[Array, Mask]:
+            call()
+            return numbers.copy(), truths.copy()
+
+        return load, gravity, computed
+
+
+def compiled(
+    model: PoseModel, stages: Sequence[Sequence[str]], example: Sequence[Array], sizes: Sequence[int], lanes: int = llvm.LANES
+) -> bytes:
+    """Return what is kept on disk, with a table of the places."""
+    record = pose_record(model, [name for stage in stages for name in stage], example)
+    rows: tuple[list[int], list[int]] = [], [record.all_hold()]
+    places, ends = {}, []
+    for stage in stages:
+        for name in stage:
+            mine = record.rows[name]
+            truth = bool(mine) and all(isinstance(record.tape.values[row], bool) for row in mine)
+            places[name] = Place(record.shapes[name], truth, len(rows[truth]))
+            rows[truth].extend(mine)
+        ends.append(len(rows[0]))
+    operations = sum(llvm.needed_by(record.tape, (*rows[0], *rows[1])))
+    table = {"sizes": sizes, "places": places, "ends": ends, "truths": len(rows[1]), "operations": operations}
+    quickly = model.members is not None  # of many operations, which few poses take
+    text = llvm.module_of(record.tape, *rows, len(example), stages=ends[:-1], lanes=lanes, short_blocks=quickly)
+    return packed(table, text, lanes, 0 if quickly else 1)
+
+
+def agree(wanted: Array, found: Array) -> bool:
+    """Whether arrays are the same but for rounding of their largest entry; NaN in the same places."""
+    if wanted.shape != found.shape or (wanted.dtype == bool) != (found.dtype == bool):
+        return False
+    if wanted.dtype == bool:
+        return bool(np.array_equal(wanted, found))
+    return bool(np.allclose(found, wanted, rtol=0, atol=_ALIKE * np.nanmax(np.abs(wanted), initial=1e-20), equal_nan=True))

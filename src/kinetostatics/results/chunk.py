@@ -1,0 +1,109 @@
+"""What is found of one chunk of poses: outputs by name, and the equilibrium, by NumPy, where something else is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.engine.pose_record import OF_EQUILIBRIUM
+from kinetostatics.engine.poses import PoseCode
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.robot import Robot
+from kinetostatics.statics.solution import Solution
+
+#: Poses of which all that is quick is computed at once.
+_FEW = 512
+
+
+class Chunk:
+    """N poses that have been analysed.
+
+    Attributes:
+        robot: the robot.
+        solutions: the equilibrium; poses at which a limb is not what it is elsewhere stand by themselves.
+        sources: names of the twist's contributions.
+    """
+
+    def __init__(self, robot: Robot, solutions: Sequence[Solution]) -> None:
+        self.robot, self.solutions, self.sources = robot, tuple(solutions), solutions[0].sources
+
+    def __getitem__(self, name: str) -> Array:
+        """Return an output (…, N), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
+        found = [OF_EQUILIBRIUM[name](self.robot.statics, solution) for solution in self.solutions]
+        return np.asarray(found[0] if len(found) == 1 else np.concatenate(found, axis=-1))
+
+    @property
+    def buckles(self) -> Mask:
+        """Whether the robot buckles (N,)."""
+        return np.concatenate([self.robot.members.buckles(solution) for solution in self.solutions])
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return Chunk, (self.robot, self.solutions)
+
+
+class CompiledChunk(Chunk):
+    """The same by compiled code, but for poses where a record does not hold, or a limb may not be what it is elsewhere."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        sources: tuple[str, ...],
+        code: PoseCode,
+        stability: Callable[[], PoseCode | None],
+        given: Sequence[Array],
+        solve: Callable[[slice | Index], Sequence[Solution]],
+    ) -> None:
+        """Compute what everybody asks.
+
+        Args:
+            robot, sources: see :class:`Chunk`.
+            code, stability: for analyses of the robot, and what returns that which tells where it surely does not buckle.
+            given: what it takes: coordinates, load, gravity, and what acts on links.
+            solve: solves some of the poses by NumPy.
+        """
+        self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
+        self._stability = stability
+        self._stage, self._found = -1, (np.empty((0, 0)), np.empty((0, 0), dtype=bool))
+        self._compute(int(given[0].shape[1] <= _FEW))
+        careful = ~self._found[1][0] | self._computed("doubtful")
+        if careful.any():
+            careful &= np.all(np.isfinite(given[0]), axis=0)  # what is not reached has no numbers
+        self._which = np.flatnonzero(careful)
+        self._careful = Chunk(robot, solve(self._which)) if self._which.size else None
+
+    def _compute(self, stage: int) -> None:
+        if stage > self._stage:
+            self._found, self._stage = self._code.computed(*self._given, stage=stage), stage
+
+    def _computed(self, name: str) -> Array:
+        self._compute(self._code.stage_of(name))
+        return np.asarray(self._code.places[name].of(*self._found))
+
+    @cached_property
+    def solutions(self) -> tuple[Solution, ...]:  # type: ignore[override]
+        """The equilibrium of all, by NumPy."""
+        return tuple(self._solve(slice(None)))
+
+    def __getitem__(self, name: str) -> Array:
+        found = self._computed(name)
+        if self._careful is not None:
+            found = np.array(found)
+            found[..., self._which] = self._careful[name]
+        return found
+
+    @property
+    def buckles(self) -> Mask:
+        """Whether the robot buckles (N,), which is looked at where it does not surely stand."""
+        code = self._stability()
+        if code is None:
+            return super().buckles
+        _, (holds, stable) = code.computed(*self._given)
+        unsure = ~(holds & stable) & np.all(np.isfinite(self._given[0]), axis=0)
+        unsure[self._which] = True
+        where = np.flatnonzero(unsure)
+        found: Mask = np.zeros(unsure.shape, dtype=bool)
+        if where.size:
+            found[where] = Chunk(self.robot, self._solve(where)).buckles
+        return found
