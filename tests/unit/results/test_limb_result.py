@@ -76,6 +76,6 @@ def test_sums_and_inverses():
     expected = [statics.J_c[:, :, 1, k] @ intensities[:, :, k].sum(axis=1) + statics.R_g[:, 1, k] for k in range(N)]
     np.testing.assert_allclose(found.wrench, expected)
     solution.undetermined[0][1, 1, 2] = True
-    found = LimbResult(found._batch, (solution,), statics.group, 1)
+    found = LimbResult(found._batch, found._found, statics.group, 1, found._rows)
     assert np.isnan(found.intensities).tolist() == [[False, False], [False, False], [False, True]]
     assert np.isnan(found.wrench).all(axis=1).tolist() == [False, False, True]
