@@ -115,7 +115,7 @@ def test_nothing_outside_the_path_is_touched_whatever_the_names():
     assert robot.description.platform == "//platform//plate"
     result = ks.analyze(robot.assemble(), load=LOAD)
     window = Window()
-    node = ks.show(result, visualizer=meshcat.Visualizer(window=window)["lab"], path="mine/robot")
+    node = ks.show(result, visualizer=meshcat.Visualizer(window=window)["lab"], node="mine/robot")
     assert node.path.lower() == "/meshcat/lab/mine/robot"
     assert all(path == node.path.lower() or path.startswith(node.path.lower() + "/") for path in window.paths)
     assert any(path.endswith("deformed/platform/plate") for path in window.objects)
@@ -158,12 +158,12 @@ def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
     ("options", "words"),
     [
         ({"visualizer": object()}, "must be a meshcat.Visualizer"),
-        ({"path": ""}, "names joined by '/'"),
-        ({"path": "/kinetostatics"}, "names joined by '/'"),
-        ({"path": "a//b"}, "names joined by '/'"),
-        ({"path": 3}, "names joined by '/'"),
+        ({"node": ""}, "names joined by '/'"),
+        ({"node": "/kinetostatics"}, "names joined by '/'"),
+        ({"node": "a//b"}, "names joined by '/'"),
+        ({"node": 3}, "names joined by '/'"),
         ({"title": "Robot"}, "leave it out"),
-        ({"visualizer": None, "path": "here"}, "give visualizer too"),
+        ({"visualizer": None, "node": "here"}, "give visualizer too"),
         ({"exaggeration": 0}, "positive number"),
         ({"exaggeration": float("nan")}, "positive number"),
         ({"exaggeration": "much"}, "positive number"),
@@ -227,7 +227,7 @@ def server():
 def test_a_real_server_holds_it_and_a_notebook_shows_it(server, result):
     server["box"].set_object(meshcat.geometry.Box([1, 1, 1]))
     node = ks.show(result, visualizer=server)
-    ks.show(result, visualizer=server, path="again")
+    ks.show(result, visualizer=server, node="again")
     node["resting"].set_property("visible", False)
     held = decoded(server.static_html())
     for path in ("/meshcat/box", f"{node.path.lower()}/deformed/", "/meshcat/again/forces/external load", "limb_1"):

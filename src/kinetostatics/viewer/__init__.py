@@ -64,7 +64,7 @@ def show(
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
     visualizer: meshcat.Visualizer,
-    path: str | None = None,
+    node: str | None = None,
 ) -> meshcat.Visualizer: ...
 
 
@@ -77,7 +77,7 @@ def show(
     ways: bool = False,
     compare: Result | None = None,
     visualizer: meshcat.Visualizer | None = None,
-    path: str | None = None,
+    node: str | None = None,
 ) -> View | meshcat.Visualizer:
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
@@ -91,11 +91,11 @@ def show(
         compare: a second result, of another pose, load or robot, that the page shows as a ghost over the first, or beside it with
             the same camera; of a batch ``pose`` holds for both.
         visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
-        path: where, below the visualizer's own path; what stood there is replaced, everything else stays. Default
+        node: of meshcat's tree, below the visualizer's own; what stood there is replaced, everything else stays. Default
             ``kinetostatics/`` and the robot's name.
 
     Returns:
-        The view, which a notebook displays when it is the last value of a cell; or the visualizer at the path, below which
+        The view, which a notebook displays when it is the last value of a cell; or the visualizer at the node, below which
         are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames`` and ``labels``.
 
     Raises:
@@ -103,7 +103,7 @@ def show(
     """
     if visualizer is not None:
         if compare is not None:
-            raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another path")
+            raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another node")
         if ways:
             raise ArgumentError("ways are sliders of a page, and a visualizer has none: leave them out")
         if title is not None:
@@ -113,9 +113,9 @@ def show(
         from kinetostatics.viewer.running import draw  # imports meshcat, with its server
 
         own = f"kinetostatics/{result.robot.name.replace('/', '_') or 'robot'}"
-        return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if path is None else path)
-    if path is not None:
-        raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
+        return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if node is None else node)
+    if node is not None:
+        raise ArgumentError("node is where a visualizer draws the robot: give visualizer too")
     html = _page(result, title, pose, exaggeration, ways, compare)
     if in_notebook():
         return View(html)

@@ -33,28 +33,28 @@ main()
 """
 
 
-def draw(scene: Scene, visualizer: Visualizer, path: str) -> Visualizer:
-    """Draw a scene's first frame under a path, in place of what stood there; nothing else is touched.
+def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
+    """Draw a scene's first frame at a node, in place of what stood there; nothing else is touched.
 
     Args:
         scene: of one pose.
         visualizer: a running one.
-        path: below the visualizer's own.
+        node: names joined by '/', below the visualizer's own.
 
     Returns:
-        The visualizer at the path.
+        The visualizer at the node.
 
     Raises:
-        ArgumentError: ``visualizer`` is something else, or ``path`` would lead out of it.
+        ArgumentError: ``visualizer`` is something else, or ``node`` would lead out of it.
     """
     if not isinstance(visualizer, Visualizer):
         raise ArgumentError(
             f"visualizer is a {type(visualizer).__name__}; it must be a meshcat.Visualizer (that of Pinocchio's "
             "MeshcatVisualizer is its .viewer)"
         )
-    if not isinstance(path, str) or not all(path.split("/")):
-        raise ArgumentError(f"path is {path!r}; it must be names joined by '/', such as 'kinetostatics/3rps'")
-    root = visualizer[path]
+    if not isinstance(node, str) or not all(node.split("/")):
+        raise ArgumentError(f"node is {node!r}; it must be names joined by '/', such as 'kinetostatics/3rps'")
+    root = visualizer[node]
     root.delete()
     _Drawing(scene, root).draw()
     return root
