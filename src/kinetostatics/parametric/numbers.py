@@ -120,9 +120,9 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
         for side in ("predecessor", "successor"):
             yield f"{name}.{side}_placement", ("loops", name, f"{side}_origin"), "m"
     for name in there.joint_stiffness:
-        drive = "N/m" if robot.mechanism.connections[name].type.is_slide else "N·m/rad"
-        for number, unit in (("linear", "N/m"), ("angular", "N·m/rad"), ("drive", drive)):
-            yield f"{name}.{number}_stiffness", ("joint_stiffness", name, number), unit
+        along = "N/m" if robot.mechanism.connections[name].type.is_slide else "N·m/rad"
+        for kind, number, unit in (("linear", "linear", "N/m"), ("angular", "angular", "N·m/rad"), ("actuator", "drive", along)):
+            yield f"{name}.{kind}_stiffness", ("joint_stiffness", name, number), unit
     for name in there.springs:
         for number, unit in _SPRING.items():
             yield f"{name}.{number}", ("springs", name, number), unit
