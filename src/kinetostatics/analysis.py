@@ -79,7 +79,7 @@ def analyze(
         The result; loads, gravity and point are broadcast against the batch of poses.
 
     Raises:
-        ArgumentError: a shape or value makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         SingularPoseError: with the actuators locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
@@ -105,7 +105,7 @@ def analyze(
         {'load on platform': -11.3, 'payload': -5.5}
     """
     if not isinstance(configuration, Configuration):
-        raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+        raise ArgumentError(f"analyze needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     check_choice("frame", frame, ("world", "platform"))
     if on_failure is not None:
         check_choice("on_failure", on_failure, ("raise", "nan"))

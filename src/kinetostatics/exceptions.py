@@ -39,7 +39,7 @@ class KinetostaticsError(Exception):
 
 
 class ArgumentError(KinetostaticsError, ValueError):
-    """An argument has a value that makes no sense; the message says which and what would be right."""
+    """An argument has a value that is invalid; the message says which and what would be right."""
 
 
 class RobotFileError(KinetostaticsError):

@@ -507,7 +507,7 @@ def test_command_writes_pages(tmp_path, capsys):
     drives = ["--sweep", "prismatic_1=-20mm:20mm:5"]
     assert cli.main(["view", robot, *drives, "--html", str(file)]) == 0
     assert packed_in(file.read_text(encoding="utf-8"))["stations"]["frames"] == 5
-    assert cli.main(["view", robot, "--ways", "--html", str(file)]) == 0
+    assert cli.main(["view", robot, "--by-mechanism", "--html", str(file)]) == 0
     ways = packed_in(file.read_text(encoding="utf-8"))["contributions"]
     assert ways[:4] == ["load", "platform_weight", "limb_1: attached", "limb_2: attached"]
     capsys.readouterr()
@@ -519,17 +519,17 @@ def test_command_writes_pages(tmp_path, capsys):
         (["--sweep", "rx=1"], "FROM:TO"),
         (["--sweep", "rx=0:1:1"], "at least 2"),
         (["--sweep", "rx=0:1:3", "ry=0:1:4"], "move together"),
-        (["--sweep", "rx=0:1", "prismatic_1=0:1"], "cannot move together"),
+        (["--sweep", "rx=0:1", "prismatic_1=0:1"], "cannot vary together"),
         (["--platform", "rx=0", "--sweep", "rx=0:1"], "too"),
         (["--actuators", "prismatic_1=0", "--sweep", "rx=0:1"], "--platform"),
         (["--sweep", "rx=a:1"], "not a number"),
-        (["--live", "--sweep", "rx=0:1"], "give one of them"),
-        (["--ways", "--meshcat"], "--meshcat has none: give one of them"),
+        (["--live", "--sweep", "rx=0:1"], "--live and --sweep exclude one another"),
+        (["--by-mechanism", "--meshcat"], "--meshcat and --by-mechanism exclude one another"),
         (["--live", "--html", "x.html"], "not allowed"),
         (["--html", "missing/x.html"], "cannot write"),
         (["--screenshot", "sag.jpg"], "images are PNG files; name it 'sag.png'"),
         (["--colour", "stress"], "give --screenshot FILE.png too"),
-        (["--screenshot", "sag.png", "--ways"], "--screenshot is one image"),
+        (["--screenshot", "sag.png", "--by-mechanism"], "--screenshot and --by-mechanism exclude one another"),
     ],
 )
 def test_command_complains(arguments, words, capsys):

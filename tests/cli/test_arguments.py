@@ -116,7 +116,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
             lambda robot: ks.save_image(ks.analyze(robot.assemble()), "x.png", size=800),
             "size is 800; it must be width and height",
         ),
-        (lambda robot: engine_report("3rps"), "engine_report wants a robot, not '3rps'"),
+        (lambda robot: engine_report("3rps"), "engine_report needs a Robot, got '3rps'"),
         (lambda robot: ks.indices.at_point(3, (0, 0, 0)), "this is not a Dataset of ks.sweep"),
         (lambda robot: ks.plot.save(3, "x.svg"), "3 is no figure: functions of ks.plot return the axes of one"),
         (
@@ -161,7 +161,7 @@ def test_paths_to_write_to(path):
         ("closure_tolerance", "small", r"closure_tolerance is 'small'; it must be a positive length \[m\] and angle \[rad\]"),
         ("orientation", 3, "orientation is 3; it must be a name"),
         ("on_failure", "rise", "on_failure is 'rise'; it must be one of 'raise', 'nan'"),
-        ("near", {"z": 0.5}, "near= wants a pose"),
+        ("near", {"z": 0.5}, "near= needs a Configuration"),
     ],
 )
 def test_arguments_of_assemble(what, value, message):

@@ -32,7 +32,7 @@ def test_estimates_a_file_and_a_figure(place, capsys):
     folder, robot = place
     common = ["calibrate", robot, str(folder / "mine.csv"), "--gauges", str(folder / "gauges.csv"), "--reference", "unloaded"]
     out, figure = folder / "mine.urdf", folder / "residuals.svg"
-    assert main([*common, "--unknowns", "rod", "--out", str(out), "--plot", str(figure)]) == 0
+    assert main([*common, "--unknowns", "rod", "--out", str(out), str(figure)]) == 0
     said = capsys.readouterr().out
     assert "× 0.8" in said and "3 readings of 3 rows" in said and f"wrote {out}" in said and figure.stat().st_size > 1000
     tip = ks.analyze(ks.load_robot(out).assemble(), [0, 0, -300, 0, 0, 0], (0, 0, 0)).twist[2]
@@ -47,7 +47,7 @@ def test_estimates_a_file_and_a_figure(place, capsys):
 
 def test_a_plan(place, capsys):
     folder, robot = place
-    loads = ["--loads", "0 0 -100 0 0 0", "0 0 -0.3kN 0 0 0", "0 200 0 0 0 0"]
+    loads = ["--load-case", "0 0 -100 0 0 0", "0 0 -0.3kN 0 0 0", "0 200 0 0 0 0"]
     common = ["calibrate", robot, "--unknowns", "rod", "--read", "dz"]
     assert main([*common, "--plan", "1", *loads, "--reference", "unloaded", "--out", str(folder / "plan.csv")]) == 0
     assert "out of 3 poses with loads" in capsys.readouterr().out
@@ -55,8 +55,8 @@ def test_a_plan(place, capsys):
     assert lines == ["Fx,Fy,Fz,Mx,My,Mz,dz", "0,0,-300,0,0,0,"]  # the largest load along what is read
     for more, words in (
         (["--plan", "1.5"], "--plan is 1.5; it must be a whole number from 1 on"),
-        (["--plan", "1", "--plot", "a.svg"], "--plot is not for plans"),
-        (["--plan", "1", "--loads", "0 0 1"], "has 3 numbers"),
+        (["--plan", "1", "--out", "a.svg"], "--out: a.svg does not end in .csv"),
+        (["--plan", "1", "--load-case", "0 0 1"], "has 3 numbers"),
         (["--plan", "1", "--load", *"001000"], "--load: measurements have their loads in the table"),
         (["--plan", "1", "--reference", "x=1"], "reference has the coordinates x"),
         ([], "give either MEASUREMENTS"),

@@ -16,8 +16,8 @@ from browser_pages import packed_in
 from places import ROBOTS
 
 import kinetostatics as ks
-from kinetostatics.cli.arguments import parse_items, parse_parameters, parse_quantity
 from kinetostatics.cli.main import COMMANDS, main
+from kinetostatics.cli.values import parse_items, parse_parameters, parse_quantity
 from kinetostatics.files.bundled import robot_path, shipped_robots
 
 #: configuration 2 of the 3RPS in the paper
@@ -440,7 +440,7 @@ def test_tolerances_json_is_the_table(capsys):
 
 
 def test_live_view_answers_until_it_is_interrupted():
-    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--ways", "--port", "0"]
+    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--by-mechanism", "--port", "0"]
     quiet = {**os.environ, "BROWSER": "true"}  # a browser that does nothing
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=quiet) as server:
         try:

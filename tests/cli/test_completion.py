@@ -1,6 +1,5 @@
 """Completion in shells: what the program answers to argcomplete."""
 
-import importlib
 import os
 import subprocess
 import sys
@@ -18,7 +17,7 @@ argcomplete = pytest.importorskip("argcomplete")
 def finder():
     from kinetostatics.cli import completion
 
-    parser = main.make_parser([importlib.import_module(f"kinetostatics.cli.{name}") for name in main.COMMANDS])
+    parser = main.make_parser(main.COMMANDS)
     completion.attach(parser)
     return argcomplete.CompletionFinder(parser)
 

@@ -149,7 +149,7 @@ def test_finite_elements_have_their_say(html):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--sweep", "prismatic_1=0"], "coordinates of actuators and of the platform cannot make one grid"),
+        (["--sweep", "prismatic_1=0"], "coordinates of actuators and of the platform cannot vary together"),
         (["--sweep", "z=0:1"], "does not say how many values"),
         (["--title"], "expected one argument"),
         (["--out", "nowhere/x.html"], "--out: there is no folder"),

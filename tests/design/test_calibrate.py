@@ -360,7 +360,7 @@ WRONG = [
     ({"gauges": {"dz": ks.Gauge((0, 0, 1), sigma=0)}}, "the standard deviation of a reading"),
     ({"measurements": {"dz": [0.1], "dry": [0.1]}}, "has no sigma"),
     ({"payload": ks.Payload(1.0, link="rod")}, "is one on the platform"),
-    ({"robot": "cantilever"}, "calibrate wants a robot"),
+    ({"robot": "cantilever"}, "calibrate needs a Robot"),
 ]
 
 

@@ -316,7 +316,7 @@ def test_more_arguments_of_analyze_are_passed_on():
 
 def test_mistakes(tmp_path):
     pose = tripod()
-    with pytest.raises(ks.ArgumentError, match="wants a pose"):
+    with pytest.raises(ks.ArgumentError, match="needs a Configuration"):
         ks.compensate(pose.robot)
     with pytest.raises(ks.exceptions.CoordinatesError, match="give exactly 3"):
         ks.compensate(pose, controlled=("z", "rx"))

@@ -397,7 +397,7 @@ def test_loops_may_stay_open_by_the_tolerance(tmp_path):
 
 
 def test_a_robot_is_given_by_its_file(cantilever):
-    with pytest.raises(ks.ArgumentError, match="wants the path of a robot's file"):
+    with pytest.raises(ks.ArgumentError, match="needs the path of a robot's file"):
         ks.optimize(ks.load_robot(cantilever), {"diameter": "20mm:60mm"})
 
 

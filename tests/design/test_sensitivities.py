@@ -327,7 +327,7 @@ def test_mistakes(cantilever):
         ks.sensitivities(pose, ["rod_diametre"])
     with pytest.raises(ks.ArgumentError, match="sequence of names"):
         ks.sensitivities(pose, "rod_diameter")
-    with pytest.raises(ks.ArgumentError, match="wants a pose"):
+    with pytest.raises(ks.ArgumentError, match="needs a Configuration"):
         ks.sensitivities(pose.robot)
     changed = ks.Robot(pose.robot.description.changed("rod_1", density=1000.0))
     with pytest.raises(ks.ArgumentError, match="is not what its file"):

@@ -69,17 +69,3 @@ def test_sketches_have_the_joints_of_the_machine(name, joints):
         feet = np.array([symbol.point for symbol in symbols if symbol.turns == 1])
         assert np.linalg.norm(feet[:, :2], axis=1) == pytest.approx(0.3, rel=1e-12)
     assert kinematic_sketches.seen(np.array([0.0, 0.0, 1.0]))[0] == 0  # upright stays upright
-
-
-def test_sketches_are_drawn_for_any_robot(tmp_path):
-    path = tmp_path / "ur10.svg"
-    kinematic_sketches.save(package_robots.robot("ur10"), path)
-    assert path.read_text(encoding="utf-8").count(kinematic_sketches.ACTUATOR) >= 6
-
-
-@pytest.mark.parametrize("name", ROBOTS)
-def test_every_source_that_is_named_is_there(name):
-    page = gallery.page_of(name).read_text(encoding="utf-8")
-    named = set(re.findall(r"\[([A-Z]\w+)\](?!\()", gallery.about(name, "Source of its dimensions")))
-    for source in named:
-        assert re.search(rf"(^|[.:] )\[{source}\] \w", page, re.MULTILINE), source

@@ -77,24 +77,3 @@ def described(path, result):
 def test_symbols_of_quantities_are_those_of_the_table():
     lines = PAGE.splitlines()
     assert all(row in lines for row in glossary_table.rows().values()), "run tests/support/glossary_table.py"
-
-
-@pytest.mark.parametrize("row", WORDS, ids=lambda row: row[0])
-def test_words(row):
-    _, meaning, code = row
-    assert named(code.strip("`")) is not None and meaning
-
-
-def test_the_page_is_about_the_paper_and_in_order():
-    numbers = {int(number) for row in SYMBOLS for number in re.findall(r"\((\d+)\)", row[2])}
-    assert {1, 2, 3, 4, 5, 11, 12, 13, 16, 17, 19, 21} <= numbers
-    assert [row[0] for row in WORDS] == sorted(row[0] for row in WORDS)
-
-
-def test_an_actuator_has_one_name():
-    """Motors drive joints, and ``drive`` is an attribute; the noun is actuator, as in the names of arguments and results."""
-    noun = re.compile(r"\b(a|the|no|of|all|each|every|its|whose|by|elastic|locked|corrected)\s+drives?(?! it\b)(?![\w=-])", re.I)
-    pages = [*(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py"), *(ROOT / "robots").rglob("*.xacro")]
-    texts = {path: path.read_text(encoding="utf-8") for path in pages}
-    found = {path: match[0] for path, text in texts.items() if "drive" in text and (match := noun.search(text))}
-    assert len(pages) > 400 and not found

@@ -38,3 +38,11 @@ def test_the_path_from_file_to_twist_is_the_one_on_the_page():
     assert [one for one in told if one not in entered] == []
     for one, following in pairwise(told):
         assert entered.index(one) < entered.index(following), f"{following} comes before {one}"
+
+
+def test_the_folders_of_the_code_are_those_that_the_page_names():
+    rooms = (ROOT / "docs" / "explanation" / "inside.md").read_text(encoding="utf-8").partition("## The code")[2]
+    named = {name for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE) for name in re.findall(r"`([a-z_]+)`", row)}
+    source = ROOT / "src" / "kinetostatics"
+    assert {path.parent.name for path in source.glob("*/__init__.py")} <= named
+    assert all(list(source.glob(f"{name}*")) for name in named), named

@@ -27,13 +27,6 @@ def test_every_picture_is_shown_somewhere():
     assert [picture.name for picture in (DOCS / "pictures").rglob("*.*") if picture.resolve() not in shown] == []
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_pages_take_less_than_a_quarter_of_an_hour(page):
-    """Read at 200 words a minute; code is looked at rather than read."""
-    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    assert len(text.split()) <= 15 * 200
-
-
 def test_every_page_has_its_place_in_the_site():
     site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
     listed = re.findall(r"^ +- (?:\w+: )?(\S+\.md)$", site, re.MULTILINE)

@@ -31,30 +31,6 @@ def test_every_block_runs_and_prints_what_it_says(
     assert len(blocks) == 10 and (tmp_path / "stronger.urdf").exists()
 
 
-def test_the_table_names_all_fields() -> None:
-    """Every class of the table has the fields that stand there, in this order, and no others but for other tools' sake."""
-    for classes, cell in re.findall(r"^\| (`[A-Z].*?) \| .*? \| (.*) \|$", PAGE, re.MULTILINE):
-        found = re.findall(r"`(\w+)`", cell)
-        expected = []
-        for name in re.findall(r"`(\w+)`", classes):
-            expected += list(getattr(ks.description, name).__dataclass_fields__)
-        hidden = {
-            "place",
-            "platform_place",
-            "extra",
-            "path",
-            "attributes",
-            "file_warnings",
-            "default_axes",
-            "parameters",
-            "is_valid",
-            "has_inertial",
-        }
-        if classes == "`Loop`":
-            hidden |= {"effort", "velocity"}
-        assert found == [name for name in expected if name not in hidden], classes
-
-
 def test_the_example_prints_and_writes(tmp_path: Path) -> None:
     path = tmp_path / "tripod.urdf"
     command = [sys.executable, str(ROOT / "examples" / "robot_without_a_file.py"), str(path)]

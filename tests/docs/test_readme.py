@@ -28,14 +28,6 @@ def test_tables_in_the_readme_are_those_that_the_example_computes():
     )
 
 
-def test_write_readme_changes_only_what_stands_between_the_markers(tmp_path):
-    copy = tmp_path / "README.md"
-    copy.write_text(README, encoding="utf-8")
-    reproduce_paper.write_readme(copy, "other")
-    text = copy.read_text(encoding="utf-8")
-    assert text == README.replace(between("paper tables"), "\nother\n")
-
-
 def test_the_complete_example_runs(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
     code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
@@ -45,14 +37,6 @@ def test_the_complete_example_runs(monkeypatch, capsys):
     assert names["path"].twist.shape == (1000, 6)
     np.testing.assert_array_equal(names["path"].status, 0)
     assert "limb_1" in capsys.readouterr().out
-
-
-def test_the_folders_of_the_code_are_those_that_the_page_names():
-    rooms = (ROOT / "docs" / "explanation" / "inside.md").read_text(encoding="utf-8").partition("## The code")[2]
-    named = {name for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE) for name in re.findall(r"`([a-z_]+)`", row)}
-    source = ROOT / "src" / "kinetostatics"
-    assert {path.parent.name for path in source.glob("*/__init__.py")} <= named
-    assert all(list(source.glob(f"{name}*")) for name in named), named
 
 
 def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
@@ -79,21 +63,6 @@ def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys
     assert "648 poses (z 9 × azimuth 12 × tilt 6)" in capsys.readouterr().out
 
 
-def test_the_section_on_maps_leads_to_its_pages():
-    section = README.split("## Workspace maps")[1].split("\n## ")[0]
-    wanted = {"docs/how_to/workspace.md", "docs/how_to/workspace_figures.md", "docs/explanation/benchmarks.md"}
-    assert wanted <= set(re.findall(r"\]\(([^)]+)\)", section))
-    figures = (ROOT / "docs" / "how_to" / "workspace_figures.md").read_text(encoding="utf-8")
-    assert all(f"figure_{number}.png" in figures for number in (6, 7, 12, 13)) and "maxima: begin" in figures
-    measured = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text(encoding="utf-8")
-    assert all(word in measured for word in ("Beside OpenSeesPy", "Beside Pinocchio", "wanted", "**no**"))
-
-
-def test_the_readme_counts_the_robots():
-    words = {16: "Sixteen", 17: "Seventeen", 18: "Eighteen"}
-    assert f"{words[len(list((ROOT / 'robots').glob('*.urdf.xacro')))]} robots come with it" in README
-
-
 def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
     """docs/explanation/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
     page = pytest.importorskip("paper_step_by_step")
@@ -113,20 +82,6 @@ def test_the_line_of_twists_that_forces_allow_goes_through_ours_and_not_through_
         np.testing.assert_allclose(second.compatible(forces, second.result.twist, component), second.result.twist, rtol=1e-8)
     assert second.compatible(second.analytical, second.analytical["twist"], 1)[0] == pytest.approx(21.56e-6, rel=5e-4)
     assert second.compatible(second.elements, second.elements["twist"], 1)[5] == pytest.approx(-0.56e-6, rel=0.01)
-
-
-def test_the_page_on_the_paper_names_what_there_is():
-    page = pytest.importorskip("paper_step_by_step")
-    result = reproduce_paper.analyze("3rps", 2)
-    found = result.to_dict()
-    for _, _, attributes, keys, _, _ in page.SYMBOLS:
-        for attribute in attributes.split(", "):
-            if attribute.startswith("result"):
-                eval(attribute, {"result": result})
-        for key in keys.split(", "):
-            inner = found
-            for part in key.split(".") if key != "–" else ():
-                inner = inner[part]
 
 
 @pytest.mark.parametrize("key", reproduce_paper.COMMANDS)

@@ -3,9 +3,7 @@
 import re
 import shlex
 
-import pytest
 from page_code import blocks, run_commands, run_python, text_of
-from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.authoring.notation import parse_architecture
@@ -48,24 +46,3 @@ def test_its_names_are_read():
         architecture = parse_architecture(name)
         assert architecture.text == name.replace("2(SS)", "(4S)") and not architecture.actuators_chosen
         assert [skeleton_of(architecture, group) for group in architecture.groups]
-
-
-def test_the_help_names_them_too(capsys):
-    """Those of ``kinetostatics new --help`` are on the page."""
-    assert main(["new", "--help"]) == 0
-    names = re.findall(r"^    (\S*[RPUSC\[(]\S+) {2,}\S", capsys.readouterr().out.partition("architecture:")[2], re.MULTILINE)
-    assert len(names) >= 8 and [name for name in names if f"`{name}`" not in PAGE] == []
-
-
-def test_the_robots_that_come_out_are_those_of_the_test():
-    listed = re.search(r"which a test proves: ([^.]+)\.", PAGE)[1]
-    names = re.findall(r"\w+", listed.replace(" and ", " "))
-    test = (ROOT / "tests" / "validation" / "test_robots_by_name.py").read_text(encoding="utf-8")
-    assert names == re.findall(r'^    "(\w+)": \(\w+, ', test, re.MULTILINE) and len(names) == 12
-    others = PAGE.partition("The others say more")[2]
-    assert set(ks.robots()) - set(names) == set(re.findall(r"spherical_3rrr|five_bar|ur10|anymal_standing", others))
-
-
-@pytest.mark.parametrize("word", ["O to the limbs' base points", "is no limb"])
-def test_files_say_what_the_page_says(word):
-    assert word in ks.robot_text("3-RPS")

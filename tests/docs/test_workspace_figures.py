@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from places import ROOT
 
-import kinetostatics as ks
 from kinetostatics.cli.main import main
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
@@ -64,13 +63,6 @@ def test_the_table_of_indices_is_what_the_code_has():
     assert between("indices") == paper_workspace.index_table(), "stale: run python examples/paper_workspace.py --write-docs"
 
 
-def test_what_is_far_beyond_all_others_is_what_the_page_says():
-    from kinetostatics.plot.selection import FAR, PART, ROUNDING
-
-    assert (PART, FAR) == (0.02, 3.0) and f"less than {ROUNDING:.0e} of the motion" in PAGE
-    assert "the outermost 2 % of the values reach more than three times as far as all the rest" in PAGE.replace("\n", " ")
-
-
 # ---- maxima ------------------------------------------------------------------------------------------------------------
 
 
@@ -101,19 +93,6 @@ def test_maxima_of_a_coarse_grid_come_near_the_pages(workspace):
         assert found[3] == 1 and printed[3] == 100
 
 
-def test_the_paper_is_as_far_off_as_the_page_says():
-    # the worst poses are on the coarse grid too
-    ours, without = (paper_workspace.maxima(item, coarse=True) for item in paper_workspace.WORKSPACES[:2])
-    for said, number, paper in (("+5.6 %", ours[0], 26), ("−1.8 %", ours[1], 0.0075), ("+1.4 %", ours[2], 496)):
-        assert said in PAGE and f"{100 * (number / paper - 1):+.1f} %".replace("-", "−") == said
-    assert without[2] == pytest.approx(496.7, abs=0.05)
-    np.testing.assert_allclose(without[:2], ours[:2], rtol=1e-9)
-    ds = paper_workspace.sweep("2pru_upr", np.array([0.3]), np.array([0.0, 10.0]))
-    here = ds.isel(z=0, rx=0, ry=1)
-    assert float(ks.indices.linear_sag(here)) == pytest.approx(27.2e-6, abs=0.05e-6)
-    assert np.degrees(float(ks.indices.angular_sag(here))) == pytest.approx(ours[1], abs=5e-6)
-
-
 @pytest.mark.parametrize("number", [1, 2])
 def test_rod_forces_are_those_of_the_papers_table_4(number):
     tables = json.loads((ROOT / "examples" / "paper_tables.json").read_text(encoding="utf-8"))
@@ -124,49 +103,3 @@ def test_rod_forces_are_those_of_the_papers_table_4(number):
     # without J_3g2 W_3g2 the printed digits of the analytical column
     _, forces = paper_workspace.left_out(ds)
     np.testing.assert_allclose(forces.isel(at), [float(text) for text in case["analytical"]["fa"]], rtol=5e-5)
-
-
-@pytest.fixture(scope="module")
-def figures():
-    return dict(paper_workspace.figures(coarse=True))
-
-
-@pytest.mark.slow
-def test_figures_show_the_maps(figures):
-    panels = ["slice_3rps", "round_3rps", "lines_3rps", "ways_3rps", "workspace_3rps"]
-    assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", *panels]
-    assert [getattr(figures[name], "name", "") for name in panels] == ["rectilinear", "polar", "rectilinear", "rectilinear", "3d"]
-    for name, panels in (("figure_6", 6), ("figure_7", 3), ("figure_12", 6), ("figure_13", 3)):
-        axes = figures[name].axes
-        assert len(axes) == panels and len({ax.get_title() for ax in axes}) == panels
-        for ax in axes:
-            assert re.search(r"\[(µm|10⁻³ °|N)\]", ax.get_title()), ax.get_title()
-            angles = ("rx [°]", "ry [°]") if name in ("figure_6", "figure_7") else (r"$\theta_X$ [°]", r"$\theta_y$ [°]")
-            assert (ax.get_xlabel(), ax.get_ylabel()) == angles
-            assert ax.get_title().startswith(r"$\Delta_" if panels == 6 else "$f_"), "the paper's symbols"
-        assert len(figures[name].legends) == 1
-    # what docs/explanation/method.md says below the picture of the ways: configuration 2 of the 3RPS is at a tilt of 10°
-    lines = [line.get_ydata()[line.get_xdata().round(6) == 10].item() for line in figures["ways_3rps"].get_lines()]
-    said = re.search(r"Δ_z is (.*) nm", (ROOT / "docs" / "explanation" / "method.md").read_text(encoding="utf-8"))[1]
-    platform, attached, deformation, twist = (f"{-number:.1f}" for number in lines)
-    assert said == f"−{platform} − {attached} − {deformation} = −{twist}"
-    # the largest corner of Fig 12 (a) is the largest displacement along x of the table
-    heights = np.asarray(figures["figure_12"].axes[0].collections[0]._faces)[..., 2]
-    assert heights.max() == pytest.approx(27.465, abs=1e-3)
-
-
-@pytest.mark.further
-def test_the_readmes_picture_of_a_map_is_what_its_command_draws(figures):
-    """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
-    readme = (ROOT / "README.md").read_text(encoding="utf-8").split("<!-- maps: begin -->")[1]
-    command = next(line for line in readme.splitlines() if " plot " in line)
-    figure = figures["round_3rps"]
-    assert "--x azimuth --y tilt --at z=0.65 --out" in command and figure.get_title() == "z = 0.65 m"
-    assert (figure.name, figure.figure.axes[1].get_ylabel()) == ("polar", "linear sag [µm]")
-    assert (figure.get_thetamin(), figure.get_thetamax()) == (0, 360) and 50 <= figure.get_rmax() <= 52.5
-    assert "docs/pictures/round_3rps.png" in readme.split("\n## ")[0]
-
-
-@pytest.mark.parametrize("number", [6, 7, 13])
-def test_captions_say_what_the_figures_show(number):
-    assert between(f"figure {number}").strip() == paper_workspace.caption(number), "stale: paper_workspace.py --write-docs"

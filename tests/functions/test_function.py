@@ -348,7 +348,7 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
         (lambda f, at: f.jacobian("twist", "z")(**{**at, "z": [0.5, 0.6]}, load=np.zeros((3, 6))), "do not fit together"),
         (lambda f, at: f(**at)["twists"], "there is no output 'twists'"),
         (lambda f, at: ks.compile(f.robot, tuple(at), outputs="sag"), "no output 'sag'"),
-        (lambda f, at: ks.compile("3rps"), "compile wants a robot"),
+        (lambda f, at: ks.compile("3rps"), "compile needs a Robot"),
         (lambda f, at: ks.compile(f.robot, tuple(at), actuators=("prismatic_1",)), "either platform= or actuators="),
         (lambda f, at: ks.compile(f.robot, orientation="XYZ"), "orientation= says what angles of the platform mean"),
         (lambda f, at: ks.compile(f.robot, ("z", "rx")), "give exactly 3 of"),

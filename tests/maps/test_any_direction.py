@@ -87,8 +87,8 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
         "--out",
         str(tmp_path / "tip.svg"),
     ]
-    assert main([*command, "--point", "5cm", "-2cm", "200mm"]) == 0 and "wrote" in capsys.readouterr().out
-    assert main([*command, "--point", "5kg", "0", "0"]) == 2 and "--point" in capsys.readouterr().err
+    assert main([*command, "--tool", "5cm", "-2cm", "200mm"]) == 0 and "wrote" in capsys.readouterr().out
+    assert main([*command, "--tool", "5kg", "0", "0"]) == 2 and "--tool" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("written", ["{}({} {})", "{}:{}{}", " {} ( {}{} ) ", "{}: {} {}"])

@@ -907,8 +907,8 @@ def run(capsys, *arguments):
         "--kind workspace --what stiffness_along:z --unit N/um --whole",
         "--kind line --what twist:x twist:y --x z --at rx=5deg ry=0",
         "--kind line --what actuator_force:p1 --x z --series rx --at ry=0 --beyond-limits",
-        "--what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
-        "--kind surface --what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
+        "--what linear_sag --x rx --y ry --at z=0.5 --value-range 0 6 --unit µm",
+        "--kind surface --what linear_sag --x rx --y ry --at z=0.5 --value-range 0 6 --unit µm",
     ],
 )
 def test_command_writes_figures(capsys, stored, tmp_path, options):
@@ -943,14 +943,14 @@ def test_command_lists_what_there_is(capsys, stored):
         ("--at z=5deg --out a.svg", "--at: z: '5deg' is an angle, but a length is needed"),
         ("--x rx --y ry --at z=0.5 --out a.doc", "figures are written as .pdf, .svg, .png"),
         ("--kind line --y ry --out a.svg", "--y is not an option of a line"),
-        ("--kind line --limits 0 1 --out a.svg", "--limits is not an option of a line"),
+        ("--kind line --value-range 0 1 --out a.svg", "--value-range is not an option of a line"),
         ("--kind surface --whole --out a.svg", "--whole is not an option of a surface"),
         ("--kind line --rectangular --out a.svg", "--rectangular is not an option of a line"),
         (
-            "--limits 2 1 --x rx --y ry --at z=0.5 --out a.svg",
+            "--value-range 2 1 --x rx --y ry --at z=0.5 --out a.svg",
             "limits are 2 and 1; they must be two numbers, the smaller one first",
         ),
-        ("--limits 1 low --out a.svg", "--limits: 'low' is not a number"),
+        ("--value-range 1 low --out a.svg", "--value-range: 'low' is not a number"),
         ("--dpi 0 --x rx --y ry --at z=0.5 --out a.png", "--dpi: 0 is not between 10 and 2400 dots per inch"),
         ("--dpi many --out a.png", "--dpi: 'many' is not a number"),
         ("--what twist:x twist:y --out a.svg", "a slice shows one quantity, not 2"),

@@ -62,7 +62,7 @@ def extend_robot(
         The robot, loaded from the new text. :func:`extension_text` returns the text itself.
 
     Raises:
-        ArgumentError: a link, joint, section or stiffness makes no sense.
+        ArgumentError: a link, joint, section or stiffness is invalid.
         RobotFileError: the source is wrong.
     """
     name = os.fspath(source)

@@ -240,7 +240,7 @@ def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: obj
     """Return where limbs stand by a table: a list with a mapping, or (base, platform) or (base, platform, direction), for each.
 
     Raises:
-        ArgumentError: it makes no sense.
+        ArgumentError: it is invalid.
     """
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)

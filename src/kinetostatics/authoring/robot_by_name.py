@@ -60,7 +60,7 @@ def new_robot(
         The robot, loaded from the new text. :func:`robot_text` returns the text itself.
 
     Raises:
-        ArgumentError: the notation or a value makes no sense; the message says where and what would be right.
+        ArgumentError: the notation or a value is invalid; the message says where and what would be right.
     """
     chosen = name if name is not None or path is None else os.path.basename(os.fsdecode(path)).split(".")[0]
     design = design_robot(

@@ -13,7 +13,7 @@ from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.statics.solution import Solution
 
-#: Beams are in one line when they are off by less than this, relative to their length.
+#: Beams are collinear up to this distance, relative to their length.
 _IN_LINE = 1e-6
 #: Part of the strain energy of the member that is bent most above which another one buckles with it.
 _TAKES_PART = 0.05
@@ -21,7 +21,7 @@ _TAKES_PART = 0.05
 _NO_RISK = 0.1
 #: Numbers in the matrices of so many poses at a time.
 _CHUNK = 2_000_000
-#: Poses at a time in what is told without them.
+#: Poses at a time in the estimates before.
 _BLOCK = 512
 
 

@@ -73,7 +73,7 @@ def calibrate(
         weighted by the gauges' sigma. If none is given, all are taken as equally good, and sigma is found from the residuals.
 
     Raises:
-        ArgumentError: measurements or unknowns make no sense; messages name file and line.
+        ArgumentError: measurements or unknowns are invalid; messages name file and line.
         KinetostaticsError: SciPy is missing; the message says how to install it.
         AssemblyError: a pose cannot be reached.
         StaticsError: a pose is singular.
@@ -212,7 +212,7 @@ def check_robot(what: str, robot: object, payload: object) -> None:
         ArgumentError: there is none.
     """
     if not isinstance(robot, Robot):
-        raise ArgumentError(f"{what} wants a robot, not {robot!r}: load one with ks.load_robot(…)")
+        raise ArgumentError(f"{what} needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
     if payload is not None and not isinstance(payload, Payload):
         raise ArgumentError(f"payload is {payload!r}; it must be a ks.Payload(mass, center=(x, y, z))")
     if payload is not None and (

@@ -84,7 +84,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
     """Find the unknowns for which computed readings come nearest to the measured ones.
 
     Args:
-        predict: computed readings (n,) of unknowns (p,), NaN where they make no sense.
+        predict: computed readings (n,) of unknowns (p,), NaN where they are invalid.
         jacobian: its derivatives (n, p).
         start: (p,).
         measured, sigma: (n,).

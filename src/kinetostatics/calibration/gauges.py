@@ -32,7 +32,7 @@ def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> d
         given: None, a mapping from names to :class:`Gauge`, or the path of a CSV file.
 
     Raises:
-        ArgumentError: one of them makes no sense.
+        ArgumentError: one of them is invalid.
     """
     if given is None:
         return dict(COMPONENTS)

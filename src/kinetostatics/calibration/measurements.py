@@ -70,7 +70,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
         gauges: that readings may be of.
 
     Raises:
-        ArgumentError: a title or a cell makes no sense; the message names file and line.
+        ArgumentError: a title or a cell is invalid; the message names file and line.
     """
     where, titles, rows = _table(given)
     kinds = {

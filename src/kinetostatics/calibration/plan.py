@@ -75,7 +75,7 @@ def plan_measurements(
         one measurement for another leads to, from six starts.
 
     Raises:
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         KinetostaticsError: as :func:`calibrate`.
 
     Examples:

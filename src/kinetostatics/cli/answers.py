@@ -1,4 +1,4 @@
-"""How commands answer: reports, JSON, warnings and figures."""
+"""How commands answer: reports, JSON, warnings and files."""
 
 from __future__ import annotations
 
@@ -6,17 +6,27 @@ import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.cli.options import FIGURES, ending_of
 from kinetostatics.printing.colour import for_stream
 
 
-def save_figure(path: str | None, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
-    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file, if there is a path for it."""
-    if path is not None:
-        from kinetostatics import plot  # which says what to install where Matplotlib is missing
-        from kinetostatics.plot.style import draw_into_files, save_and_close
+def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
+    """Write what was found to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
+    for path in paths:
+        if ending_of(path) in FIGURES:
+            save_figure(path, figure, found, **drawn)
+        else:
+            found.save(path, *how)
 
-        draw_into_files()
-        save_and_close(getattr(plot, kind)(*shown, **options), path, dpi)
+
+def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
+    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file."""
+    from kinetostatics import plot  # which says what to install where Matplotlib is missing
+    from kinetostatics.plot.style import draw_into_files, save_and_close
+
+    draw_into_files()
+    save_and_close(getattr(plot, kind)(*shown, **options), path, dpi)
 
 
 def print_json(values: Mapping[str, object]) -> None:
@@ -43,27 +53,31 @@ def print_report(text: str) -> None:
     print(for_stream(text, sys.stdout))
 
 
-def print_answer(found: str | dict[str, object], warnings: Sequence[str], *written: str | None) -> None:
+def answer(found: str | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
     """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
 
     Args:
         found: a report, or what is printed as JSON.
         warnings: of the pose.
-        written: files that were written, which are told below a report; None: none.
+        written: files that were written, which are listed below a report.
     """
     if isinstance(found, str):
         print_report("\n".join([*(f"! {warning}" for warning in warnings), found]))
-        for file in written:
-            if file is not None:
-                print(f"wrote {file}")
+        print(*(f"wrote {file}\n" for file in written), sep="", end="")
         return
     own = found.get("warnings")
-    told = [*warnings, *(own if isinstance(own, list) else ())]
-    print_json({**found, "warnings": told})
-    print_warnings(told)
+    reported = [*warnings, *(own if isinstance(own, list) else ())]
+    print_json({**found, "warnings": reported})
+    print_warnings(reported)
 
 
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print warnings to standard error, each in one line."""
     for warning in warnings:
-        print(for_stream(f"kinetostatics: warning: {' '.join(warning.split())}", sys.stderr), file=sys.stderr)
+        print_message("warning", warning)
+
+
+def print_message(kind: str, text: str) -> None:
+    """Print an error or a warning to standard error, in one line."""
+    if sys.stderr is not None:
+        print(for_stream(f"kinetostatics: {kind}: {' '.join(text.split())}", sys.stderr), file=sys.stderr)

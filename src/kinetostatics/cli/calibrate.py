@@ -1,4 +1,4 @@
-"""``kinetostatics calibrate``: stiffnesses, payload and offsets from measured deflections; where to measure."""
+"""Command calibrate: stiffnesses, payload and offsets from measured deflections, and plans of measurements."""
 
 from __future__ import annotations
 
@@ -6,21 +6,105 @@ import argparse
 from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.cli import answers, arguments, poses
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import answer, save_files
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, single_values
+from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
+from kinetostatics.cli.values import VALUES_HELP, number_of, parse_items
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 if TYPE_CHECKING:
-    from kinetostatics.results.calibration import Calibration, MeasurementPlan
     from kinetostatics.robot import Robot
 
-USAGE = "ROBOT [MEASUREMENTS] --unknowns NAME … [options]"
-HELP = "find stiffnesses, payload and offsets from measured deflections"
-DESCRIPTION = """\
-Find stiffnesses, payload and offsets from measured deflections, how sure they are, what the readings cannot tell, and
-which of them do not fit; or plan where to measure."""
-EXAMPLES = f"""\
-{arguments.VALUES_HELP}
+
+def _calibrate(args: argparse.Namespace) -> int:
+    """Print estimates or a plan."""
+    with waiting("calibrating"):
+        planned = value_of("plan", args)
+        check_files(args.out, ("urdf", *FIGURES) if planned is None else ("csv",))
+        if (args.measurements is None) == (planned is None):
+            raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for where to measure")
+        if args.load is not None:
+            raise ArgumentError("--load: measurements have their loads in the table, Fx … Mz, and plans by --load-case")
+        options = {**loads_of(args), **given_of(("gauges", "orientation", "closure_tolerance"), args)}
+        robot = load_robot(args)
+        if args.reference:
+            options["reference"] = _reference(robot, args.reference)
+        if planned is None:
+            found: Keyword = CALIBRATE.called()(
+                robot, args.measurements, args.unknowns, **options, **given_of(("level", "leave_out_outliers"), args)
+            )
+        else:
+            from kinetostatics.calibration import plan_measurements
+
+            _, over = grid_of(robot, args)
+            options |= given_of(("read",), args)
+            found = plan_measurements(robot, args.unknowns, planned, over or None, _loads(args.load_case), **options)
+        save_files(args.out, "calibration", found)
+        shown = found.to_dict() if args.json else str(found)
+    answer(shown, (), args.out)
+    return 0
+
+
+def _loads(cases: list[str]) -> list[list[float]]:
+    """Return the loads of ``--load-case``; without any, none."""
+    kinds = ["force"] * 3 + ["moment"] * 3
+    found = []
+    for text in cases or ["0 0 0 0 0 0"]:
+        cells = text.split()
+        if len(cells) != 6:
+            raise ArgumentError(
+                f"--load-case: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'"
+            )
+        found.append([number_of("--load-case", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
+    return found
+
+
+def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
+    """Return the word of ``--reference``, or the coordinates of a pose."""
+    if len(words) == 1 and "=" not in words[0]:
+        return words[0]
+    names = set(parse_items("--reference", words))
+    option = "--actuators" if names <= set(robot.description.driven) else "--platform"
+    return single_values(robot, option, words, "--reference")
+
+
+CALIBRATE = Command(
+    _calibrate,
+    help="estimate stiffnesses, payload and offsets from measured deflections",
+    description="""\
+Estimate stiffnesses, payload and offsets from measured deflections, with confidence intervals, unidentifiable parameters
+and outliers; or plan where to measure.""",
+    arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "json"),
+    own={
+        "measurements": Argument("text", "a CSV file of poses, loads and readings", "MEASUREMENTS", option="measurements"),
+        "unknowns": Argument("texts", "parameters to estimate", "NAME"),
+        "gauges": Argument("text", "a CSV file of gauges", "FILE"),
+        "reference": Argument(
+            "texts",
+            "state that readings are differences to: undeformed (default), unloaded (the same pose, with its weight), or "
+            "coordinates NAME=VALUE of an unloaded pose",
+            "WHAT",
+        ),
+        "level": Argument("number", "of the confidence intervals (default: 0.95)", "P"),
+        "leave_out_outliers": Argument("flag", "estimate once more without outliers"),
+        "plan": Argument("count", "choose the N poses and loads with the smallest standard errors", "N", group="plan"),
+        "load_case": Argument("texts", "loads that can be applied: 'FX FY FZ MX MY MZ' each", "LOAD", group="plan"),
+        "read": Argument("texts", "gauges that are read (default: dx dy dz)", "GAUGE", group="plan"),
+        "out": Argument(
+            "texts",
+            "write the robot with the estimates as plain URDF (.urdf), the residuals as a figure, or the plan (.csv)",
+            "FILE",
+        ),
+    },
+    function="calibration:calibrate",
+    required=("robot", "unknowns"),
+    usage="ROBOT [MEASUREMENTS] --unknowns NAME … [options]",
+    grid=True,
+    notes=f"""\
+{VALUES_HELP}
 tables:
   MEASUREMENTS is a CSV file. Its first line has titles, with units if they are not SI: coordinates of the platform or of all
   actuators, Fx Fy Fz Mx My Mz of the load, and readings: dx dy dz drx dry drz of o in world axes, and gauges by their names. Each
@@ -33,101 +117,13 @@ unknowns:
   of a part: motor_1.actuator_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
   offsets for all.
 
-examples:
-  kinetostatics calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calibration/gauges.csv \\
-      --unknowns rod_1 rod_2 rod_3 --reference unloaded --leave-out-outliers --out mine.urdf --plot residuals.svg
-  kinetostatics calibrate 2pru_upr --plan 12 --unknowns rod_1 rod_2 rod_3 --read dx dz --reference unloaded --platform \\
-      z=550mm:650mm:3 rx=-15deg:15deg:3 ry=-15deg:15deg:3 --loads "0 0 -500 0 0 0" "300 0 0 0 0 0" --out to_measure.csv
-"""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    arguments.add_robot_arguments(parser)
-    parser.add_argument("measurements", metavar="MEASUREMENTS", nargs="?", help="a CSV file of poses, loads and readings")
-    group = parser.add_argument_group("calibration")
-    group.add_argument("--unknowns", metavar="NAME", nargs="+", required=True, help="what is looked for")
-    group.add_argument("--gauges", metavar="FILE", help="a CSV file of gauges")
-    group.add_argument(
-        "--reference",
-        metavar="WHAT",
-        nargs="+",
-        default=["undeformed"],
-        help="what readings are differences to: undeformed (default), unloaded (the same pose, with its weight), or coordinates "
-        "NAME=VALUE of an unloaded pose",
-    )
-    group.add_argument("--level", metavar="P", default="0.95", help="of the confidence intervals (default: %(default)s)")
-    group.add_argument("--leave-out-outliers", action="store_true", help="fit once more without readings that do not fit")
-    group.add_argument("--plot", metavar="FILE", help="write a figure of the residuals: .pdf, .svg or .png")
-    group = parser.add_argument_group("plan")
-    group.add_argument(
-        "--plan", metavar="N", help="choose the N poses and loads that tell most, of all of --platform and --loads"
-    )
-    group.add_argument(
-        "--loads", metavar="LOAD", nargs="+", default=[], help="loads that may be put on: 'FX FY FZ MX MY MZ' each"
-    )
-    group.add_argument("--read", metavar="GAUGE", nargs="+", default=["dx", "dy", "dz"], help="what is read (default: dx dy dz)")
-    poses.add_pose_arguments(
-        parser, "VALUES", "Of a plan: the poses that may be taken. Default: all actuators at zero.", near=False
-    )
-    arguments.add_load_arguments(parser)
-    parser.add_argument("--out", metavar="FILE", help="write the robot with the estimates (plain URDF), or the plan (CSV)")
-    arguments.add_json_argument(parser)
-
-
-def run(args: argparse.Namespace) -> int:
-    """Print estimates or a plan."""
-    with waiting("calibrating"):
-        arguments.check_folder(args.out)
-        arguments.check_figure(args.plot)
-        if (args.measurements is None) == (args.plan is None):
-            raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for where to measure")
-        options = arguments.load_options(args)
-        if options.pop("load") != [0.0] * 6:
-            raise ArgumentError(
-                "--load: measurements have their loads in the table, Fx … Mz, and plans by --loads 'FX FY FZ MX MY MZ'"
-            )
-        robot = arguments.load(args)
-        options |= {"gauges": args.gauges, "orientation": args.orientation, "reference": _reference(robot, args.reference)}
-        options["closure_tolerance"] = poses.closure_tolerance_of(args)
-        found = _calibrated(robot, args, options) if args.plan is None else _planned(robot, args, options)
-        if args.out is not None:
-            found.save(args.out)
-        answer = found.to_dict() if args.json else str(found)
-    answers.print_answer(answer, [], args.out, args.plot)
-    return 0
-
-
-def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Keyword]) -> Calibration:
-    from kinetostatics.calibration import calibrate
-
-    level = arguments.number_of("--level", args.level)
-    found = calibrate(robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options)
-    answers.save_figure(args.plot, "calibration", found)
-    return found
-
-
-def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Keyword]) -> MeasurementPlan:
-    from kinetostatics.calibration import plan_measurements
-
-    if args.plot is not None:
-        raise ArgumentError("--plot is not for plans")
-    count = arguments.whole_number_of("--plan", args.plan)
-    kinds = ["force"] * 3 + ["moment"] * 3
-    loads = []
-    for text in args.loads or ["0 0 0 0 0 0"]:
-        cells = text.split()
-        if len(cells) != 6:
-            raise ArgumentError(f"--loads: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'")
-        loads.append([arguments.number_of("--loads", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
-    _, over = poses.grid(robot, args)
-    return plan_measurements(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
-
-
-def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
-    """Return the word of ``--reference``, or the coordinates of a pose."""
-    if len(words) == 1 and "=" not in words[0]:
-        return words[0]
-    names = set(arguments.parse_items("--reference", words))
-    option = "--actuators" if names <= set(robot.description.driven) else "--platform"
-    return poses.single_values(robot, option, words, "--reference")
+plan:
+  The poses are those of --platform or --actuators, FROM:TO:COUNT and A,B,C making a grid.
+""",
+    examples="""
+calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calibration/gauges.csv --unknowns rod_1 rod_2 rod_3 \
+--reference unloaded --leave-out-outliers --out mine.urdf residuals.svg
+calibrate 2pru_upr --plan 12 --unknowns rod_1 rod_2 rod_3 --read dx dz --reference unloaded --platform z=550mm:650mm:3 \
+rx=-15deg:15deg:3 ry=-15deg:15deg:3 --load-case "0 0 -500 0 0 0" "300 0 0 0 0 0" --out to_measure.csv
+""",
+)

@@ -9,8 +9,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from kinetostatics.arguments import Argument
 from kinetostatics.cli.answers import print_warnings
-from kinetostatics.cli.arguments import SEVERAL, check_folder, parse_items, parse_parameters
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.options import check_folder
+from kinetostatics.cli.values import parse_items, parse_parameters
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting
@@ -22,55 +25,8 @@ if TYPE_CHECKING:
 #: From what turn on [degrees] the platform's axes at zero are spoken of.
 LEAST_TURN = 0.1
 
-USAGE = "SOURCE [options]"
-HELP = "make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim"
-DESCRIPTION = "Make a robot file from a URDF whose loops another tool has described."
-EXAMPLES = """\
-loops are read from
-  links closing_NAME_1 and closing_NAME_2 of onshape-to-robot,
-  a robot.yaml of Gepetto's example-parallel-robots (--yaml),
-  <loop_joint> of Isaac Sim.
-  A URDF without loops is taken, too; `kinetostatics new --from` makes more of it.
-  Whatever they leave open is asked for. The result includes SOURCE, which stays as it is.
 
-examples:
-  kinetostatics import robot.urdf
-  kinetostatics import robot.urdf --types closing_A=revolute --platform tool --driven motor1 motor2 --out five_bar.urdf.xacro
-  kinetostatics import robot.urdf --yaml robot.yaml --platform effector --out delta.urdf.xacro
-
-exit code:
-  0 written, 2 something is missing or wrong
-"""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    parser.add_argument("source", metavar="SOURCE", help="the URDF or xacro file")
-    parser.add_argument("--yaml", metavar="FILE", help="a robot.yaml with closed_loop, type and name_mot")
-    parser.add_argument("--platform", metavar="LINK", help="the moving platform")
-    parser.add_argument("--base", metavar="LINK", help="the base (default: the root of the tree)")
-    parser.add_argument(
-        "--types",
-        metavar="LOOP=TYPE",
-        **SEVERAL,
-        help="the joints of loops; or one TYPE for all loops of which the source does not say it",
-    )
-    parser.add_argument(
-        "--axes",
-        metavar="LOOP=X,Y,Z",
-        **SEVERAL,
-        help="the axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
-    )
-    parser.add_argument(
-        "--driven", metavar="JOINT", nargs="*", action="extend", help="the driven joints; without any: there are no actuators"
-    )
-    parser.add_argument(
-        "--set", dest="parameters", metavar="NAME=VALUE", **SEVERAL, help="values of the source's xacro arguments"
-    )
-    parser.add_argument("--out", "-o", metavar="FILE", help="the file to write (default: print it)")
-
-
-def run(args: argparse.Namespace) -> int:
+def _import(args: argparse.Namespace) -> int:
     """Write the robot file; return 2 if something more must be said."""
     from kinetostatics.files.importers.answers import MissingFactsError
 
@@ -167,3 +123,39 @@ def _axes(items: Sequence[str]) -> dict[str, object]:
             raise ArgumentError(f"--axes: {name}: {value!r} is not of the form X,Y,Z") from None
         found[name] = vectors[0] if len(vectors) == 1 else vectors
     return found
+
+
+IMPORT = Command(
+    _import,
+    help="make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim",
+    arguments=("parameters",),
+    own={
+        "platform": Argument("text", "the platform", "LINK"),
+        "base": Argument("text", "the base (default: the root of the tree)", "LINK"),
+        "source": Argument("text", "the URDF or xacro file", "SOURCE", option="source"),
+        "yaml": Argument("text", "a robot.yaml with closed_loop, type and name_mot", "FILE"),
+        "types": Argument("texts", "LOOP=TYPE of loops; or one TYPE for all loops of which the source does not say it", "TYPE"),
+        "axes": Argument(
+            "items",
+            "axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
+            "LOOP=X,Y,Z",
+        ),
+        "driven": Argument("texts or none", "the actuators; without any there are none", "JOINT"),
+        "out": Argument("text", "the file to write (default: print it)", "FILE"),
+    },
+    function="files.importers:import_robot",
+    required=("source",),
+    usage="SOURCE [options]",
+    notes="""\
+loops are read from
+  links closing_NAME_1 and closing_NAME_2 of onshape-to-robot,
+  a robot.yaml of Gepetto's example-parallel-robots (--yaml),
+  <loop_joint> of Isaac Sim.
+  The result includes SOURCE, which stays as it is.
+""",
+    examples="""
+import robot.urdf
+import robot.urdf --types closing_A=revolute --platform tool --driven motor1 motor2 --out five_bar.urdf.xacro
+import robot.urdf --yaml robot.yaml --platform effector --out delta.urdf.xacro
+""",
+)

@@ -1,33 +1,22 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command ``kinetostatics``: parses, runs one of the commands, and turns errors into one line and an exit code.
-
-Every command is a module of :mod:`kinetostatics.cli` with ``HELP``, ``DESCRIPTION``, ``EXAMPLES``, ``add_arguments(parser)`` and
-``run(args) -> int``; with ``USAGE`` too if that is not ROBOT and options (None: all its options).
-"""
+"""The command ``kinetostatics``: parses, runs one of the commands, and turns errors into one line and an exit code."""
 
 from __future__ import annotations
 
 import argparse
-import importlib
 import os
 import re
 import sys
 import warnings
-from collections.abc import Sequence
-from types import ModuleType
+from collections.abc import Iterable, Sequence
 from typing import NoReturn
 
 from kinetostatics.argument_checks import Keyword
+from kinetostatics.cli.answers import print_message
+from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.printing.colour import for_stream
 
-#: Modules of ``kinetostatics.cli``, in the order of the help.
-COMMANDS = (
-    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "sensitivities"),
-    *("optimize", "calibrate", "import", "new", "plot", "export", "robots"),
-)
-
-#: Exit code of any error; 0 is success and 1 a command's own bad news.
+#: Exit code of any error; 0 is success and 1 a command's negative answer.
 ERROR = 2
 
 DESCRIPTION = "Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF."
@@ -50,7 +39,7 @@ NEGATIVE = re.compile(r"-\.?\d")
 
 
 class UsageError(Exception):
-    """The command line makes no sense."""
+    """The command line is invalid."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -116,49 +105,40 @@ def _complete() -> int:
     """Answer a shell that asks how the line can go on."""
     from kinetostatics.cli.completion import complete
 
-    complete(make_parser([importlib.import_module(f"kinetostatics.cli.{name}") for name in COMMANDS]))
+    complete(make_parser(COMMANDS))
     return 1
 
 
 def _run(arguments: list[str]) -> int:
-    # Only the wanted command is imported; help and misspelled commands need all of them.
-    wanted = arguments[:1] if arguments[:1] and arguments[0] in COMMANDS else list(COMMANDS)
-    if arguments[:1] and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
-        raise UsageError(f"there is no command {arguments[0]!r}; commands are {', '.join(COMMANDS)}")
-    if arguments[:1] == ["--version"]:
-        wanted = []
-    modules = [importlib.import_module(f"kinetostatics.cli.{name}") for name in wanted]
+    given = arguments[0] if arguments else "--help"
+    if not given.startswith("-") and given not in COMMANDS:
+        raise UsageError(f"there is no command {given!r}; commands are {', '.join(COMMANDS)}")
+    # only the module of the command is imported; help needs all of them
+    names = [given] if given in COMMANDS else [] if given == "--version" else COMMANDS
     # argparse never takes an argument with a space for an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
     try:
-        parser = make_parser(modules)
-        args, rest = parser.parse_known_args(guarded)
-        if rest:
-            given = " ".join(item.strip() for item in rest)
-            raise UsageError(f"unrecognized arguments: {given} (see kinetostatics {arguments[0]} --help)")
+        args, rest = make_parser(names).parse_known_args(guarded)
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
+    if rest:
+        unknown = " ".join(item.strip() for item in rest)
+        raise UsageError(f"unrecognized arguments: {unknown} (see kinetostatics {given} --help)")
     args.command_line = ["kinetostatics", *arguments]
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = _warn
+        warnings.showwarning = lambda message, *_where, **_more: print_message("warning", str(message))
         return int(args.run(args))
 
 
-def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
-    """Return the parser of the command line with the commands of these modules."""
+def make_parser(names: Iterable[str]) -> argparse.ArgumentParser:
+    """Return the parser of the command line with the commands of these names."""
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
     parser.add_argument("--version", action=Version)
-    subparsers = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
-    for module in modules:
-        name, usage = module.__name__.rpartition(".")[2], getattr(module, "USAGE", "ROBOT [options]")
-        whole = None if usage is None else f"kinetostatics {name} {usage}"
-        command = subparsers.add_parser(
-            name, usage=whole, help=module.HELP, description=module.DESCRIPTION, epilog=module.EXAMPLES
-        )
-        module.add_arguments(command)
-        command.set_defaults(run=module.run)
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
+    for name in names:
+        command(name).add_to(commands, name)
     return parser
 
 
@@ -171,16 +151,8 @@ def _prepare_output() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _warn(message: Warning | str, *_where: object, **_more: Keyword) -> None:
-    """Print a warning in one line, at once."""
-    if sys.stderr is not None:
-        print(for_stream(f"kinetostatics: warning: {' '.join(str(message).split())}", sys.stderr), file=sys.stderr)
-
-
 def _fail(message: str) -> int:
-    line = " ".join(message.split())
-    if sys.stderr is not None:
-        print(for_stream(f"kinetostatics: error: {line}", sys.stderr), file=sys.stderr)
+    print_message("error", message)
     return ERROR
 
 

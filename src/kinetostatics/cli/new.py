@@ -1,4 +1,4 @@
-"""``kinetostatics new``: a robot file from the field's notation, or from a URDF that says nothing of the statics."""
+"""Command new: a robot file from the field's notation, or from a URDF without statics."""
 
 from __future__ import annotations
 
@@ -7,110 +7,23 @@ import os
 import sys
 
 from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Argument
 from kinetostatics.authoring.arguments_of_file import odd_lengths
 from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.cli.answers import print_warnings
-from kinetostatics.cli.arguments import SEVERAL, check_folder, number_of, parse_items, parse_parameters, unit_of
-from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.options import check_folder
+from kinetostatics.cli.values import number_of, parse_items, parse_parameters, unit_of
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 #: Options that one of the two ways to a file has alone.
-OF_FILES = ("platform", "base", "driven", "elastic", "joint_stiffness")
+OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness")
 LENGTHS = ("base_radius", "platform_radius", "height")
 OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "section", "name")
 
-USAGE = "ARCHITECTURE [options], or new --from FILE [options]"
-HELP = "make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF"
-DESCRIPTION = (
-    "Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as "
-    "it is; it is commented and ready to be edited."
-)
-EXAMPLES = f"""\
-architecture:
-  Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
-  (4S) two rods between spherical joints, (4R) a parallelogram. Actuators stand in brackets; without any the usual ones are
-  taken. Limbs are joined by +, and 3- stands for three alike.
 
-{"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}
-examples:
-  kinetostatics new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
-  kinetostatics new "3-[R](4S)" --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
-  kinetostatics new "2-U[P]R+S[P]R" --placements table.csv --out my_exechon.urdf.xacro
-  kinetostatics new --from panda.urdf --platform panda_hand --out my_panda.urdf.xacro
-  kinetostatics new --from ur10.urdf --platform tool0 --elastic upper_arm_link="tube 108mm 98mm aluminium" \\
-                    --joint-stiffness elbow_joint=30kNm/rad --out my_ur10.urdf.xacro
-
-exit code:
-  0 written, 2 something is wrong
-"""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    parser.add_argument("architecture", metavar="ARCHITECTURE", nargs="?", help="the limbs, such as 3-R[P]S; see below")
-    parser.add_argument("--list", action="store_true", help="list names that are known in the field, and what they are")
-    parser.add_argument("--base-radius", metavar="LENGTH", help="O to the limbs' base points (default: 0.3 m)")
-    parser.add_argument("--platform-radius", metavar="LENGTH", help="o to their platform points (default: 0.2 m)")
-    parser.add_argument("--height", metavar="LENGTH", help="of the platform above the base (default: 0.5 m; planar: 0)")
-    parser.add_argument(
-        "--arrangement",
-        metavar="WORD",
-        default="symmetric",
-        help="symmetric (around Z, default), planar, cartesian (along X, Y, Z), or spherical (all axes through O)",
-    )
-    parser.add_argument(
-        "--azimuths", metavar="ANGLE", nargs="+", help="of the limbs around Z, instead of even ones: 90deg -90deg 0"
-    )
-    parser.add_argument(
-        "--placements",
-        metavar="CSV",
-        help="table of the limbs' points instead, with columns base_x … platform_z, and axis_x …, guide_x … if need be",
-    )
-    parser.add_argument("--guide", metavar="WORD", help="direction of carriages: vertical, radial or tangential")
-    parser.add_argument(
-        "--axis", metavar="WORD", help="direction of revolute axes: radial, tangential or vertical (default: across the limb)"
-    )
-    parser.add_argument(
-        "--section",
-        metavar="ROLE=SECTION",
-        **SEVERAL,
-        help='of beams: rod="tube 60mm 50mm steel" crank="rectangle 20mm 60mm aluminium"',
-    )
-    parser.add_argument(
-        "--set",
-        dest="parameters",
-        metavar="NAME=VALUE",
-        **SEVERAL,
-        help="any other value of the file, such as stroke=100mm platform_mass=12 rod_length=0.8",
-    )
-    parser.add_argument("--name", metavar="NAME", help="of the robot (default: that of the file)")
-    group = parser.add_argument_group("from a plain URDF")
-    group.add_argument("--from", dest="source", metavar="FILE", help="a URDF or xacro, which the new file includes as it is")
-    group.add_argument("--platform", metavar="LINK", help="the link that is the moving platform")
-    group.add_argument("--base", metavar="LINK", help="the link that stands still (default: the root of its tree)")
-    group.add_argument(
-        "--driven",
-        metavar="JOINT",
-        nargs="*",
-        action="extend",
-        help="actuators besides those with a <transmission> (default: all joints)",
-    )
-    group.add_argument(
-        "--elastic",
-        metavar="LINK=SECTION",
-        **SEVERAL,
-        help='links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for all that the file suggests',
-    )
-    group.add_argument(
-        "--joint-stiffness",
-        metavar="JOINT=VALUE",
-        **SEVERAL,
-        help="of actuators and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
-    )
-    parser.add_argument("--out", "-o", metavar="FILE", help="the file to write (default: print it)")
-
-
-def run(args: argparse.Namespace) -> int:
+def _new(args: argparse.Namespace) -> int:
     """Write the robot file."""
     if args.list:
         print("\n".join(known.line for known in KNOWN_NAMES))
@@ -157,9 +70,9 @@ def _from_file(args: argparse.Namespace) -> int:
         if getattr(args, name):
             raise ArgumentError(f"{_option(name)} is for an architecture, and not for --from")
     options = {
-        "platform": args.platform,
-        "base": args.base,
-        "driven": args.driven,
+        "platform": args.platform_link,
+        "base": args.base_link,
+        "driven": args.actuators,
         "elastic": _suggested(args.elastic) or parse_items("--elastic", args.elastic),
         "joint_stiffness": _suggested(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
         "parameters": parse_parameters(args.parameters),
@@ -167,14 +80,10 @@ def _from_file(args: argparse.Namespace) -> int:
     with waiting("extending the robot"):
         from kinetostatics.authoring.extension import extend_robot, extension_text
 
-        try:
-            if args.out is None:
-                sys.stdout.write(extension_text(args.source, **options))
-                return 0
-            description = extend_robot(args.source, args.out, **options).description
-        except RobotFileError as error:
-            reason = error.reason.replace("--platform-link", "--platform")
-            raise RobotFileError(reason, error.file, error.line) from None
+        if args.out is None:
+            sys.stdout.write(extension_text(args.source, **options))
+            return 0
+        description = extend_robot(args.source, args.out, **options).description
     elastic = ", ".join((*description.beams, *description.joint_stiffness)) or "nothing yet, see its comments"
     driven = ", ".join(description.driven) or "none"
     print(f"{args.out}: platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
@@ -209,10 +118,10 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
     for words in odd_lengths({name: text for name, text in (typed | plain).items() if text is not None}):
         raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
     lengths = {name: None if text is None else number_of(_option(name), text.strip(), "length") for name, text in typed.items()}
-    azimuths = None if args.azimuths is None else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
+    azimuths = None if not args.azimuths else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
     return {
         **lengths,
-        "arrangement": args.arrangement,
+        "arrangement": args.arrangement or "symmetric",
         "azimuths": azimuths,
         "placements": args.placements,
         "guide": args.guide,
@@ -221,3 +130,77 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
         "name": args.name,
         **parse_parameters(args.parameters),
     }
+
+
+NEW = Command(
+    _new,
+    help="make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF",
+    description=(
+        "Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as it is;\n"
+        "it is commented and ready to be edited."
+    ),
+    arguments=("parameters", "platform_link", "base_link"),
+    own={
+        "architecture": Argument("text", "the limbs, such as 3-R[P]S; see below", "ARCHITECTURE", option="architecture"),
+        "list": Argument("flag", "list names that are known in the field, and what they are"),
+        "base_radius": Argument("length", "distance of the limbs' base points from O (default: 0.3 m)", "LENGTH"),
+        "platform_radius": Argument("length", "distance of their platform points from o (default: 0.2 m)", "LENGTH"),
+        "height": Argument("length", "of the platform above the base (default: 0.5 m; planar: 0)", "LENGTH"),
+        "arrangement": Argument(
+            "text",
+            "symmetric (around Z, default), planar, cartesian (along X, Y, Z), or spherical (all axes through O)",
+            "WORD",
+        ),
+        "azimuths": Argument("texts", "of the limbs around Z, instead of even ones: 90deg -90deg 0", "ANGLE"),
+        "placements": Argument(
+            "text",
+            "table of the limbs' points instead, with columns base_x … platform_z, and axis_x …, guide_x … if need be",
+            "CSV",
+        ),
+        "guide": Argument("text", "direction of carriages: vertical, radial or tangential", "WORD"),
+        "axis": Argument("text", "direction of revolute axes: radial, tangential or vertical (default: across the limb)", "WORD"),
+        "section": Argument(
+            "items", 'of beams: rod="tube 60mm 50mm steel" crank="rectangle 20mm 60mm aluminium"', "ROLE=SECTION"
+        ),
+        "name": Argument("text", "of the robot (default: that of the file)", "NAME"),
+        "source": Argument(
+            "text", "a URDF or xacro, which the new file includes as it is", "FILE", option="--from", group="from a plain URDF"
+        ),
+        "actuators": Argument(
+            "texts or none",
+            "actuators besides joints with a <transmission> (default: all joints)",
+            "JOINT",
+            group="from a plain URDF",
+        ),
+        "elastic": Argument(
+            "items",
+            'links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for all that the file suggests',
+            "LINK=SECTION",
+            group="from a plain URDF",
+        ),
+        "joint_stiffness": Argument(
+            "items",
+            "of actuators and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
+            "JOINT=VALUE",
+            group="from a plain URDF",
+        ),
+        "out": Argument("text", "the file to write (default: print it)", "FILE"),
+    },
+    function="authoring.robot_by_name:new_robot",
+    usage="ARCHITECTURE [options], or new --from FILE [options]",
+    notes=f"""\
+architecture:
+  Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
+  (4S) two rods between spherical joints, (4R) a parallelogram. Actuators stand in brackets; without any the usual ones are
+  taken. Limbs are joined by +, and 3- stands for three alike.
+
+{"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}""",
+    examples="""
+new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
+new "3-[R](4S)" --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
+new "2-U[P]R+S[P]R" --placements table.csv --out my_exechon.urdf.xacro
+new --from panda.urdf --platform-link panda_hand --out my_panda.urdf.xacro
+new --from ur10.urdf --platform-link tool0 --elastic upper_arm_link="tube 108mm 98mm aluminium" --joint-stiffness \
+elbow_joint=30kNm/rad --out my_ur10.urdf.xacro
+""",
+)

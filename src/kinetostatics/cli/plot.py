@@ -1,4 +1,4 @@
-"""``kinetostatics plot``: figures of a workspace map."""
+"""Command plot: figures of a workspace map."""
 
 from __future__ import annotations
 
@@ -6,8 +6,11 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kinetostatics.arguments import Argument
 from kinetostatics.cli.answers import save_figure
-from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.options import given_of, value_of
+from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting
@@ -15,119 +18,54 @@ from kinetostatics.printing.waiting import waiting
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("slice", "surface", "workspace", "line")
-
-USAGE = "MAP [options]"
-HELP = "draw figures of a workspace map"
-DESCRIPTION = (
-    "Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
-    "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
-    "azimuth and tilt are round."
-)
-EXAMPLES = f"""\
-{VALUES_HELP}
-examples:
-  kinetostatics plot map.nc --list
-  kinetostatics plot map.nc --what linear_sag --x rx --y ry --at z=0.5 --out sag.svg
-  kinetostatics plot map.nc --kind surface --what twist:x --x rx --y ry --over z --unit µm --out twist.pdf
-  kinetostatics plot tilts.nc --x azimuth --y tilt --out round.pdf
-  kinetostatics plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
-  kinetostatics plot map.nc --what "deflection_any_direction(500 N)" --x rx --y ry --at z=0.5 --out softest.svg
-  kinetostatics plot map.nc --kind line --what actuator_force:prismatic_1 --x z --series rx --at ry=0deg --out force.pdf
-  kinetostatics plot ways.nc --kind line --what gravity_way:attached:z gravity_way:deformation:z --x tilt --out ways.pdf
-"""
+#: Kinds of figures, and the options that not all of them have.
+KINDS = {
+    "slice": ("x", "y", "value_range", "rectangular"),
+    "surface": ("x", "y", "over", "value_range"),
+    "workspace": ("axes", "value_range", "whole"),
+    "line": ("x", "series"),
+}
+#: Dots per inch of a figure of a column's width.
+DPI = (10, 2400)
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    parser.add_argument("map", metavar="MAP", help="netCDF file (.nc) or zarr folder")
-    parser.add_argument("--list", action="store_true", help="print the coordinates and the quantities that can be drawn, and end")
-    parser.add_argument("--out", metavar="FILE", help="where to write the figure: .pdf, .svg or .png")
-    parser.add_argument("--kind", choices=KINDS, default="slice", help="of the figure (default: %(default)s)")
-    parser.add_argument(
-        "--what",
-        metavar="WHAT",
-        nargs="+",
-        default=["linear_sag"],
-        help="the quantity, as --list names it; a line may show several (default: linear_sag)",
-    )
-    parser.add_argument("--x", metavar="NAME", help="coordinate to the right (default: the first that is not fixed)")
-    parser.add_argument("--y", metavar="NAME", help="coordinate upwards, or backwards for surfaces (default: the next one)")
-    parser.add_argument(
-        "--axes", metavar=("A", "B", "C"), nargs=3, help="of a workspace: three coordinates, or x y z for where o is"
-    )
-    parser.add_argument("--over", metavar="NAME", help="coordinate that tells surfaces apart")
-    parser.add_argument("--series", metavar="NAME", help="coordinate that tells lines apart")
-    parser.add_argument(
-        "--at",
-        metavar="NAME=VALUE",
-        **SEVERAL,
-        help="values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the "
-        "map is shown",
-    )
-    parser.add_argument(
-        "--point",
-        metavar=("X", "Y", "Z"),
-        nargs=3,
-        help="a point of the platform, such as a tool's tip, from o in its axes: the quantity is told of it instead of o",
-    )
-    parser.add_argument("--unit", help="of the quantity, such as µm, deg, kN, N/µm (default: what suits)")
-    parser.add_argument(
-        "--limits", metavar=("LOW", "HIGH"), nargs=2, help="of colours, or of a surface's heights, in the figure's unit"
-    )
-    parser.add_argument("--rectangular", action="store_true", help="a slice over azimuth and tilt is not to be round")
-    parser.add_argument("--whole", action="store_true", help="do not cut a workspace open")
-    parser.add_argument("--beyond-limits", action="store_true", help="poses beyond the joints' limits count like all others")
-    parser.add_argument("--dpi", metavar="N", default="300", help="dots per inch of a PNG (default: %(default)s)")
-
-
-def run(args: argparse.Namespace) -> int:
-    """Write the figure."""
+def _plot(args: argparse.Namespace) -> int:
+    """Write the figure, or list what can be drawn."""
     if args.out is None and not args.list:
         raise ArgumentError("--out FILE is missing: where to write the figure")
     with waiting("reading the map" if args.list else "drawing"), checked_map(args.map) as ds:
         if args.list:
-            said = _list(ds)
+            text = _list(ds)
         else:
-            if args.point is not None:
-                from kinetostatics.indices import at_point
-
-                ds = at_point(ds, [number_of("--point", text, "length") for text in args.point])
             _draw(ds, args)
-            said = f"wrote {args.out}"
-    print(said)
+            text = f"wrote {args.out}"
+    print(text)
     return 0
 
 
 def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
-    for name in ("x", "y", "axes", "over", "series", "limits", "whole", "rectangular"):
-        if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
-            raise ArgumentError(f"--{name} is not an option of a {args.kind}")
-    options: dict[str, object] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
-    dpi = number_of("--dpi", args.dpi)
+    kind = args.kind or "slice"
+    for name in sorted({name for names in KINDS.values() for name in names} - {*KINDS[kind]}):
+        if value_of(name, args) is not None:
+            raise ArgumentError(f"--{name.replace('_', '-')} is not an option of a {kind}")
+    if (tool := value_of("tool", args)) is not None:
+        from kinetostatics.indices import at_point
+
+        ds = at_point(ds, tool)
+    dpi = 300.0 if args.dpi is None else value_of("dpi", args)
     if not DPI[0] <= dpi <= DPI[1]:
         raise ArgumentError(f"--dpi: {dpi:g} is not between {DPI[0]} and {DPI[1]} dots per inch")
-    if len(args.what) > 1 and args.kind != "line":
-        raise ArgumentError(f"a {args.kind} shows one quantity, not {len(args.what)}")
-    if args.limits is not None:
-        options["limits"] = tuple(number_of("--limits", text) for text in args.limits)
+    what = args.what or ["linear_sag"]
+    if len(what) > 1 and kind != "line":
+        raise ArgumentError(f"a {kind} shows one quantity, not {len(what)}")
+    options = {"at": _at(ds, args.at), **given_of(("x", "y", "axes", "over", "series", "unit", "beyond_limits"), args)}
+    if args.value_range is not None:
+        options["limits"] = tuple(value_of("value_range", args))
     if args.rectangular:
         options["polar"] = False
     if args.whole:
         options["cut"] = False
-    options |= {name: getattr(args, name) for name in ("x", "y", "axes", "over", "series") if name in _TAKES[args.kind]}
-    save_figure(args.out, args.kind, ds, args.what if args.kind == "line" else args.what[0], dpi=dpi, **options)
-
-
-#: Options of the kinds of figures that not all have.
-_TAKES = {
-    "slice": ("x", "y", "limits", "rectangular"),
-    "surface": ("x", "y", "over", "limits"),
-    "workspace": ("axes", "limits", "whole"),
-    "line": ("x", "series"),
-}
-#: Dots per inch that make sense of a page as large as a column.
-DPI = (10, 2400)
+    save_figure(args.out, kind, ds, what if kind == "line" else what[0], dpi=dpi, **options)
 
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
@@ -186,3 +124,51 @@ def _list(ds: xr.Dataset) -> str:
     one = ds.isel({dim: [0] for dim in ds["status"].dims})
     lines += [f"  {name} [{quantity(one, name).attrs['units']}]" for name in names(ds)]
     return "\n".join(lines)
+
+
+PLOT = Command(
+    _plot,
+    help="draw figures of a workspace map",
+    description=(
+        "Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body of the poses\n"
+        "that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over azimuth and tilt are round."
+    ),
+    arguments=("tool",),
+    own={
+        "map": Argument("text", "netCDF file (.nc) or zarr folder", "MAP", option="map"),
+        "list": Argument("flag", "print the coordinates and the quantities that can be drawn, and end"),
+        "out": Argument("text", "the figure to write: .pdf, .svg or .png", "FILE"),
+        "kind": Argument("text", "of the figure (default: slice)", choices=tuple(KINDS)),
+        "what": Argument("texts", "the quantity, as --list names it; a line may show several (default: linear_sag)", "WHAT"),
+        "x": Argument("text", "coordinate to the right (default: the first that is not fixed)", "NAME"),
+        "y": Argument("text", "coordinate upwards, or backwards for surfaces (default: the next one)", "NAME"),
+        "axes": Argument("names", "of a workspace: three coordinates, or x y z for where o is", ("A", "B", "C"), 3),
+        "over": Argument("text", "coordinate that distinguishes surfaces", "NAME"),
+        "series": Argument("text", "coordinate that distinguishes lines", "NAME"),
+        "at": Argument(
+            "items",
+            "values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the map "
+            "is shown",
+            "NAME=VALUE",
+        ),
+        "unit": Argument("text", "of the quantity, such as µm, deg, kN, N/µm (default: one that suits)", "UNIT"),
+        "value_range": Argument("number", "of colours, or of a surface's heights, in the figure's unit", ("LOW", "HIGH"), 2),
+        "rectangular": Argument("flag", "a slice over azimuth and tilt is not to be round"),
+        "whole": Argument("flag", "do not cut a workspace open"),
+        "beyond_limits": Argument("flag", "poses beyond the joints' limits count like all others"),
+        "dpi": Argument("number", "dots per inch of a PNG (default: 300)", "N"),
+    },
+    required=("map",),
+    usage="MAP [options]",
+    notes=VALUES_HELP,
+    examples="""
+plot map.nc --list
+plot map.nc --what linear_sag --x rx --y ry --at z=0.5 --out sag.svg
+plot map.nc --kind surface --what twist:x --x rx --y ry --over z --unit µm --out twist.pdf
+plot tilts.nc --x azimuth --y tilt --out round.pdf
+plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
+plot map.nc --what "deflection_any_direction(500 N)" --x rx --y ry --at z=0.5 --out softest.svg
+plot map.nc --kind line --what actuator_force:prismatic_1 --x z --series rx --at ry=0deg --out force.pdf
+plot ways.nc --kind line --what gravity_way:attached:z gravity_way:deformation:z --x tilt --out ways.pdf
+""",
+)

@@ -1,4 +1,4 @@
-"""``kinetostatics report``: one page about a robot at a pose and over its workspace, for a colleague to read and print."""
+"""Command report: one page about a robot at a pose and over its workspace."""
 
 from __future__ import annotations
 
@@ -8,8 +8,13 @@ import functools
 from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.cli import answers, arguments, poses
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import print_warnings
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
+from kinetostatics.cli.options import check_folder, given_of
+from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_values
+from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.printing.waiting import pausing, waiting
 
 if TYPE_CHECKING:
@@ -17,78 +22,30 @@ if TYPE_CHECKING:
 
     from kinetostatics.kinematics.configuration import Configuration
 
-USAGE = "ROBOT --out FILE [options]"
-HELP = "write one page about a robot, to be read and printed"
-DESCRIPTION = (
-    "Write one HTML page that a colleague can read and print: the robot, what is assumed, the pose in tables,\n"
-    "where the sag comes from, worst cases and maps of the workspace, corrections of the actuators, the verdict of finite\n"
-    "elements, and the robot to look at from all sides."
-)
-EXAMPLES = f"""\
-{arguments.VALUES_HELP}
-  FROM:TO:COUNT and A,B,C of --sweep are dimensions of a grid, whose poses are all combinations of their values.
 
-examples:
-  kinetostatics report 3rps --out report.html
-  kinetostatics report 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0 --sweep rx=-15deg:15deg:13 ry=-15deg:15deg:13 \
---out report.html
-  kinetostatics report 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z --out tip.html
-  kinetostatics report delta --payload 2kg --title "Delta with gripper" --out delta.html
-"""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    arguments.add_robot_arguments(parser)
-    poses.add_pose_arguments(parser)
-    arguments.add_load_arguments(parser)
-    arguments.add_engine_argument(parser)
-    group = parser.add_argument_group("report")
-    group.add_argument("--out", metavar="FILE", required=True, help="the page to write, .html")
-    group.add_argument("--title", metavar="TEXT", help="heading of the page (default: the robot's name)")
-    group.add_argument(
-        "--sweep",
-        metavar="NAME=VALUES",
-        **arguments.SEVERAL,
-        help="coordinates of platform or actuators that vary over the workspace, as of kinetostatics sweep; the others are those "
-        "of the pose (default: no map of the workspace)",
-    )
-    arguments.add_tool_argument(group, "tell of this point instead of o, and correct it")
-    group.add_argument(
-        "--controlled",
-        metavar="NAME",
-        nargs="+",
-        help="coordinates of the platform that the actuators are to correct, as many as the mobility (default: those of "
-        "--platform)",
-    )
-
-
-def run(args: argparse.Namespace) -> int:
+def _report(args: argparse.Namespace) -> int:
     """Write the page."""
     with waiting("writing the report"):
         from kinetostatics.printing.html import html_path
-        from kinetostatics.report_page import save_report
 
-        arguments.check_folder(html_path(args.out, "a report"))  # a map of the workspace may take long
-        options = {**arguments.load_options(args), "engine": args.engine}
-        robot = arguments.load(args)
-        configuration, warnings = poses.assemble(robot, args)
+        check_folder(html_path(args.out, "a report"))  # a map of the workspace may take long
+        loads = loads_of(args)
+        configuration, warnings = pose_of(load_robot(args), args)
         with pausing():
-            answers.print_warnings(warnings)
+            print_warnings(warnings)
         workspace = None
         if args.sweep:
             with contextlib.suppress(KinetostaticsError):  # the page has a sentence in place of figures without Matplotlib
                 from kinetostatics.plot.style import draw_into_files
 
                 draw_into_files()
-            workspace = _map(configuration, args, options)
-        page = {"title": args.title, "controlled": args.controlled, "tool": arguments.tool(args)}
-        save_report(configuration, args.out, **options, workspace=workspace, **page)
+            workspace = _map(configuration, args, loads)
+        REPORT.called()(configuration, args.out, **loads, workspace=workspace, **given_of(("title", "controlled", "tool"), args))
     print(f"wrote {args.out}")
     return 0
 
 
-def _map(configuration: Configuration, args: argparse.Namespace, options: dict[str, Keyword]) -> xr.Dataset:
+def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
     """Return the map over the coordinates of ``--sweep``, the others as the pose has them."""
     from kinetostatics.kinematics.coordinate_choices import choices
     from kinetostatics.robot import robot_of
@@ -97,27 +54,46 @@ def _map(configuration: Configuration, args: argparse.Namespace, options: dict[s
 
     need("xarray")
     robot = robot_of(configuration)
-    swept = arguments.parse_items("--sweep", args.sweep)
-    actuators = [name for name in swept if name in robot.description.driven]
-    if actuators and len(actuators) < len(swept):
-        raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot make one grid")
-    option, other = ("--actuators", "--platform") if actuators else ("--platform", "--actuators")
-    if getattr(args, other[2:]):
-        raise ArgumentError(f"--sweep: the coordinates that do not vary are given by {option}")
-    kind = functools.partial(poses.coordinate_kind, robot, option)
-    values = poses.single_values(robot, option, getattr(args, option[2:]))
-    if actuators:
+    option, swept, values = swept_coordinates(robot, args)
+    if option == "--actuators":
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
-    elif not values:  # nobody has said which coordinates those of the pose are: such as go with those that vary
+    elif not values:  # coordinates that determine the pose together with those that vary
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
         values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}
-    grid = {name: arguments.parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}
-    of: dict[str, Keyword] = {option[2:]: {**grid, **{name: value for name, value in values.items() if name not in grid}}}
-    return sweep(
-        robot,
-        **of,
-        **options,
-        orientation=args.orientation,
-        closure_tolerance=poses.closure_tolerance_of(args),
-        command_line=args.command_line,
-    )
+    kind = functools.partial(coordinate_kind, robot, option)
+    grid: dict[str, object] = {name: parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}
+    coordinates: dict[str, Keyword] = {option[2:]: grid | {name: value for name, value in values.items() if name not in grid}}
+    options = given_of(("orientation", "closure_tolerance"), args)
+    return sweep(robot, **coordinates, **loads, **options, command_line=args.command_line)
+
+
+REPORT = Command(
+    _report,
+    help="write one page about a robot, to be read and printed",
+    description=(
+        "Write one HTML page that a colleague can read and print: the robot, its assumptions, the pose in tables, sources of\n"
+        "the sag, worst cases and maps of the workspace, corrections of the actuators, the comparison with finite elements,\n"
+        "and a 3D view."
+    ),
+    arguments=(*ROBOT, *POSE, *LOADS, "tool", "controlled"),
+    own={
+        "out": Argument("text", "the page to write, .html", "FILE"),
+        "title": Argument("text", "heading of the page (default: the robot's name)"),
+        "sweep": Argument(
+            "items",
+            "coordinates of platform or actuators that vary over the workspace; the others are those of the pose (default: no "
+            "map)",
+            "NAME=VALUES",
+        ),
+    },
+    function="report_page:save_report",
+    required=("robot", "out"),
+    usage="ROBOT --out FILE [options]",
+    notes=f"{VALUES_HELP}{GRID_HELP}",
+    examples="""
+report 3rps --out report.html
+report 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0 --sweep rx=-15deg:15deg:13 ry=-15deg:15deg:13 --out report.html
+report 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z --out tip.html
+report delta --payload 2kg --title "Delta with gripper" --out delta.html
+""",
+)

@@ -1,30 +1,138 @@
-"""``kinetostatics robots``: the robots that come with the package."""
+"""Commands about robots as they are: check, robots, and export to C."""
 
 from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.answers import print_json
-from kinetostatics.cli.arguments import SEVERAL, add_json_argument
+from kinetostatics.arguments import ROBOT, Argument
+from kinetostatics.cli.answers import answer, print_json, print_report, print_warnings
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import load_robot, near_pose
+from kinetostatics.cli.options import given_of
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.bundled import copy_robots, robots
+from kinetostatics.printing.waiting import waiting
 
-USAGE = "[options]"
-HELP = "list the robots that come with the package, or copy their files"
-DESCRIPTION = "List the robots that come with the package; their names do wherever a ROBOT is asked for."
-EXAMPLES = """\
-examples:
-  kinetostatics robots
-  kinetostatics robots --copy delta
-"""
+# ---- check ---------------------------------------------------------------------------------------------------------------
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    parser.add_argument("--copy", metavar="NAME", **SEVERAL, help="copy the files of these robots to the current folder")
-    add_json_argument(parser)
+def _check(args: argparse.Namespace) -> int:
+    """Print the report; return 1 if the robot cannot be analysed."""
+    with waiting("checking"):
+        from kinetostatics.reports.json import facts_to_dict
+        from kinetostatics.reports.robot import facts_report
+
+        facts = CHECK.called()(load_robot(args))
+        text = "" if args.json else facts_report(facts)
+    if args.json:
+        print_json(facts_to_dict(facts))
+        print_warnings([*facts.problems, *facts.warnings])
+    else:
+        print_report(text)
+    return 1 if facts.problems else 0
 
 
-def run(args: argparse.Namespace) -> int:
+CHECK = Command(
+    _check,
+    help="describe a robot file: mobility, limbs, wrenches, beams, warnings",
+    description=(
+        "Describe a robot file: mobility and redundant constraints, every limb from base to platform with its constraint\n"
+        "wrenches in words, beams, elastic joints, masses, and probable input errors."
+    ),
+    arguments=(*ROBOT, "json"),
+    function="checks.collect:robot_facts",
+    notes="exit code:\n  0 the robot can be analysed, 1 it cannot (its loops do not close), 2 the file is wrong\n",
+    examples="""
+check 3rps
+check my_robot.urdf.xacro --set rod_diameter=80mm --json
+check panda.urdf --platform-link panda_hand               # a plain URDF, as it is
+""",
+)
+
+
+# ---- export --------------------------------------------------------------------------------------------------------------
+
+
+def _export(args: argparse.Namespace) -> int:
+    """Write the files and say which."""
+    if args.with_respect_to and not args.jacobian:
+        raise ArgumentError("--by says by what derivatives are; say of what with --jacobian")
+    with waiting("recording the robot"):
+        robot = load_robot(args)
+        orientation = given_of(("orientation",), args)
+        near = near_pose(robot, args.near, orientation) if args.near else None
+        usual = ("actuators", "actuator_forces", "residual_error") if args.compensate else ("actuator_forces", "twist")
+        options = {} if near and not args.inputs else orientation
+        function = EXPORT.called()(
+            robot, args.inputs or None, outputs=args.outputs or usual, compensate=args.compensate, **options
+        )
+        exported = function
+        if args.jacobian:
+            inputs = [name for name in function.inputs if name not in ("load", "gravity")]
+            exported = function.jacobian(args.jacobian, args.with_respect_to or inputs)
+        found = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
+    lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
+    lines.append(
+        f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "
+        f"{found.work:,} bytes of work on the stack"
+    )
+    answer("\n".join(lines))
+    return 0
+
+
+EXPORT = Command(
+    _export,
+    help="write C for a controller: pose, sag and actuator forces from coordinates, load and gravity",
+    description=(
+        "Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from coordinates of\n"
+        "the platform or of the actuators, load and gravity to quantities of the pose. It needs no heap and no library but\n"
+        "libm, and closes the loops by bounded iterations from the last pose."
+    ),
+    arguments=(*ROBOT, "near", "orientation"),
+    own={
+        "inputs": Argument(
+            "texts",
+            "platform coordinates that are inputs, as many as the mobility (default: the actuators' coordinates)",
+            "NAME",
+            option="--platform",
+        ),
+        "outputs": Argument(
+            "texts",
+            "of twist, actuator_forces, actuators, stiffness and compliance, with --compensate also residual_error (default: "
+            "actuator_forces twist, with --compensate actuators actuator_forces residual_error)",
+            "NAME",
+        ),
+        "compensate": Argument(
+            "flag",
+            "the coordinates are the target of the loaded platform, the outputs those of the corrected pose: actuators, "
+            "actuator_forces to feed forward, residual_error",
+        ),
+        "jacobian": Argument("texts", "outputs whose derivatives are written as one more function of C", "NAME"),
+        "with_respect_to": Argument(
+            "texts", "inputs of the derivatives: coordinates (default: all of them), load, gravity", "NAME", option="--by"
+        ),
+        "scalar": Argument("text", "type of arguments and results: double (default) or float", "TYPE"),
+        "name": Argument("text", "what all names in C begin with (default: the robot's)", "NAME"),
+        "out": Argument("text", "the folder of the files", "FOLDER"),
+    },
+    function="functions.function:compile",
+    required=("robot", "out"),
+    usage="ROBOT --out FOLDER [options]",
+    examples="""
+export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
+export ur10 --outputs actuator_forces --out controller --scalar float
+export 3rps --platform z rx ry --compensate --out controller
+export 3rps --platform z rx ry --jacobian actuator_forces twist --by z rx ry load --out controller
+export 3rps --platform z azimuth tilt --orientation tilt_torsion --out controller
+export 3rps --platform z rx ry --near z=0.6 rx=0 ry=5deg --out controller
+""",
+)
+
+
+# ---- robots --------------------------------------------------------------------------------------------------------------
+
+
+def _robots(args: argparse.Namespace) -> int:
     """Print the list, or copy."""
     if args.copy:
         copies = [path.as_posix() for path in copy_robots(args.copy)]
@@ -37,3 +145,18 @@ def run(args: argparse.Namespace) -> int:
     else:
         print(robots())
     return 0
+
+
+ROBOTS = Command(
+    _robots,
+    help="list the robots of the package, or copy their files",
+    description="List the robots of the package; their names serve as ROBOT in every command.",
+    arguments=("json",),
+    own={"copy": Argument("texts", "copy the files of these robots to the current folder", "NAME")},
+    function="files.bundled:robots",
+    usage="[options]",
+    examples="""
+robots
+robots --copy delta
+""",
+)

@@ -1,4 +1,4 @@
-"""``kinetostatics sweep``: a map of the workspace, written to a file."""
+"""Command sweep: a map of the workspace, written to a file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,12 @@ import time
 from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.cli import answers, arguments, poses
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import print_warnings
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import grid_of, loads_of
+from kinetostatics.cli.options import given_of
+from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_items, parse_quantity, parse_values, typed_units, unit_of
 from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -20,61 +25,11 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-
 INTEGER = re.compile(r"[-+]?\d+")
 
-USAGE = "ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]"
-HELP = "map sag, stiffness and actuator forces over the workspace"
-DESCRIPTION = "Analyze all poses of a grid, and variants of the robot, and write one labelled file."
-EXAMPLES = f"""\
-{arguments.VALUES_HELP}
-  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
-  Parameters of the file may be words too: material=steel,brass.
 
-files:
-  FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
-  While the sweep runs, its blocks lie in FILE.part; if it is interrupted, the same command goes on with it.
-
-examples:
-  kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
-  kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
-  kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
-  kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
-  kinetostatics sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
-  kinetostatics sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --compensate --out corrected.nc
-  kinetostatics sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
-"""
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    arguments.add_robot_arguments(parser, "VALUES")
-    poses.add_pose_arguments(parser, "VALUES", "The grid. Default: all actuators at zero.", near=False)
-    arguments.add_load_arguments(parser)
-    arguments.add_engine_argument(parser)
-    group = parser.add_argument_group("sweep")
-    group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
-    group.add_argument("--restart", action="store_true", help="overwrite FILE")
-    group.add_argument("--beams", action="store_true", help="add stresses and deflections of the beams, which takes longer")
-    group.add_argument(
-        "--ways",
-        action="store_true",
-        help="add how gravity acts on twist and actuators: by the platform's weight, by attached wrenches, by deformation",
-    )
-    group.add_argument(
-        "--compensate",
-        action="store_true",
-        help="add corrections of the actuators for weights and loads, and what then remains",
-    )
-    group.add_argument(
-        "--outputs", metavar="NAME", nargs="+", help="only these variables, such as twist or beam_stress, besides status and pose"
-    )
-    group.add_argument("--workers", metavar="N", help="threads (default: as many as cores)")
-    group.add_argument("--quiet", action="store_true", help="no progress line and no summary")
-
-
-def run(args: argparse.Namespace) -> int:
-    """Sweep, and say what came of it."""
+def _sweep(args: argparse.Namespace) -> int:
+    """Sweep, and print a summary."""
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
@@ -93,45 +48,25 @@ def run(args: argparse.Namespace) -> int:
                 text = summary(found, seconds)
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
-        answers.print_warnings(str(found.attrs.get("warnings", "")).splitlines())
+        print_warnings(str(found.attrs.get("warnings", "")).splitlines())
     return 0
 
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
     """Return the map."""
-    from kinetostatics.workspace import sweep
     from kinetostatics.workspace.arguments import need
 
     need("xarray")
-    options = {**arguments.load_options(args), **_grid(args)}
-    return sweep(
-        args.robot,
-        **options,
-        closure_tolerance=poses.closure_tolerance_of(args),
-        engine=args.engine,
-        beams=args.beams,
-        ways=args.ways,
-        compensate=args.compensate,
-        outputs=args.outputs,
-        out=args.out,
-        restart=args.restart,
-        workers=None if args.workers is None else arguments.whole_number_of("--workers", args.workers),
-        progress=False if args.quiet else None,
-        platform_link=args.platform_link,
-        base_link=args.base_link,
-        command_line=args.command_line,
-    )
-
-
-def _grid(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
-    parameters = {name: _parameter(name, text) for name, text in arguments.parse_items("--set", args.parameters).items()}
-    found: dict[str, object] = {"parameters": parameters, "orientation": args.orientation}
-    found["parameter_units"] = arguments.typed_units(args.parameters)
+    parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
+    options: dict[str, Keyword] = {"parameters": parameters, "parameter_units": typed_units(args.parameters)}
     if args.platform or args.actuators:
-        option, given = poses.grid(_first_robot(args, parameters) if args.actuators else None, args)
-        found[option[2:]] = given
-    return found
+        option, given = grid_of(_first_robot(args, parameters) if args.actuators else None, args)
+        options[option[2:]] = given
+    options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "workers"), args)
+    options |= given_of(("out", "restart", "beams", "ways", "compensate"), args)
+    return SWEEP.called()(
+        args.robot, **loads_of(args), **options, progress=False if args.quiet else None, command_line=args.command_line
+    )
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
@@ -150,17 +85,61 @@ def _parameter(name: str, text: str) -> object:
     if len(parts) > 1 and all(map(typed_number, parts)) and any(map(_is_quantity, parts)):
         if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
-        return arguments.parse_values("--set", name, text)
+        return parse_values("--set", name, text)
     if len(parts) > 1 and separator == ",":
         if not all(parts):
             raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
         return parts
     if INTEGER.fullmatch(text):
         return int(text)
-    return arguments.parse_quantity(text) if _is_quantity(text) else text
+    return parse_quantity(text) if _is_quantity(text) else text
 
 
 def _is_quantity(text: str) -> bool:
     """Return whether a text is a number, with a unit or without."""
     found = typed_number(text)
-    return found is not None and (not found[1] or arguments.unit_of(text) is not None)
+    return found is not None and (not found[1] or unit_of(text) is not None)
+
+
+SWEEP = Command(
+    _sweep,
+    help="map sag, stiffness and actuator forces over the workspace",
+    description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
+    arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS),
+    own={
+        "parameters": Argument(
+            "items", "values of the file's xacro arguments, also grids of them", "NAME=VALUES", option="--set"
+        ),
+        "out": Argument("text", "the file to write, .nc or .zarr", "FILE"),
+        "restart": Argument("flag", "overwrite FILE"),
+        "beams": Argument("flag", "add stresses and deflections of the beams, which takes longer"),
+        "ways": Argument(
+            "flag", "add effects of gravity on twist and actuators: by the platform's weight, attached wrenches, deformation"
+        ),
+        "compensate": Argument("flag", "add corrections of the actuators for weights and loads, and the residual error"),
+        "outputs": Argument("texts", "only these variables, such as twist or beam_stress, besides status and pose", "NAME"),
+        "workers": Argument("count", "threads (default: as many as cores)", "N"),
+        "quiet": Argument("flag", "no progress line and no summary"),
+    },
+    function="workspace:sweep",
+    required=("robot", "out"),
+    usage="ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
+    grid=True,
+    notes=f"""\
+{VALUES_HELP}{GRID_HELP}\
+  Parameters of the file may be words too: material=steel,brass.
+
+files:
+  FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
+  While the sweep runs, its blocks lie in FILE.part; if it is interrupted, the same command goes on with it.
+""",
+    examples="""
+sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
+sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
+sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
+sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
+sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
+sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --compensate --out corrected.nc
+sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
+""",
+)

@@ -1,4 +1,4 @@
-"""``kinetostatics view``: the deformed robot in the browser, at one pose, along a path, or live."""
+"""Command view: the deformed robot in the browser, at one pose, along a path, or live."""
 
 from __future__ import annotations
 
@@ -8,7 +8,12 @@ import functools
 from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.cli import answers, arguments, poses
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import print_warnings
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
+from kinetostatics.cli.options import given_of, value_of
+from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_range
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import pausing, waiting
 
@@ -18,93 +23,30 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
 
-
-#: What ``--colour`` and ``--from`` may be; a copy, as the command line starts without the viewer.
-COLOURS, VIEWS = ("deflection", "stress", "axial", "euler"), ("home", "front", "side", "top")
 #: Poses of a sweep that does not say how many.
 POSES = 21
-
-USAGE = None
-HELP = "see the deformed robot in the browser"
-DESCRIPTION = "Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes."
-EXAMPLES = f"""\
-{arguments.VALUES_HELP}
-examples:
-  kinetostatics view 3rps
-  kinetostatics view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
-  kinetostatics view 3rps --html sag.html
-  kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
-  kinetostatics view 3rps --ways
-  kinetostatics view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
-  kinetostatics view 3rps --compare 3prs
-  kinetostatics view 2pru_upr --screenshot stress.png --colour stress --from front
-  kinetostatics view 2pru_upr --live
-  kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
-  kinetostatics view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
-"""
+#: Options that exclude others.
+EXCLUDED = {
+    "live": ("exaggeration", "sweep", "compare"),
+    "meshcat": ("sweep", "compare", "by_mechanism"),
+    "screenshot": ("sweep", "by_mechanism"),
+    "compare": ("sweep",),
+}
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the command's arguments."""
-    arguments.add_robot_arguments(parser)
-    poses.add_pose_arguments(parser)
-    arguments.add_load_arguments(parser)
-    group = parser.add_argument_group("view")
-    group.add_argument(
-        "--sweep",
-        metavar="NAME=FROM:TO[:POSES]",
-        **arguments.SEVERAL,
-        help="an animation: coordinates of platform or actuators that move together, the others being those of the pose "
-        f"(default: {POSES} poses)",
-    )
-    group.add_argument(
-        "--ways",
-        action="store_true",
-        help="two sliders for each limb's weight: what it does by attached wrenches, and by deformation of the limb",
-    )
-    group.add_argument(
-        "--compare",
-        metavar="ROBOT|NAME=VALUE",
-        **arguments.SEVERAL,
-        help="a second result on the page, as a ghost or beside the first: of another robot, at other coordinates, or both",
-    )
-    either = group.add_mutually_exclusive_group()
-    either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
-    either.add_argument("--screenshot", metavar="FILE.png", help="write an image with its legend; needs Chromium or Chrome")
-    either.add_argument(
-        "--live", action="store_true", help="handles and sliders move platform, actuators and load; ends with Ctrl+C"
-    )
-    either.add_argument(
-        "--meshcat",
-        metavar="URL",
-        nargs="?",
-        const="",
-        help="draw into the scene of a meshcat-server, below kinetostatics/ROBOT: of the running one whose zmq_url is given, or "
-        "of a new one, until Ctrl+C",
-    )
-    group.add_argument(
-        "--exaggeration", metavar="E", type=float, help="of displacements (default: the largest is about a tenth of the robot)"
-    )
-    group.add_argument("--colour", choices=COLOURS, help="what the colours of --screenshot tell (default: deflection)")
-    group.add_argument("--from", choices=VIEWS, dest="seen_from", help="where --screenshot looks from (default: home)")
-    group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
-
-
-def run(args: argparse.Namespace) -> int:
+def _view(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
-    if args.live and args.exaggeration is not None:
-        raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
-    if args.screenshot is None and (args.colour or args.seen_from):
+    for option, others in EXCLUDED.items():
+        for other in others:
+            if _is_given(args, option) and _is_given(args, other):
+                raise ArgumentError(f"--{option} and --{other.replace('_', '-')} exclude one another")
+    if args.screenshot is None and (args.colour or args.view):
         raise ArgumentError("--colour and --from are of an image: give --screenshot FILE.png too")
-    if args.compare and (args.live or args.sweep or args.meshcat is not None):
-        raise ArgumentError("--compare shows two results on a page of their own, without --live, --sweep and --meshcat")
-    if args.screenshot is not None and (args.ways or args.sweep):
-        raise ArgumentError("--ways and --sweep are of a page, and --screenshot is one image: give one of them")
-    if args.ways and args.meshcat is not None:
-        raise ArgumentError("--ways makes sliders of a page and --meshcat has none: give one of them")
-    if args.sweep and args.meshcat is not None:
-        raise ArgumentError("--sweep makes an animation and --meshcat shows one pose: give one of them")
     return _live(args) if args.live else _page(args)
+
+
+def _is_given(args: argparse.Namespace, name: str) -> bool:
+    return getattr(args, name) not in (None, False, [])
 
 
 def _page(args: argparse.Namespace) -> int:
@@ -112,30 +54,29 @@ def _page(args: argparse.Namespace) -> int:
         from kinetostatics import viewer
         from kinetostatics.analysis import analyze
 
-        options = arguments.load_options(args)
-        robot = arguments.load(args)
-        configuration, found = (_swept(robot, args), []) if args.sweep else poses.assemble(robot, args)
-        result = analyze(configuration, **options)
-        second = _second(robot, args) if args.compare else None
+        loads = loads_of(args)
+        robot = load_robot(args)
+        configuration, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
+        result = analyze(configuration, **loads)
+        options = {**given_of(("exaggeration",), args), "compare": _second(robot, args) if args.compare else None}
         with pausing():
-            answers.print_warnings([*found, *result.warnings])
-        if args.html is not None:
-            viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways, compare=second)
-            said = f"wrote {args.html}"
-        elif args.screenshot is not None:
-            colour, view = args.colour or COLOURS[0], args.seen_from or VIEWS[0]
-            viewer.save_image(result, args.screenshot, exaggeration=args.exaggeration, compare=second, colour=colour, view=view)
-            said = f"wrote {args.screenshot}"
+            print_warnings([*found, *result.warnings])
+        if args.screenshot is not None:
+            viewer.save_image(result, args.screenshot, **options, **given_of(("colour", "view"), args))
+            text = f"wrote {args.screenshot}"
+        elif args.html is not None:
+            viewer.save_html(result, args.html, ways=args.by_mechanism, **options)
+            text = f"wrote {args.html}"
         elif args.meshcat is None:
-            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways, compare=second).path}"
+            text = f"the page is in {VIEW.called()(result, ways=args.by_mechanism, **options).path}"
     if args.meshcat is not None:
-        return _meshcat(result, args.meshcat or None, args.exaggeration)
-    print(said)
+        return _meshcat(result, args.meshcat or None, value_of("exaggeration", args))
+    print(text)
     return 0
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
-    """Return the result that ``--compare`` asks for; where it names no coordinates the pose is that of the first."""
+    """Return the result of ``--compare``; where it names no coordinates the pose is that of the first."""
     from kinetostatics.analysis import analyze
 
     names = [word for word in args.compare if "=" not in word]
@@ -147,11 +88,11 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
     other = argparse.Namespace(**vars(args))
     if names:
         other.robot, other.parameters, other.near, other.platform_link, other.base_link = names[0], [], [], None, None
-        robot = arguments.load(other)
+        robot = load_robot(other)
     if coordinates:
         other.platform, other.actuators = coordinates, []
-    pose, _ = poses.assemble(robot, other)
-    return analyze(pose, **arguments.load_options(other))
+    pose, _ = pose_of(robot, other)
+    return analyze(pose, **loads_of(other))
 
 
 def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:
@@ -172,14 +113,12 @@ def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int
 
 
 def _live(args: argparse.Namespace) -> int:
-    if args.sweep:
-        raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
     with waiting("making the page"):
         from kinetostatics.viewer import open_browser
 
         server, found = _server(args)
     with server:
-        answers.print_warnings(found)
+        print_warnings(found)
         try:
             print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
             open_browser(server.url)
@@ -194,22 +133,20 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     from kinetostatics.analysis import analyze
     from kinetostatics.viewer.live import serve
 
-    options = arguments.load_options(args)
-    configuration, found = poses.assemble(arguments.load(args), args)
+    loads = loads_of(args)
+    configuration, found = pose_of(load_robot(args), args)
 
     def analyzed(pose: Configuration, **changed: Keyword) -> Result:
-        result = analyze(pose, **{**options, **changed})
-        return result.by_mechanism if args.ways else result
+        result = analyze(pose, **{**loads, **changed})
+        return result.by_mechanism if args.by_mechanism else result
 
-    at_o = args.point is None and args.frame == "world"  # else the load goes with the platform, and sliders would not
+    at_o = args.point is None and args.frame in (None, "world")  # else the load moves with the platform, and sliders would not
     server = serve(
         configuration,
         analyzed,
-        orientation=args.orientation,
-        closure_tolerance=poses.closure_tolerance_of(args),
-        coordinates=tuple(arguments.parse_items("--platform", args.platform)),
-        load=options["load"] if at_o else None,
-        port=args.port,
+        **given_of(("orientation", "closure_tolerance", "port"), args),
+        coordinates=tuple(parse_items("--platform", args.platform)),
+        load=loads.get("load", [0.0] * 6) if at_o else None,
     )
     return server, found
 
@@ -218,24 +155,80 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     """Return the poses of ``--sweep``."""
     import numpy as np
 
-    swept = arguments.parse_items("--sweep", args.sweep)
-    actuators = [name for name in swept if name in robot.description.driven]
-    if actuators and len(actuators) < len(swept):
-        raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot move together")
-    option, other = ("--actuators", "--platform") if actuators else ("--platform", "--actuators")
-    kind = functools.partial(poses.coordinate_kind, robot, option)
-    ranges = {name: arguments.parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
+    option, swept, held = swept_coordinates(robot, args)
+    kind = functools.partial(coordinate_kind, robot, option)
+    ranges = {name: parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
     if len(counts) > 1:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
     count = counts.pop() if counts else POSES
     values: dict[str, object] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
-    if getattr(args, other[2:]):
-        raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
-    for name, value in poses.single_values(robot, option, getattr(args, option[2:])).items():
+    for name, value in held.items():
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
         values[name] = value
-    if actuators:
-        values.update({name: 0.0 for name in robot.description.driven if name not in values})
-    return poses.assembled(robot, option, values, args)
+    if option == "--actuators":
+        values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
+    return assembled(robot, option, values, args)
+
+
+VIEW = Command(
+    _view,
+    help="show the deformed robot in the browser",
+    description="Show the deformed robot in the browser: bent beams, forces, and contributions of each weight and load.",
+    arguments=(*ROBOT, *POSE, *LOADS),
+    own={
+        "html": Argument("text", "write the page to a file, which needs no server and no network", "FILE"),
+        "screenshot": Argument("text", "write an image with its legend; needs Chromium or Chrome", "FILE.png"),
+        "live": Argument("flag", "handles and sliders move platform, actuators and load; ends with Ctrl+C"),
+        "meshcat": Argument(
+            "optional text",
+            "draw into the scene of a meshcat-server, below kinetostatics/ROBOT: of the running one whose zmq_url is given, or "
+            "of a new one, until Ctrl+C",
+            "URL",
+        ),
+        "sweep": Argument(
+            "items",
+            "an animation: coordinates of platform or actuators that move together, the others being those of the pose "
+            f"(default: {POSES} poses)",
+            "NAME=FROM:TO[:POSES]",
+        ),
+        "by_mechanism": Argument(
+            "flag", "two sliders for each limb's weight: its effect by attached wrenches, and by deformation of the limb"
+        ),
+        "compare": Argument(
+            "texts",
+            "a second result on the page, as a ghost or beside the first: of another robot, at other coordinates, or both",
+            "ROBOT|NAME=VALUE",
+        ),
+        "exaggeration": Argument("number", "of displacements (default: the largest is about a tenth of the robot)", "E"),
+        "colour": Argument(
+            "text",
+            "quantity shown in colour on --screenshot (default: deflection)",
+            choices=("deflection", "stress", "axial", "euler"),
+        ),
+        "view": Argument(
+            "text",
+            "side that --screenshot is taken from (default: home)",
+            choices=("home", "front", "side", "top"),
+            option="--from",
+        ),
+        "port": Argument("count", "of the live page (default: any that is free)", "P", least=0),
+    },
+    function="viewer:show",
+    exclusive=("html", "screenshot", "live", "meshcat"),
+    notes=VALUES_HELP,
+    examples="""
+view 3rps
+view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
+view 3rps --html sag.html
+view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
+view 3rps --by-mechanism
+view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
+view 3rps --compare 3prs
+view 2pru_upr --screenshot stress.png --colour stress --from front
+view 2pru_upr --live
+view 3rps --meshcat                                  # starts a meshcat-server
+view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
+""",
+)

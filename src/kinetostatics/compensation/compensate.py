@@ -45,40 +45,38 @@ def compensate(
 ) -> Compensation:
     """Find actuator positions at which the loaded platform is at its target pose, and the forces to feed forward.
 
-    As many coordinates of the platform as the robot has freedoms come out as wanted. What remains in the others is told
-    (:attr:`Compensation.residual_error`); no actuator can correct it.
+    As many coordinates of the platform as the robot has freedoms reach their targets. The error left in the others is
+    :attr:`Compensation.residual_error`; no actuator can correct it.
 
     Args:
-        configuration: where the loaded platform is to stand: a pose or a batch of poses.
+        configuration: the target of the loaded platform: a pose or a batch of poses.
         load: (…, 6) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
         gravity: (…, 3) [m/s²].
-        controlled: names of the platform's coordinates that are to come out as wanted, as many as the mobility, such as
-            ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the set that tells best how the
-            platform can move at the first pose.
-        orientation: what the orientation's coordinates among them mean, see :meth:`Robot.assemble`; default: as in the pose.
+        controlled: names of the platform's coordinates that are to reach their targets, as many as the mobility, such as
+            ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the best conditioned set at the
+            first pose.
+        orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose x, y and z are meant among
-            ``controlled`` and in what remains; default: o. As before, as many coordinates as the robot has freedoms come out as
-            wanted: of a robot with three, ``controlled=("x", "y", "z")`` brings the tip where it was asked to and leaves the
-            angles. With six freedoms a tool changes nothing. Where ``load`` acts is ``point``.
-        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; ``controlled`` and errors refer to its
+            x, y and z instead of those of o. With three freedoms, ``controlled=("x", "y", "z")`` brings the tip to its target and
+            leaves the angles; with six a tool changes nothing. Where ``load`` acts is ``point``.
+        analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
-        Actuator positions, forces, what remains, and a status for each pose. An actuator that would have to go beyond its limit
-        goes there, and the status says so: nothing is clipped. Positions from which the actuators, moved there straight from the
-        wanted pose, would not bring the loaded platform where it is wanted are none: with them the robot stands beyond a singular
-        pose, in another assembly mode.
+        Actuator positions, forces, residual errors, and a status for each pose. An actuator may exceed its limit: nothing is
+        clipped, and the status is LIMIT_EXCEEDED. Where the actuators, moved straight from the target pose, would reach another
+        assembly mode, beyond a singular pose, the status is UNREACHABLE.
 
     Raises:
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         CoordinatesError: the coordinates are unknown, or do not determine the pose; or actuators cannot set those of the
             tool's tip.
         AssemblyError: the pose that would have to be commanded is out of reach.
         StaticsError: no actuator positions were found, or the analysis fails at the wanted pose.
 
     Examples:
-        A tripod that carries 500 N is commanded a little higher, and then stands where it was asked to:
+        A tripod that carries 500 N is commanded a little higher, and then stands at its target:
 
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
@@ -92,7 +90,7 @@ def compensate(
     """
     check_keywords(compensate, analysis)
     if not isinstance(configuration, Configuration):
-        raise ArgumentError(f"compensate wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+        raise ArgumentError(f"compensate needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     if on_failure is not None:
         check_choice("on_failure", on_failure, ("raise", "nan"))
     robot = robot_of(configuration)

@@ -325,7 +325,7 @@ class Beam(ShortRepr):
         """κA for shear forces along the section's y and z [m²]; infinite for no shear deformation.
 
         Raises:
-            ArgumentError: nothing says what κ is.
+            ArgumentError: κ is unknown.
         """
         section, ratio = self.section, self.material.poisson_ratio
         if section.shear_area_y is not None and section.shear_area_z is not None:

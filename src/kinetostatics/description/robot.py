@@ -204,7 +204,7 @@ class RobotDescription(Shown):
         return replace(self, beams={**self.beams, beam.name: beam})
 
     def with_joint_stiffness(self, stiffness: JointStiffness) -> RobotDescription:
-        """Return a copy with an elastic joint more, or with this instead of what was said of the joint."""
+        """Return a copy with an elastic joint more, or with this one instead of the joint's own."""
         return replace(self, joint_stiffness={**self.joint_stiffness, stiffness.joint: stiffness})
 
     def with_spring(self, spring: Spring) -> RobotDescription:

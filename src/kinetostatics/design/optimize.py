@@ -85,7 +85,7 @@ def optimize(
         Parameters, objective, whether all requirements hold, which of them decide, and where.
 
     Raises:
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         KinetostaticsError: SciPy is missing; the message says how to install it.
         CoordinatesError: the coordinates do not determine the pose.
 
@@ -159,7 +159,7 @@ def prepare(
     objective = parse_objective(minimize)
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(
-            f"optimize wants the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
+            f"optimize needs the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
         )
     path = os.fspath(robot_path(robot))
     first = Robot(read_robot_file(path, parameters, **links))

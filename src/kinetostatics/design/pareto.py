@@ -62,7 +62,7 @@ def pareto(
         The designs, from the least of the first quantity to the least of the second.
 
     Raises:
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         StaticsError: no parameters meet all requirements.
         KinetostaticsError: SciPy is missing; the message says how to install it.
 

@@ -166,7 +166,7 @@ def parse_requirement(text: object) -> Requirement:
     """Return a requirement such as ``sag < 20um``.
 
     Raises:
-        ArgumentError: it makes no sense.
+        ArgumentError: it is invalid.
     """
     match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
     if match is None:

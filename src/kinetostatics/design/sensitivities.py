@@ -96,7 +96,7 @@ def sensitivities(
     """
     check_keywords(sensitivities, analysis)
     if not isinstance(configuration, Configuration):
-        raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+        raise ArgumentError(f"sensitivities needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     robot = robot_of(configuration)
     robots = ParametricRobot(robot)
     numbers = _all_numbers(robots) if by is None else robots.select(names_in("by", by, '["rod_diameter"]'))

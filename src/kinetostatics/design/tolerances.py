@@ -177,7 +177,7 @@ def _read_tolerances(
     """Return parameters, the file's arguments first, assembly errors, and the tolerances of all.
 
     Raises:
-        ArgumentError: they make no sense.
+        ArgumentError: they are invalid.
     """
     if tolerances is None:
         errors = list(family.errors.values())

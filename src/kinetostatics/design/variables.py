@@ -64,7 +64,7 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
             list of values; or a catalogue: the path of a CSV file or the name of one that comes with the package.
 
     Raises:
-        ArgumentError: it makes no sense.
+        ArgumentError: it is invalid.
     """
     if not isinstance(vary, Mapping) or not vary:
         raise ArgumentError(f'vary is {vary!r}; it must be a mapping such as {{"rod_diameter": "20mm:120mm"}}')

@@ -81,7 +81,7 @@ def engine_report(robot: _HasStatics) -> EngineReport:
     The code is made, and kept on disk, if it is not there yet: that takes a second or more.
     """
     if not isinstance(robot, RobotKinematics):
-        raise ArgumentError(f"engine_report wants a robot, not {robot!r}: load one with ks.load_robot(…)")
+        raise ArgumentError(f"engine_report needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
     statics, loops = compiled_statics(robot, robot.statics), loops_of(robot)
     reasons = [found if isinstance(found, str) else None for found in (statics, loops)]
     names = ("the equilibrium of poses", "closing the loops")

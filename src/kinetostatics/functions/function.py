@@ -3,6 +3,7 @@ derivatives."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,14 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword, finite_numbers, names_in
+from kinetostatics.argument_checks import Keyword, names_in
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.quantities import PATHS, inputs_of, outputs_of
-from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values
+from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
@@ -36,7 +37,7 @@ from kinetostatics.robot import Robot
 from kinetostatics.status import WITHOUT_NUMBERS
 
 if TYPE_CHECKING:
-    from kinetostatics.functions.direct import Direct
+    from kinetostatics.functions.compiled import CompiledFunction
 
 
 class Function:
@@ -119,16 +120,15 @@ class Function:
         Raises:
             ArgumentError: a coordinate is missing or unknown, or shapes do not fit together.
         """
-        direct = self._direct
-        if direct is not None:
-            values = direct.at(coordinates, near, load, gravity)
-            if values is not None:
-                return values
+        compiled = self._compiled
+        if compiled is not None and (values := compiled.single(coordinates, near, load, gravity)) is not None:
+            return values
         pose = self._pose(coordinates, near)
-        found = direct and direct.together(pose, load, gravity, self._values)
-        found = found or self._values(pose, load, gravity)
-        origin = direct and direct.closed(pose, coordinates)
-        return Values({name: frozen(found[name]) for name in self.outputs}, lambda: pose, origin)
+        if compiled is None:
+            return Values(self._values(pose, load, gravity), lambda: pose)
+        found = compiled.together(pose, load, gravity, self._values)
+        arrays = {name: frozen(found[name]) for name in self.outputs}
+        return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
         """Return the function that has the derivatives of outputs by inputs and parameters, exact, with the loops kept closed.
@@ -207,23 +207,22 @@ class Function:
         )
 
     @cached_property
-    def _direct(self) -> Direct | None:
+    def _compiled(self) -> CompiledFunction | None:
         """The compiled way to the outputs, if there is one."""
         if self.engine != "compiled" or self.compensates:
             return None
         from kinetostatics.engine.scalars import NotRecordedError
-        from kinetostatics.functions.direct import Direct
+        from kinetostatics.functions.compiled import CompiledFunction
 
-        try:
-            given = [name for name in self.inputs if name not in LOADS]
-            asked = [name for name in self.outputs if name not in ALWAYS]
-            return Direct(self.robot, self.prescribed, self.orientation, self.names, given, asked, TOLERANCE)
-        except NotRecordedError:
-            return None
+        given = [name for name in self.inputs if name not in LOADS]
+        asked = [name for name in self.outputs if name not in ALWAYS]
+        with contextlib.suppress(NotRecordedError):
+            return CompiledFunction(self.robot, self.prescribed, self.orientation, self.names, given, asked)
+        return None
 
     def __getstate__(self) -> dict[str, object]:
         """Leave out code, which another process finds on the disk."""
-        return {name: value for name, value in vars(self).items() if name != "_direct"}
+        return {name: value for name, value in vars(self).items() if name != "_compiled"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
         how: dict[str, Keyword] = {"on_failure": "nan", "engine": self.engine}
@@ -275,20 +274,17 @@ class Jacobian:
             ArgumentError: as of the function; or a parameter cannot be changed without making the robot another mechanism.
         """
         function = self.function
-        wrench, field = finite_numbers("load", load), finite_numbers("gravity", gravity)
         try:
             arrays = {name: np.asarray(value, dtype=float) for name, value in coordinates.items()}
-            shape = np.broadcast_shapes(wrench.shape[:-1], field.shape[:-1], *(array.shape for array in arrays.values()))
         except (TypeError, ValueError):
-            raise ArgumentError("the shapes of coordinates, load and gravity do not fit together") from None
-        flat = {name: np.broadcast_to(array, shape).ravel() for name, array in arrays.items()}
-        N = int(np.prod(shape))
+            raise ArgumentError("coordinates are numbers") from None
+        loads, fields, shape = flat_loads(load, gravity, *(array.shape for array in arrays.values()))
+        flat, N = {name: np.broadcast_to(array, shape).ravel() for name, array in arrays.items()}, loads.shape[1]
         start = near.pose if isinstance(near, Values) else near
         if start is not None and start.shape != ():
-            raise ArgumentError("near= of derivatives wants a single pose")
+            raise ArgumentError("near= of derivatives needs a single pose")
         pose = function._pose(flat, start)
         target = np.array([flat.get(name, np.zeros(N)) for name in function.names]).reshape(len(function.names), N)
-        loads, fields = (np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, -1).T for array in (wrench, field))
         status = analyze(pose, loads.T, fields.T, on_failure="nan", engine=function.engine).status
         valid = np.isin(status, WITHOUT_NUMBERS, invert=True)
         derivatives = Derivatives(pose, function.prescribed, target, loads, fields, self.of)
@@ -369,7 +365,7 @@ def compile(
         -0.34
     """
     if not isinstance(robot, Robot):
-        raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
+        raise ArgumentError(f"compile needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     if platform is None and orientation is not None:

@@ -7,6 +7,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
@@ -81,6 +85,24 @@ class Values(Mapping[str, Array]):
 
     def __repr__(self) -> str:
         return f"<Values: {', '.join(self._arrays)}>"
+
+
+def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
+    """Return load (6, N) and gravity (3, N) of all poses, and the batch shape of these with ``shapes``.
+
+    Raises:
+        ArgumentError: something is not finite, or shapes do not fit.
+    """
+    arrays = finite_numbers("load", load), finite_numbers("gravity", gravity)
+    for name, array, size in zip(LOADS, arrays, (6, 3), strict=True):
+        if array.shape[-1:] != (size,):
+            raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
+    try:
+        shape = np.broadcast_shapes(*shapes, *(array.shape[:-1] for array in arrays))
+    except ValueError:
+        raise ArgumentError("the shapes of coordinates, load and gravity do not fit together") from None
+    wrench, field = (np.broadcast_to(array, (*shape, array.shape[-1])).reshape(-1, array.shape[-1]).T for array in arrays)
+    return wrench, field, shape
 
 
 def _known(arrays: Mapping[str, Array], pose: Configuration) -> Values:

@@ -69,7 +69,7 @@ def stiffness_along(
         beyond_limits: as in :func:`valid`.
 
     Raises:
-        ArgumentError: the direction makes no sense.
+        ArgumentError: the direction is invalid.
     """
     named = isinstance(direction, str)
     unit, name = _direction(direction)

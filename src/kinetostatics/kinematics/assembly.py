@@ -71,7 +71,7 @@ def assemble(
     start = robot.zero_poses
     if near is not None:
         if not isinstance(near, Configuration):
-            raise ArgumentError(f"near= wants a pose, not {near!r}: make one with robot.assemble(…)")
+            raise ArgumentError(f"near= needs a Configuration, got {near!r}; create one with robot.assemble(…)")
         if near.robot is not robot:
             raise ArgumentError("near= is a configuration of another robot")
         if near.shape not in ((), shape):

@@ -24,9 +24,9 @@ from kinetostatics.status import Status
 if TYPE_CHECKING:
     import pinocchio as pin
 
-#: Decimals [m or rad] of coordinates that are told in words: closed loops leave no more that is the same on every processor.
+#: Decimals [m or rad] of coordinates in texts: the closure of loops leaves no more that is the same on every processor.
 _DECIMALS = 10
-#: How far loops of a pose may stay open [m, rad], unless it is told.
+#: Default tolerance of the closure of loops [m, rad].
 CLOSING = 1e-10
 
 

@@ -1,6 +1,6 @@
 """The kinematics of a robot: its size, closed zero pose, generic poses, mobility and solver of the loops.
 
-Everything is found when it is first asked for.
+Everything is computed on first use.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class RobotKinematics:
     """The kinematics of a robot.
 
     Attributes:
-        description: what the file says.
+        description: the robot's.
         mechanism: bodies and connections.
         topology: limbs, and what is attached to base and platform.
         equations: of the loops.

@@ -16,7 +16,7 @@ class Candidate:
             of two freedoms are met; ``("complement", s)``: no direction but the s-th seed, see ``Basis``.
         centre: the joint whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
             couple.
-        label: for people.
+        label: its name in reports.
     """
 
     direction: tuple[str | int, ...]

@@ -33,7 +33,7 @@ from kinetostatics.math.arrays import Array, Index, settles
 from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, step_across
 from kinetostatics.math.ordering import first_largest
 
-#: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
+#: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that determines a direction.
 MARGIN = 0.01
 #: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a canonical basis counts as degenerate.
 DEGENERATE = 1e-10

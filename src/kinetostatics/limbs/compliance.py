@@ -21,7 +21,7 @@ from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
 #: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
-#: Smallest eigenvalue of what gives way, and what is left beside it, with which there is no doubt about that.
+#: Smallest eigenvalue of the compliance along soft wrenches, and largest residue beside it, with which the split is certain.
 _GIVES, _NOTHING_LEFT = 1e-6, 1e-13
 
 
@@ -153,7 +153,7 @@ class RigidSplit:
     """Wrenches of limbs that are rigid along some: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with any μ.
 
     Attributes:
-        rigid: (g, N, n, r) combinations of the n constraint wrenches along which the limbs do not give way.
+        rigid: (g, N, n, r) combinations of the n constraint wrenches along which the limbs are rigid.
         give: (g, N, n, n) how the others resist: C give C = C.
         sure: (g, N) where there are r of these, and no doubt about that.
     """
@@ -164,7 +164,7 @@ class RigidSplit:
 
 
 def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
-    """Split wrenches by the compliance (n, n, g, N) along them; ``soft`` are n − r of them that tell all that gives way."""
+    """Split wrenches by the compliance (n, n, g, N) along them; ``soft`` are n − r of them that span all compliance."""
     n = len(C)
     scaled, unit = correlation(np.moveaxis(C, (0, 1), (-2, -1)))
     scaled = np.moveaxis(scaled, (-2, -1), (0, 1))
@@ -187,7 +187,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
-    """Return the same combinations (…, n, r) and resistance (…, n, n) of limbs (…, n, n), whatever gives way."""
+    """Return the same combinations (…, n, r) and resistance (…, n, n) of limbs (…, n, n), for any compliance."""
     scaled, unit = correlation(C)
     values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors
@@ -196,7 +196,7 @@ def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
 
 
 def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
-    """Choose ``count`` of n wrenches that tell all that gives way, from the compliance (n, n, poses) along them: the softest
+    """Choose ``count`` of n wrenches that span all compliance (n, n, poses) along them: the softest
     first, each of those that are left when the ones before are held."""
     finite = np.all(np.isfinite(C), axis=(0, 1))
     scaled = np.moveaxis(correlation(np.moveaxis(C[..., finite], 2, 0))[0], 0, 2)

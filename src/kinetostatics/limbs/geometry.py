@@ -25,7 +25,7 @@ from kinetostatics.mechanism.tree import Frames
 
 #: Cosine of the angle between axes that count as parallel.
 _ALIKE = 1 - 1e-6
-#: A component of a unit vector above this tells which way it points.
+#: A component of a unit vector above this decides its sign.
 _CLEAR = 0.2
 
 

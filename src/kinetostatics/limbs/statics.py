@@ -51,7 +51,7 @@ class LimbStatics(ShortRepr):
         cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb R_g.
         assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors with no intensity: self-stress.
-        loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
+        loose: (M, 6, s, g, N) self-stresses without any compliance, of undetermined size.
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the canonical ones.

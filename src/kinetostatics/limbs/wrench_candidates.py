@@ -42,7 +42,7 @@ class CandidateWrenches:
         self._known: dict[tuple[str | int, ...], Array] = {}
 
     def of(self, candidate: Candidate) -> Array:
-        """Return the wrenches (6, g, N) of a candidate about o; NaN where nothing tells its direction."""
+        """Return the wrenches (6, g, N) of a candidate about o; NaN where its direction is undetermined."""
         geometry = self.geometry
         if candidate.direction[0] == "beam":
             number = int(candidate.direction[1])
@@ -55,13 +55,13 @@ class CandidateWrenches:
             point = geometry.centres[:, candidate.centre]
         return wrench_of_force(self._direction(candidate.direction, point), point)
 
-    def _direction(self, told_by: tuple[str | int, ...], point: Array | None) -> Array:
+    def _direction(self, direction: tuple[str | int, ...], point: Array | None) -> Array:
         """Return a unit vector (3, g, N); ``point`` (3, g, N) is where the wrench acts, if anywhere."""
-        if point is not None and told_by[0] in ("to", "meets"):
-            return self._from(point, str(told_by[0]), [int(number) for number in told_by[1:]])
-        if told_by not in self._known:
-            self._known[told_by] = self._fixed(str(told_by[0]), [int(number) for number in told_by[1:]])
-        return self._known[told_by]
+        if point is not None and direction[0] in ("to", "meets"):
+            return self._from(point, str(direction[0]), [int(number) for number in direction[1:]])
+        if direction not in self._known:
+            self._known[direction] = self._fixed(str(direction[0]), [int(number) for number in direction[1:]])
+        return self._known[direction]
 
     def _fixed(self, kind: str, which: list[int]) -> Array:
         geometry = self.geometry
@@ -121,7 +121,7 @@ def constraint_candidates(group: LimbGroup) -> Iterator[Candidate]:
     outer, at = len(compounds), _platform_centre(compounds)
     where = [compound.label for compound in compounds] + ["its outer end"]
     axes = _candidate_axes(group)
-    others = [k for k in range(len(compounds) - 1, -1, -1) if k != at and compounds[k].tells_point]
+    others = [k for k in range(len(compounds) - 1, -1, -1) if k != at and compounds[k].has_point]
     centres = [at, *others, *([outer] if at != outer else [])]
     yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
     for centre in centres:
@@ -192,7 +192,7 @@ def further_candidates(group: LimbGroup) -> Iterator[Candidate]:
             if k not in (f, h):
                 yield Candidate(("axis", k), (f, h), f"force ∥ {labels[k]} where {labels[f]} and {labels[h]} meet")
         yield Candidate(("cross", f, h), (f, h), f"force ⟂ {labels[f]} and {labels[h]} where they meet")
-    for u in [k for k in range(len(compounds) - 1, -1, -1) if compounds[k].tells_point]:
+    for u in [k for k in range(len(compounds) - 1, -1, -1) if compounds[k].has_point]:
         for f, h in itertools.combinations(turning, 2):
             what = f"the axes of {labels[f]} and {labels[h]}"
             yield Candidate(("meets", f, h), u, f"force at {compounds[u].label} that meets {what}")

@@ -51,7 +51,7 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
     """Find the wrenches of limbs that do no work on any passive freedom j, whose unit twists are T.
 
     Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution of
-    Eq. (4) whose basis people can read.
+    Eq. (4) in the canonical basis.
 
     Args:
         group, geometry: the limbs and where they are.

@@ -110,7 +110,7 @@ def describe_twist(twist: Array, length: float) -> str:
 
     Args:
         twist: [d; r] at o.
-        length: characteristic length [m] that tells a rotation from a translation.
+        length: characteristic length [m], by which rotations are compared with translations.
     """
 
     def vector(v: Array) -> str:

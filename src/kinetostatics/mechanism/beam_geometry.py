@@ -118,7 +118,7 @@ class SpanFinder:
         """Return all beams by name.
 
         Raises:
-            RobotFileError: a beam's ends make no sense, or its mass is written in two ways.
+            RobotFileError: a beam's ends are invalid, or its mass is written in two ways.
         """
         spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
         self._check_densities()

@@ -35,7 +35,7 @@ class Freedom:
 
 
 class Freedoms:
-    """Some freedoms as arrays; ``rotates`` (k,) tells which are rotations."""
+    """Some freedoms as arrays; ``rotates`` (k,): which are rotations."""
 
     def __init__(self, items: Sequence[Freedom]) -> None:
         self.rotates = np.array([item.rotates for item in items], dtype=bool)

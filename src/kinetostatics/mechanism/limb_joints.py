@@ -21,7 +21,7 @@ class CompoundJoint:
 
     Attributes:
         kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
-        label: name for people.
+        label: its name in reports.
         joints: names of its joints.
         passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
         dofs: its freedoms, base to platform.
@@ -41,11 +41,11 @@ class CompoundJoint:
 
     @property
     def type(self) -> JointType:
-        """What the table of joint types says of its kind."""
+        """Its type."""
         return JOINT_TYPES[self.kind]
 
     @property
-    def tells_point(self) -> bool:
+    def has_point(self) -> bool:
         """Whether a force through its centre is a feature of the limb: a beam ends there, or axes pass through it."""
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 

@@ -71,7 +71,7 @@ class Connection:
 
     @property
     def type(self) -> JointType:
-        """What the table of joint types says of its kind."""
+        """Its type."""
         return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:
@@ -157,7 +157,7 @@ class Mechanism:
     """Bodies, connections and the spanning tree of a robot, independent of its pose.
 
     Attributes:
-        description: what the file says, validated.
+        description: the robot's, validated.
         model: Pinocchio's model of the tree, with the inertias that the URDF part of the file gives.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body and placement (4, 4) in it of every link.

@@ -18,7 +18,7 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
     """Find limbs, beams and attached bodies.
 
     Raises:
-        RobotFileError: a beam's ends or what is attached along it make no sense.
+        RobotFileError: a beam's ends, or joints along it, are invalid.
     """
     return _Builder(mechanism).build()
 

@@ -40,7 +40,7 @@ class TreeJoint:
 
     @property
     def type(self) -> JointType:
-        """What the table of joint types says of its kind."""
+        """Its type."""
         return JOINT_TYPES[self.kind]
 
     @property

@@ -57,7 +57,7 @@ def line(
         The axes. Lines stop where there is no number; where none of them has one, the figure is hatched.
 
     Raises:
-        ArgumentError: a name or a value makes no sense, or no pose has a number.
+        ArgumentError: a name or a value is invalid, or no pose has a number.
     """
     names = [what] if isinstance(what, str) else list(what)
     if not names or len(names) > len(DASHES) or (series is not None and len(names) > 1):

@@ -66,7 +66,7 @@ def slice(
         The axes; the colours are ``ax.collections[0]``.
 
     Raises:
-        ArgumentError: a name or a value makes no sense, or no pose of the slice has a number.
+        ArgumentError: a name or a value is invalid, or no pose of the slice has a number.
     """
     at = {**(at or {}), **fixed}
     check_limits(limits)

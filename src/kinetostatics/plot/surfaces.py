@@ -79,7 +79,7 @@ def surface(
         the floor is grey.
 
     Raises:
-        ArgumentError: a name or a value makes no sense, or no pose has a number.
+        ArgumentError: a name or a value is invalid, or no pose has a number.
     """
     at = {**(at or {}), **fixed}
     check_limits(limits)

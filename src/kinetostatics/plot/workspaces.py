@@ -66,7 +66,7 @@ def workspace(
         has the mean of its four corners. What the sweep asked for is the wire frame.
 
     Raises:
-        ArgumentError: a name or a value makes no sense, or there is no such cell.
+        ArgumentError: a name or a value is invalid, or there is no such cell.
     """
     at = {**(at or {}), **fixed}
     check_limits(limits)

@@ -61,7 +61,7 @@ def save_report(
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument makes no sense, the file's name does not end in .html, there are several poses, or the map is
+        ArgumentError: an argument is invalid, the file's name does not end in .html, there are several poses, or the map is
             of another robot.
         CoordinatesError: ``controlled`` do not determine the pose.
         StaticsError: the pose cannot be analysed.
@@ -87,7 +87,7 @@ def report_html(
 ) -> str:
     """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
     if not isinstance(configuration, Configuration):
-        raise ArgumentError(f"a report wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+        raise ArgumentError(f"a report needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     result = analyze(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")

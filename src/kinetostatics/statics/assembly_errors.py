@@ -107,7 +107,7 @@ class AssemblyErrors:
             body, frame = connection.predecessor_body, connection.predecessor_frame
             axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
             twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
-        body, frame = sides(edge, connection)[0 if turned else 1]  # where the joint's wrench is told
+        body, frame = sides(edge, connection)[0 if turned else 1]  # where the joint's wrench is reported
         centre = frames.point(body, frame[:3, 3])
         return move_twist(twist, o - centre)
 

@@ -59,14 +59,14 @@ class Deformation:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
         elastic: what deforms in the limbs.
-        wound_up: (S, N) how far every elastic actuator gives way along its coordinate [m, rad], by its joint.
+        drive_deformations: (S, N) of every elastic actuator along its coordinate [m, rad], by its joint.
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
     elastic: list[ElasticDeformation]
-    wound_up: dict[str, Array]
+    drive_deformations: dict[str, Array]
     spring_energy: Array
 
     @cached_property
@@ -86,7 +86,7 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
     branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
     branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
-    moved = _wind_up_branches(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
+    moved = _deform_branch_drives(robot, solution, [(edges, strains) for edges, _, strains, _ in branches], out)
     for edges, forces, strains, root in branches:
         if edges:
             _deform_branches(robot, solution, edges, forces, strains, root, moved, out)
@@ -133,7 +133,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         force = group.on_drive(geometry, d, cut_wrenches) + _with_loads(solution, number, own, "on_drives", d)[0]
         way = drive.compliance * force
         out.spring_energy[:] += np.einsum("gn,gn->n", force.sum(axis=0), way.sum(axis=0)) / 2
-        out.wound_up.update((joint, way[:, m]) for m, joint in enumerate(drive.joints))
+        out.drive_deformations.update((joint, way[:, m]) for m, joint in enumerate(drive.joints))
         for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
             k = element_of[int(group.compound_of[freedom])]
             moved = geometry.twists[:, None, freedom] * (ratio * way)
@@ -308,14 +308,14 @@ def _deform_branches(
             motion = motion + moves[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
-            motion = motion + joint.twist(frames, solution.o)[:, None] * _of_shape(out.wound_up[actuator], len(share))
+            motion = motion + joint.twist(frames, solution.o)[:, None] * _of_shape(out.drive_deformations[actuator], len(share))
         out.motions[edge.key] = motion + off
 
 
-def _wind_up_branches(
+def _deform_branch_drives(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Find how far actuators give way that move joints of open branches alone; return all that such actuators move.
+    """Compute the deformations of actuators that move joints of open branches alone; return all joints that such actuators move.
 
     Args:
         robot: the robot.
@@ -327,7 +327,7 @@ def _wind_up_branches(
     place_of = {edge.key: place for edges, place in branches for edge in edges}
     for drive, joints in robot.branch_drives:
         found |= {joint.edge.key: (drive.joint, joint) for joint in joints}
-        if drive.joint in out.wound_up:
+        if drive.joint in out.drive_deformations:
             continue
         force = np.zeros((len(solution.sources) + 1, solution.o.shape[1]))
         for joint in joints:
@@ -336,7 +336,7 @@ def _wind_up_branches(
             own = np.einsum("w,iwn->in", joint.outboard, solution.weights)[:, None] * share
             carried = _with_branch_loads(solution, joint.edge, own)
             force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
-        out.wound_up[drive.joint] = drive.compliance * force
+        out.drive_deformations[drive.joint] = drive.compliance * force
     return found
 
 

@@ -64,7 +64,7 @@ class Coordinates:
     """The displacements u of which the geometric stiffness is a quadratic form.
 
     Attributes:
-        platform: blocks that the platform's twist alone tells.
+        platform: blocks determined by the platform's twist alone.
         inside: those of limbs, together where limbs or springs join them.
         sizes: of all blocks.
         on_platform: numbers of the springs between base and platform.

@@ -339,11 +339,11 @@ def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, pa
     """Return loads on links and a payload, checked; None if there are none.
 
     Raises:
-        ArgumentError: an unknown link, a wrong shape, or a value that makes no sense.
+        ArgumentError: an unknown link, an invalid value or shape.
     """
     found: list[_Load] = []
     if loads is not None and not isinstance(loads, Mapping):
-        raise ArgumentError(f"loads= wants a mapping from names of links to their loads, not {loads!r}")
+        raise ArgumentError(f"loads= needs a mapping from names of links to loads, got {loads!r}")
     for link, value in (loads or {}).items():
         _check_link(robot, "loads=", link)
         several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
@@ -363,7 +363,7 @@ def _load_of(link: str, value: object) -> _Load:
 
 def _payload(robot: RobotStatics, payload: object) -> _Load:
     if not isinstance(payload, Payload):
-        raise ArgumentError(f"payload= wants a Payload, such as ks.Payload(5.0, center=(0, 0, 0.1)), not {payload!r}")
+        raise ArgumentError(f"payload= needs a Payload, such as ks.Payload(5.0, center=(0, 0, 0.1)), got {payload!r}")
     if payload.link is not None:
         _check_link(robot, "the payload's link", payload.link)
     mass = finite_numbers("the payload's mass", payload.mass)

@@ -56,7 +56,7 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
     Args:
         model: the robot's bodies, limbs, beams and weights.
         generic: frames of its generic poses, at which ranks are decided.
-        ordinary: frames of poses that people ask for, at which bases must not degenerate.
+        ordinary: frames of ordinary poses, at which bases must not degenerate.
     """
     return _with_groups(model, make_limb_groups(model, generic, ordinary), generic.take(slice(0, 1)))
 

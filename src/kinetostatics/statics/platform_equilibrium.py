@@ -37,7 +37,7 @@ class _Split:
     J: Array  # (g, N, 6, n)
 
     def resisted(self, pull: Array) -> Array:
-        """Return the wrenches (n, S, g, N) by which what gives way resists a pull (n, S, g, N)."""
+        """Return the wrenches (n, S, g, N) by which the elastic directions resist a pull (n, S, g, N)."""
         return np.einsum("gnij,jsgn->isgn", self.give, pull)
 
 
@@ -196,7 +196,7 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return how the platform gives way without moving along rigid wrenches, and what share of a wrench each of them carries.
+    """Return the platform's compliance without motion along rigid wrenches, and the share of a wrench that each of these carries.
 
     With P = 1 − A A⁺, which takes rigid motions away, the inverse is that of P K P beside them.
 

@@ -53,7 +53,7 @@ def of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_
 
 
 def held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return where (N,) the limbs' wrenches hold the platform: the smallest eigenvalue of their Gram matrix tells."""
+    """Return where (N,) the limbs' wrenches hold the platform, by the smallest eigenvalue of their Gram matrix."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])

@@ -113,7 +113,7 @@ def verify(
         within: the largest relative difference with which the pose counts as verified.
 
     Raises:
-        ArgumentError: a shape or value makes no sense, or there is a batch of poses or loads.
+        ArgumentError: an argument has an invalid value or shape, or there is a batch of poses or loads.
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """

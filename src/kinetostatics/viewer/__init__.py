@@ -99,7 +99,7 @@ def show(
         are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames`` and ``labels``.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
+        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
     """
     if visualizer is not None:
         if compare is not None:
@@ -146,7 +146,7 @@ def save_html(
         compare: a second result on the same page, as in :func:`show`.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
+        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
         KinetostaticsError: the file cannot be written.
     """
     file = html_path(path, "the picture of a robot")
@@ -184,7 +184,7 @@ def save_image(
         size: width and height [pixels].
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
+        ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
         KinetostaticsError: there is no Chromium, or the file cannot be written.
     """
     save_screenshot(_page(result, title, pose, exaggeration, False, compare), path, size, colour, view)

@@ -39,7 +39,7 @@ def save_screenshot(
         view: where one looks from, one of :data:`VIEWS`.
 
     Raises:
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
         KinetostaticsError: there is no Chromium, it draws nothing, or the file cannot be written.
     """
     target = Path(path)

@@ -73,7 +73,7 @@ def read_plan(
     ``links`` are the platform and the base if the caller names them.
 
     Raises:
-        ArgumentError: one makes no sense.
+        ArgumentError: one is invalid.
         RobotFileError: the robot's file is wrong.
     """
     if platform is not None and actuators is not None:
@@ -208,7 +208,7 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
 
     Raises:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
-        ArgumentError: another argument makes no sense.
+        ArgumentError: another argument has an invalid value or shape.
     """
     for hint in first.unit_hints({**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
         warn(hint)

@@ -116,7 +116,7 @@ def sweep(
         The Dataset; the page on workspace maps says what is in it. With ``out`` it is read from there when needed.
 
     Raises:
-        ArgumentError: an argument makes no sense, or ``out`` holds something else.
+        ArgumentError: an argument has an invalid value or shape, or ``out`` holds something else.
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         RobotFileError: the robot's file is wrong.
         KinetostaticsError: a package is missing; the message says how to install it.

@@ -181,27 +181,27 @@ def test_nothing_to_suggest_is_said(arm) -> None:
 
 def test_new_from(arm, tmp_path, capsys) -> None:
     out = tmp_path / "mine.urdf.xacro"
-    command = ["new", "--from", str(arm), "--platform", "tool", "--elastic", "upper=tube 60mm 50mm steel"]
-    assert main([*command, "--joint-stiffness", "two=30kNm/rad", "-o", str(out)]) == 0
+    command = ["new", "--from", str(arm), "--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel"]
+    assert main([*command, "--joint-stiffness", "two=30kNm/rad", "--out", str(out)]) == 0
     assert f"{out}: platform tool, base foot, driven: one, two, three; elastic: upper, two" in capsys.readouterr().out
     assert ks.load_robot(out).description == ks.extend_robot(arm, **EXAMPLE).description
     assert main(["check", str(out)]) == 0
     capsys.readouterr()
-    assert main(["new", "--from", str(arm), "--platform", "tool"]) == 0
+    assert main(["new", "--from", str(arm), "--platform-link", "tool"]) == 0
     printed = capsys.readouterr().out
     assert "upper: 0.6 m between its joints" in printed
-    assert main(["new", "--from", str(arm), "--platform", "tool", "--joint-stiffness", "suggested"]) == 0
+    assert main(["new", "--from", str(arm), "--platform-link", "tool", "--joint-stiffness", "suggested"]) == 0
     assert 'drive="10000"' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "the robot has no platform; .* --platform tool"),
+        ([], "the robot has no platform; .* --platform-link tool"),
         (["3-RPS"], "give an architecture or --from, not both"),
-        (["--platform", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
-        (["--platform", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),
-        (["--platform", "tool", "--joint-stiffness", "nine=3"], "no actuator 'nine'"),
+        (["--platform-link", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
+        (["--platform-link", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),
+        (["--platform-link", "tool", "--joint-stiffness", "nine=3"], "no actuator 'nine'"),
     ],
 )
 def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
@@ -228,7 +228,7 @@ GRIPPER = "".join(
 def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_named_as_drives(arm, tmp_path, capsys) -> None:
     arm.write_text(ARM.replace("</robot>", f"{GRIPPER}</robot>"))
     out = tmp_path / "mine.urdf.xacro"
-    options = ["--platform", "tool", "--elastic", "upper=tube 60mm 50mm steel", "--driven", "one", "two", "three"]
+    options = ["--platform-link", "tool", "--elastic", "upper=tube 60mm 50mm steel", "--actuators", "one", "two", "three"]
     assert main(["new", "--from", str(arm), *options, "--out", str(out)]) == 0
     text = out.read_text()
     head, tail = text.split("joints beside the way from base to platform")

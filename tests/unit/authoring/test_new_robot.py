@@ -85,7 +85,7 @@ def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
 def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     command = ["new", "3-RPS", "--base-radius", "250mm", "--height=0.55", "--section", "rod=circle 40mm", "--set", "stroke=100mm"]
-    assert main([*command, "-o", "mine.urdf.xacro"]) == 0
+    assert main([*command, "--out", "mine.urdf.xacro"]) == 0
     said = capsys.readouterr()
     assert said.out == (
         "mine.urdf.xacro: 3-R[P]S, mobility 3, driven: prismatic_1, prismatic_2, prismatic_3 "
@@ -93,7 +93,7 @@ def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch
     )
     assert main([*command, "--name", "mine"]) == 0
     assert capsys.readouterr().out == (tmp_path / "mine.urdf.xacro").read_text(encoding="utf-8")
-    assert main([*command, "-o", "mine.urdf.xacro"]) == 2 and "exists already" in capsys.readouterr().err
+    assert main([*command, "--out", "mine.urdf.xacro"]) == 2 and "exists already" in capsys.readouterr().err
     assert main(["check", "mine.urdf.xacro", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["mobility"]["platform"] == 3
 
@@ -131,7 +131,7 @@ def test_names_that_are_no_notation_are_answered_with_the_limbs(name, words, cap
 def test_the_answer_to_a_five_bar_is_one(tmp_path, capsys):
     out = str(tmp_path / "five.urdf.xacro")
     sizes = "--arrangement planar --base-radius 0.1 --platform-radius 20mm".split()
-    assert main(["new", "[R]RR+[R]R", *sizes, "-o", out]) == 0
+    assert main(["new", "[R]RR+[R]R", *sizes, "--out", out]) == 0
     assert "mobility 2, driven: revolute_1a, revolute_2a" in capsys.readouterr().out
 
 
@@ -145,13 +145,13 @@ def test_the_answer_to_a_five_bar_is_one(tmp_path, capsys):
 )
 def test_lengths_that_look_like_mm_are_refused_without_a_unit(typed, words, tmp_path, capsys):
     out = tmp_path / "large.urdf.xacro"
-    assert main(["new", "3-RPS", *typed, "-o", str(out)]) == 2
+    assert main(["new", "3-RPS", *typed, "--out", str(out)]) == 2
     assert words in capsys.readouterr().err and not out.exists()
 
 
 def test_large_lengths_with_a_unit_or_from_python_are_warned_of(tmp_path, capsys):
     out = tmp_path / "large.urdf.xacro"
-    assert main(["new", "3-RPS", "--base-radius", "350m", "-o", str(out)]) == 0
+    assert main(["new", "3-RPS", "--base-radius", "350m", "--out", str(out)]) == 0
     assert "warning: base_radius = 350 m: lengths are in m" in capsys.readouterr().err and out.exists()
     with pytest.warns(UserWarning, match="height = 500 m: lengths are in m; write 0.5 for 500 mm"):
         ks.robot_text("3-RPS", height=500)
@@ -175,20 +175,20 @@ def test_a_tubes_wall_is_a_value_of_the_file(tmp_path):
 
 
 def test_too_few_drives_are_told(tmp_path, capsys):
-    assert main(["new", "3-[P]SS", "-o", str(tmp_path / "loose.urdf.xacro")]) == 0
+    assert main(["new", "3-[P]SS", "--out", str(tmp_path / "loose.urdf.xacro")]) == 0
     assert "warning: 3 actuators do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
 
 
 def test_too_many_drives_are_told(tmp_path, capsys):
-    assert main(["new", "3-[R]RR", "-o", str(tmp_path / "upright.urdf.xacro")]) == 0
+    assert main(["new", "3-[R]RR", "--out", str(tmp_path / "upright.urdf.xacro")]) == 0
     assert "warning: 3 actuators for mobility 1 brace one another: another --arrangement" in capsys.readouterr().err
-    assert main(["new", "3-[R]RR", "--arrangement", "planar", "-o", str(tmp_path / "flat.urdf.xacro")]) == 0
+    assert main(["new", "3-[R]RR", "--arrangement", "planar", "--out", str(tmp_path / "flat.urdf.xacro")]) == 0
     assert "actuators for" not in capsys.readouterr().err
 
 
 def test_the_command_passes_places_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "-o", "one.urdf.xacro"]) == 0
+    assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "--out", "one.urdf.xacro"]) == 0
     found = ends(ks.load_robot("one.urdf.xacro"))
     np.testing.assert_allclose([base for base, _ in found], [[0, 0.3, 0], [0, -0.3, 0], [0.3, 0, 0]], atol=1e-15)
     assert main(["new", "3-RXS"]) == 2

@@ -202,7 +202,7 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     source.parent.mkdir()
     shutil.copy(FIVE_BAR, source)
     out = tmp_path / "robot.urdf.xacro"
-    arguments = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2", "-o", str(out)]
+    arguments = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2", "--out", str(out)]
     assert cli.main(["import", str(source), *arguments]) == 0
     printed = capsys.readouterr()
     first, turned, platform, rigid, beam, then = printed.out.splitlines()

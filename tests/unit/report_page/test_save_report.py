@@ -38,7 +38,7 @@ def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_driv
 def test_arguments_that_make_no_sense(tmp_path):
     found = robot("five_bar")
     pose = found.assemble()
-    with pytest.raises(ks.ArgumentError, match="a report wants a pose"):
+    with pytest.raises(ks.ArgumentError, match="a report needs a Configuration"):
         ks.save_report(found, tmp_path / "x.html")
     with pytest.raises(ks.ArgumentError, match=r"not a batch of the shape \(2,\)"):
         ks.save_report(pose, tmp_path / "x.html", load=[[0] * 6] * 2)

@@ -124,7 +124,7 @@ def complete(
 
     Raises:
         MissingFactsError: something is said by neither.
-        ArgumentError: an answer makes no sense.
+        ArgumentError: an answer is invalid.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
     _check_names(source, found)

@@ -74,7 +74,7 @@ def import_robot(
     Raises:
         MissingFactsError: something more must be said; a ``KinetostaticsError`` whose message lists all of it.
         RobotFileError: the source or the YAML is wrong; the message names file and line.
-        ArgumentError: an argument makes no sense.
+        ArgumentError: an argument has an invalid value or shape.
     """
     name = path_name("path", path)
     beside = os.path.join(os.path.dirname(name), f"<import of {os.path.basename(name)}>")

@@ -12,7 +12,7 @@ import kinetostatics as ks
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import loops
 from kinetostatics.engine.loop_record import Program
-from kinetostatics.functions.direct import Direct
+from kinetostatics.functions.compiled import CompiledFunction
 from kinetostatics.math.orientation import Orientation
 
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
@@ -72,7 +72,7 @@ def assert_alike(found, wanted):
 def test_a_batch_is_what_the_analysis_says(name):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
-    assert f._direct is not None and len(set(wanted["status"].tolist())) > 1
+    assert f._compiled is not None and len(set(wanted["status"].tolist())) > 1
     assert_alike(f(**at, load=load, gravity=gravity), wanted)
 
 
@@ -81,13 +81,13 @@ def test_a_batch_is_what_the_analysis_says(name):
 def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
-    at_once, whole = [], Direct.at
+    at_once, whole = [], CompiledFunction.single
 
     def counted(self, *arguments):
         at_once.append(whole(self, *arguments))
         return at_once[-1]
 
-    monkeypatch.setattr(Direct, "at", counted)
+    monkeypatch.setattr(CompiledFunction, "single", counted)
     for k in range(POSES):
         found = f(**{key: float(value[k]) for key, value in at.items()}, load=load[k], gravity=gravity[k])
         assert_alike(found, {key: wanted[key][k] for key in wanted})
@@ -151,23 +151,23 @@ def test_what_has_no_numbers_or_is_beyond_limits_is_told():
     several = [-0.6, -0.4, 0.3, 2.1]
     assert f(slide_a=several, slide_b=0.3)["status"].tolist() == statuses
     near = f(slide_a=1.9, slide_b=0.3)
-    beyond = f._direct.at({"slide_a": 2.1, "slide_b": 0.3}, near, LOAD, (0, 0, -9.81))
+    beyond = f._compiled.single({"slide_a": 2.1, "slide_b": 0.3}, near, LOAD, (0, 0, -9.81))
     assert near["status"] == ks.Status.OK and beyond["status"] == ks.Status.LIMIT_EXCEEDED
-    assert f._direct.at({"slide_a": -0.6, "slide_b": 0.3}, None, LOAD, (0, 0, -9.81)) is None
+    assert f._compiled.single({"slide_a": -0.6, "slide_b": 0.3}, None, LOAD, (0, 0, -9.81)) is None
 
 
 @pytest.mark.parametrize(("rough", "tolerance"), [(1e-4, 1e-3), (1e-3, 1e-4)])
 def test_a_pose_counts_where_its_loops_are_closed(rough, tolerance, monkeypatch):
     """A distal link turned by an angle takes the wrist apart by the chord; the lesser of both limits counts."""
     f = functions("five_bar")[0]
-    monkeypatch.setattr(f._direct, "_most", rough)
-    monkeypatch.setattr(f._direct, "_tolerance", tolerance)
+    monkeypatch.setattr(f._compiled, "_most", rough)
+    monkeypatch.setattr("kinetostatics.functions.compiled.TOLERANCE", tolerance)
     opened = 1e-4 * np.array([0.0, 0.5, 0.98, 1.5, 2.0, 5.0])
     x = np.repeat(f.robot.zero_poses.x, 6, axis=1)
     (row,) = (joint.first_q for joint in f.robot.solver.tree.joints if joint.body == f.robot.mechanism.body_of_joint["elbow_2"])
     x[row] += 2 * np.arcsin(opened / 2 / 0.23)  # the link's length [m]
-    code = f._direct._together
-    found, fine, within = f._direct._told(code, *code.computed(x, np.zeros((6, 6)), np.zeros((3, 6))))
+    code = f._compiled._together
+    found, fine, within = f._compiled._told(code, *code.computed(x, np.zeros((6, 6)), np.zeros((3, 6))))
     np.testing.assert_allclose(found["residual"], opened, rtol=0, atol=1e-15)
     assert fine.tolist() == [True, True, True, False, False, False] and within.all()
 
@@ -189,24 +189,24 @@ def test_a_line_that_may_pass_a_singular_pose_is_followed_with_care(monkeypatch)
                 assert self.result.all()
                 self.result[:] = False
 
-    assert f._direct.at(one, None, LOAD, (0, 0, -9.81)) is not None
+    assert f._compiled.single(one, None, LOAD, (0, 0, -9.81)) is not None
     monkeypatch.setattr(loops, "Bound", Doubtful)
     other = copy.copy(f)
-    assert other._direct.at(one, None, LOAD, (0, 0, -9.81)) is not None
+    assert other._compiled.single(one, None, LOAD, (0, 0, -9.81)) is not None
     doubts.append("as of a pose beside a singular one")
-    assert other._direct.at(one, None, LOAD, (0, 0, -9.81)) is None
+    assert other._compiled.single(one, None, LOAD, (0, 0, -9.81)) is None
     assert_alike(other(**one, load=LOAD), f(**one, load=LOAD))
 
 
 def test_after_a_far_pose_the_next_begins_there():
     f, *_ = functions("ur10")
     far = {key: 1.5 for key in f.inputs if key not in ("load", "gravity")}
-    assert f._direct.at(far, None, LOAD, (0, 0, -9.81)) is None
+    assert f._compiled.single(far, None, LOAD, (0, 0, -9.81)) is None
     values = f(**far)
     beside = {key: 1.55 for key in far}
-    assert f._direct.at(beside, values, LOAD, (0, 0, -9.81)) is not None
+    assert f._compiled.single(beside, values, LOAD, (0, 0, -9.81)) is not None
     batch = f(**{**far, next(iter(far)): [1.5, 1.6]})
-    assert f._direct.at(beside, batch, LOAD, (0, 0, -9.81)) is None
+    assert f._compiled.single(beside, batch, LOAD, (0, 0, -9.81)) is None
 
 
 @pytest.mark.parametrize("holds", [True, False])
@@ -214,9 +214,9 @@ def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monke
     """As with large angles, or azimuth, tilt and torsion; where the record of the start does not hold, NumPy finds it."""
     f, g, at, *_ = functions("2pru_upr")
     monkeypatch.setattr(Orientation, "unique_below", 0.0)
-    monkeypatch.setattr(f._direct, "unique_below", 0.0)
+    monkeypatch.setattr(f._compiled, "unique_below", 0.0)
     started, asked = loops.CompiledSolver._started, []
-    assert f._direct._solver._start is not None
+    assert f._compiled._solver._start is not None
 
     def doubted(*given):
         first, c, good = started(*given)
@@ -228,7 +228,7 @@ def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monke
     beside = {key: value + 0.01 for key, value in one.items()}
     values, careful = f(**one), g(**one)
     assert_alike(values, careful)
-    found = f._direct.at(beside, values, LOAD, (0, 0, -9.81))
+    found = f._compiled.single(beside, values, LOAD, (0, 0, -9.81))
     assert_alike(found, g(**beside, near=careful, load=LOAD))
     assert len(asked) == 2 and all(asked)
     several = {key: value + np.linspace(0, 0.02, 3) for key, value in one.items()}
@@ -237,7 +237,7 @@ def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monke
 
 def test_code_of_single_poses_and_of_where_lines_start_is_not_used_if_it_is_wrong(monkeypatch):
     """What is on disk is tried, and made anew; where nothing can be made, other code or NumPy does the same."""
-    solver, made = functions("five_bar")[0]._direct._solver, loops.start_record
+    solver, made = functions("five_bar")[0]._compiled._solver, loops.start_record
     keys, written = [], disk.write
     monkeypatch.setattr(disk, "write", lambda key, content: keys.append(key) or written(key, content))
 

@@ -1,7 +1,6 @@
-"""The short way from coordinates to outputs: one go of Newton's method from a pose that is near, and compiled outputs there.
+"""A function by compiled code: of a pose in one step of Newton's method from another one beside it, and of many poses together.
 
-Whatever is not beyond doubt is left to the way that all poses go: :func:`kinetostatics.kinematics.assembly.assemble` and
-:func:`kinetostatics.analyze`.
+Whatever is not beyond doubt is left to :func:`kinetostatics.kinematics.assembly.assemble` and :func:`kinetostatics.analyze`.
 """
 
 from __future__ import annotations
@@ -15,12 +14,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.poses import PoseCode
 from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.engine.scalars import NotRecordedError, Number
-from kinetostatics.functions.values import Values
+from kinetostatics.functions.values import TOLERANCE, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
 from kinetostatics.kinematics.lines import longest_strides
@@ -38,25 +36,35 @@ _STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.
 
 @dataclass(frozen=True)
 class _Closed:
-    """A pose with closed loops, and the coordinates that were given there, by the one that found it."""
+    """A pose with closed loops, x and c (nq' + 3, 1) and the coordinates that were given there, by the one that found it."""
 
-    owner: Direct
+    owner: CompiledFunction
     state: Array
     target: tuple[float, ...]
 
     @cached_property
     def poses(self) -> SolverState:
-        """Solver state: what is in ``state`` (nq' + 3, 1)."""
+        """The same as the solver has it."""
         return SolverState(self.state[:-3], self.state[-3:])
 
-    @property
-    def is_unique(self) -> bool:
-        """Whether its orientation has no other coordinates from which a line may start."""
-        return max(map(abs, self.state[-3:, 0].tolist())) < self.owner.unique_below
 
+class CompiledFunction:
+    """Compiled code of a function.
 
-class Direct:
-    """What computes some outputs of a robot directly."""
+    Args:
+        robot: the robot.
+        prescribed: coordinates that are given.
+        orientation: what angles of the platform mean.
+        names: of the prescribed coordinates.
+        given: names of those that people give; the others are zero.
+        outputs: names of what is asked for.
+
+    Attributes:
+        unique_below: size of orientation coordinates [rad] below which they are the only ones, see :meth:`Orientation.is_unique`.
+
+    Raises:
+        NotRecordedError: there is no code for this robot.
+    """
 
     def __init__(
         self,
@@ -66,23 +74,8 @@ class Direct:
         names: Sequence[str],
         given: Sequence[str],
         outputs: Sequence[str],
-        tolerance: float,
     ) -> None:
-        """Find or make the code.
-
-        Args:
-            robot: the robot.
-            prescribed: coordinates that are given.
-            orientation: what angles of the platform mean.
-            names: of the prescribed coordinates.
-            given: names of those that people give; the others are zero.
-            outputs: names of what is asked for.
-            tolerance: opening of a loop [m, rad] above which a pose is not reached.
-
-        Raises:
-            NotRecordedError: there is no code for this robot.
-        """
-        self._robot, self._names, self._given, self._tolerance = robot, tuple(names), set(given), tolerance
+        self._robot, self._names, self._given = robot, tuple(names), set(given)
         self._convention, self._by_actuators = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
         self.prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
         self._local = robot.mobility_analysis.local_dofs(prescribed)
@@ -92,17 +85,15 @@ class Direct:
         self._solver, self._stages = solver, ((*outputs, *_CLOSED),)
         self._code, self._most = PoseCode(robot, robot.statics, self._stages, lanes=1), assembly.rough_residual(robot)
         self._strides = longest_strides(solver, prescribed).tolist()
-        #: Size of orientation coordinates [rad] below which they are the only ones, see :meth:`Orientation.is_unique`.
-        self.unique_below = math.inf
-        if prescribed.angles and prescribed.orientation is not None:
-            self.unique_below = prescribed.orientation.unique_below
+        several = prescribed.angles and prescribed.orientation is not None
+        self.unique_below = self._convention.unique_below if several else math.inf
         target, c = robot.zero_origin(prescribed)
         self._zero = _Closed(self, np.concatenate([robot.zero_poses.x, c]), tuple(target[:, 0].tolist()))
         self._moved, self._step = solver.single_step()
         self._load, self._gravity, self._computed = self._code.bound(self._moved[:-3])
         self._lock = threading.Lock()  # calls share their arrays
 
-    def at(
+    def single(
         self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
         """Return the outputs at one pose, if arguments, the way there and all that is found there are beyond doubt."""
@@ -121,8 +112,10 @@ class Direct:
         if wrench is None or field is None:
             return None
         target = self._target(coordinates)
-        aim = np.array(target)[:, None]
-        first, state = (start.target, start.state) if start.is_unique else self._line(start, aim, shorter=near is not None)
+        aim, state, first = np.array(target)[:, None], start.state, start.target
+        if not max(map(abs, state[-3:, 0].tolist())) < self.unique_below:  # a line may start at several coordinates
+            begin, c = self._solver.line(self.prescribed, start.poses, aim, near is not None)
+            state, first = np.concatenate([start.poses.x, c]), tuple(begin[:, 0].tolist())
         for a, b, longest in zip(target, first, self._strides, strict=True):
             if not abs(a - b) <= longest:
                 return None
@@ -149,39 +142,23 @@ class Direct:
         """Return outputs and "residual" (…, N), of which poses they are to be believed, and which are within all limits."""
         found = {name: place.of(numbers, truths) for name, place in code.places.items()}
         rough, opening, within, singular, usual = (found.pop(name) for name in _CLOSED)
-        fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= self._tolerance)
+        fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= TOLERANCE)
         return found | {"residual": opening}, fine, within
 
     def _target(self, coordinates: Mapping[str, Number]) -> tuple[float, ...]:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
 
-    def closed(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
+    def origin(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
         """Return where the next line may begin: at a single pose that is reached."""
         if pose.shape or not pose.reached.all():
             return None
         return _Closed(self, np.concatenate([pose.poses.x, pose.poses.c]), self._target(coordinates))
 
-    def _line(self, start: _Closed, target: Array, shorter: bool) -> tuple[Sequence[float], Array]:
-        """Return the coordinates with which the line starts, and the state (nq' + 3, 1) there, as all lines do."""
-        first, c = self._solver.line(self.prescribed, start.poses, target, shorter)
-        return first[:, 0].tolist(), np.concatenate([start.poses.x, c])
-
     def _configuration(self, closed: _Closed) -> Configuration:
         """Return a pose with all that people may ask of it."""
-        return assembly.closed_pose(
-            self._robot,
-            self._solver,
-            self.prescribed,
-            self._local,
-            closed.poses,
-            np.array(closed.target)[:, None],
-            (),
-            np.ones(1, dtype=bool),
-            self._convention,
-            self._tolerance,
-            False,
-            () if self._by_actuators else self._names,
-        )
+        names, target = () if self._by_actuators else self._names, np.array(closed.target)[:, None]
+        how = (), np.ones(1, dtype=bool), self._convention, TOLERANCE, False, names
+        return assembly.closed_pose(self._robot, self._solver, self.prescribed, self._local, closed.poses, target, *how)
 
     def together(
         self,
@@ -189,33 +166,27 @@ class Direct:
         load: ArrayLike,
         gravity: ArrayLike,
         careful: Callable[[Configuration, Array, Array], Mapping[str, Array]],
-    ) -> dict[str, Array] | None:
-        """Return the outputs at poses, each (…, *shape); None where the arguments make no sense.
+    ) -> dict[str, Array]:
+        """Return the outputs at poses, each (…, *shape).
 
         Args:
             pose: the poses.
             load, gravity: (…, 6) [N, N·m] and (…, 3) [m/s²].
             careful: the analysis, which is asked about poses where something is doubtful.
+
+        Raises:
+            ArgumentError: shapes do not fit.
         """
-        wrench, field = finite_numbers("load", load), finite_numbers("gravity", gravity)
-        if wrench.shape[-1:] != (6,) or field.shape[-1:] != (3,):
-            return None
-        try:
-            shape = np.broadcast_shapes(pose.shape, wrench.shape[:-1], field.shape[:-1])
-        except ValueError:
-            return None
-        N = int(np.prod(shape))
-        wrench = np.broadcast_to(wrench, (*shape, 6)).reshape(N, 6)
-        field = np.broadcast_to(field, (*shape, 3)).reshape(N, 3)
+        wrench, field, shape = flat_loads(load, gravity, pose.shape)
         poses = spread(pose, shape)
-        numbers, truths = self._together.computed(poses.poses.x, wrench.T, field.T)
+        numbers, truths = self._together.computed(poses.poses.x, wrench, field)
         arrays, fine, within = self._told(self._together, numbers, truths)
         found = {name: np.moveaxis(array, -1, 0).copy() for name, array in arrays.items()}
         found["status"] = np.where(within, Status.OK, Status.LIMIT_EXCEEDED).astype(np.int8)
         doubtful = np.flatnonzero(~(fine & poses.reached))
         if doubtful.size:
             here = taken(poses, doubtful, doubtful.shape)
-            for name, array in careful(here, wrench[doubtful], field[doubtful]).items():
+            for name, array in careful(here, wrench[:, doubtful].T, field[:, doubtful].T).items():
                 found[name][doubtful] = array
         return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
 

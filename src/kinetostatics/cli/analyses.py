@@ -1,0 +1,182 @@
+"""Commands about the statics at poses: analyze, verify, compensate."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING
+
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import answer
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of
+from kinetostatics.cli.options import check_files, given_of, value_of
+from kinetostatics.cli.values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
+from kinetostatics.description.units import PLATFORM_KINDS
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.csv_tables import read_csv
+from kinetostatics.printing.waiting import waiting
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+
+# ---- analyze -------------------------------------------------------------------------------------------------------------
+
+
+def _analyze(args: argparse.Namespace) -> int:
+    """Print the analysis."""
+    with waiting("analyzing"):
+        options = loads_of(args)
+        configuration, warnings = pose_of(load_robot(args), args)
+        result = ANALYZE.called()(configuration, **options)
+        axes, tool = value_of("hinge_axis", args) or {}, value_of("tool", args)
+        seen = None if tool is None else result.at_point(tool)
+        found: dict[str, object] | str = result.to_dict() if args.json else result.report(hinge_axes=axes)
+        if seen is not None:
+            from kinetostatics.reports.tool_point import point_report, point_to_dict
+
+            found = {**found, "tool": point_to_dict(seen)} if isinstance(found, dict) else f"{found}\n{point_report(seen)}"
+    answer(found, warnings)
+    return 0
+
+
+ANALYZE = Command(
+    _analyze,
+    help="compute sag, stiffness, actuator forces, joint reactions and stresses at one pose",
+    arguments=(*ROBOT, *POSE, *LOADS, "hinge_axis", "tool", "json"),
+    function="analysis:analyze",
+    notes=VALUES_HELP,
+    examples="""
+analyze 3rps
+analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
+analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
+analyze panda.urdf --platform-link panda_hand             # a plain URDF, as it is
+analyze 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
+analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
+analyze 3rps --payload 5kg --payload-center 0 0 -200mm --load-on rod_1 0 0 -50N 0 0 0
+analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
+""",
+)
+
+
+# ---- verify --------------------------------------------------------------------------------------------------------------
+
+
+def _verify(args: argparse.Namespace) -> int:
+    """Print both sides and the verdict."""
+    with waiting("verifying"):
+        options = {**loads_of(args), **given_of(("within",), args)}
+        configuration, warnings = pose_of(load_robot(args), args)
+        found = VERIFY.called()(configuration, **options)
+    answer(found.to_dict() if args.json else str(found), warnings)
+    return 0 if found.verified else 1
+
+
+VERIFY = Command(
+    _verify,
+    help="check one pose against finite elements (OpenSeesPy)",
+    description="Compute one pose twice, by screw theory and by finite elements (OpenSeesPy), and compare.",
+    arguments=(*ROBOT, *POSE, *LOADS, "within", "json"),
+    function="verification:verify",
+    notes=f"""\
+{VALUES_HELP}
+exit code:
+  0 verified, 1 not verified, 2 an error, such as OpenSeesPy missing: pip install 'kinetostatics[verify]'
+""",
+    examples="""
+verify 3rps
+verify 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
+verify 2pru_upr --load 100 0 -500 0 0 0 --point 0 0 20mm --frame platform --json
+verify delta --payload 2kg --payload-center 0 0 -50mm
+""",
+)
+
+
+# ---- compensate ----------------------------------------------------------------------------------------------------------
+
+
+def _compensate(args: argparse.Namespace) -> int:
+    """Print the corrections, and write them to files."""
+    with waiting("compensating"):
+        check_files(args.out, ("csv", "nc"))
+        options = {**loads_of(args), **given_of(("controlled", "closure_tolerance", "tool"), args)}
+        configuration, axes, warnings = _poses(load_robot(args), args)
+        found = COMPENSATE.called()(configuration, **options)
+        for path in args.out:
+            found.save(path, axes)
+        shown = found.to_dict() if args.json else str(found)
+    answer(shown, warnings, args.out)
+    return 0
+
+
+def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
+    """Return the target poses, names and values of the axes of their grid if they are one, and warnings."""
+    if args.table is not None:
+        if args.platform or args.actuators:
+            raise ArgumentError("give either --table or coordinates, not both")
+        option, columns = _read_table(robot, args.table)
+        return assembled(robot, option, columns, args), None, []
+    option, given = grid_of(robot, args)
+    axes = {name: value for name, value in given.items() if isinstance(value, list)}
+    if not axes:
+        configuration, warnings = pose_of(robot, args)
+        return configuration, None, warnings
+    if math.prod(len(values) for values in axes.values()) > MOST:
+        raise ArgumentError(f"{option}: the grid has more than {MOST:,} poses")
+    import numpy as np
+
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    return assembled(robot, option, {**given, **dict(zip(axes, mesh, strict=True))}, args), axes, []
+
+
+def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
+    """Return whether the columns of a table are ``--platform`` or ``--actuators``, and their values in SI.
+
+    Raises:
+        ArgumentError: a title or a cell is invalid; the message names file and line.
+    """
+    example = "a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose"
+    table = read_csv(path, example, (*robot.description.driven, *PLATFORM_KINDS))
+    option = "--actuators" if any(name in robot.description.driven for name in table.names) else "--platform"
+    columns: dict[str, list[float]] = {name: [] for name in table.names}
+    for line, row in table.rows:
+        for name, cell in zip(table.names, row, strict=True):
+            if not cell:
+                raise ArgumentError(f"{table.where(line)}: {name} is missing: a cell is empty")
+            columns[name] += parse_coordinates(table.where(line), name, [cell], coordinate_kind(robot, option, name))
+    return option, columns
+
+
+COMPENSATE = Command(
+    _compensate,
+    help="correct actuator positions for gravity and loads, with feedforward forces",
+    description=(
+        "Compute the actuator positions at which the loaded platform stands at its target, the forces to feed forward\n"
+        "there, and the error that no actuator can correct."
+    ),
+    arguments=(*ROBOT, *POSE, "controlled", *LOADS, "tool", "json"),
+    own={
+        "table": Argument("text", "a CSV file of poses instead of --platform or --actuators", "FILE"),
+        "out": Argument("texts", "write a table (.csv) or netCDF (.nc)", "FILE"),
+    },
+    function="compensation:compensate",
+    grid=True,
+    notes=f"""\
+{VALUES_HELP}{GRID_HELP}
+tables:
+  The first line of --table names coordinates of the platform, or all actuators: z [mm],rx [deg],ry [deg]; the others are poses.
+  --out FILE.csv has one line a pose: coordinates, status, and of each actuator corrected position, correction and force; last
+  the residual error. Cells are empty where there is no correction.
+""",
+    examples="""
+compensate 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
+compensate 3rps --platform z=450mm:650mm:5 rx=-10deg:10deg:9 ry=0 --load 0 0 -500 0 0 0 --out corrected.csv
+compensate 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --controlled z rx ry --json
+compensate 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z
+compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 0 -500 0 0 0 --out tilted.nc
+plot tilted.nc --kind line --what residual_error:x uncorrected_error:x --out missed.svg
+compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
+""",
+)

@@ -1,0 +1,102 @@
+"""The commands: one table of their names, and what all of them have in common.
+
+Each command is a :class:`Command` in the module that the table names, called like the command in capitals. Its options are
+arguments of :mod:`kinetostatics.arguments`; defaults are those of the function that it runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import ARGUMENTS, Argument
+from kinetostatics.cli.options import Options
+
+#: In which module each command stands, in the order of the help.
+COMMANDS: Mapping[str, str] = {
+    "check": "robots",
+    "analyze": "analyses",
+    "compensate": "analyses",
+    "sweep": "sweep",
+    "view": "view",
+    "verify": "analyses",
+    "report": "report",
+    "tolerances": "designs",
+    "sensitivities": "designs",
+    "optimize": "designs",
+    "calibrate": "calibrate",
+    "import": "import",
+    "new": "new",
+    "plot": "plot",
+    "export": "robots",
+    "robots": "robots",
+}
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command.
+
+    Attributes:
+        run: what it does with its options; returns the exit code.
+        help: one line.
+        arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
+        examples: command lines.
+        function: the function that it calls, as module and name.
+        own: arguments that it alone has, or means otherwise.
+        description: more than the line of ``help``.
+        required: names of the arguments that must be given.
+        usage: in place of all options.
+        notes: stand above the examples.
+        grid: whether coordinates may be ranges and lists.
+        exclusive: own options of which one may be given.
+    """
+
+    run: Callable[[argparse.Namespace], int]
+    help: str
+    arguments: tuple[str, ...]
+    examples: str
+    function: str = ""
+    own: Mapping[str, Argument] = field(default_factory=dict)
+    description: str = ""
+    required: tuple[str, ...] = ("robot",)
+    usage: str = "ROBOT [options]"
+    notes: str = ""
+    grid: bool = False
+    exclusive: tuple[str, ...] = ()
+
+    @property
+    def options(self) -> dict[str, Argument]:
+        """All arguments by name."""
+        return {**{name: self.own.get(name) or ARGUMENTS[name] for name in self.arguments}, **self.own}
+
+    def called(self) -> Callable[..., Keyword]:
+        """Return the function that the command calls."""
+        module, _, name = self.function.partition(":")
+        return getattr(importlib.import_module(f"kinetostatics.{module}"), name)
+
+    def add_to(self, commands: argparse._SubParsersAction[Keyword], name: str) -> None:
+        """Add the command and its options to the parser of the command line."""
+        examples = "".join(f"  kinetostatics {line}\n" for line in self.examples.strip().splitlines())
+        parser = commands.add_parser(
+            name,
+            usage=f"kinetostatics {name} {self.usage}",
+            help=self.help,
+            description=self.description or f"{self.help[0].upper()}{self.help[1:]}.",
+            epilog=f"{self.notes}\nexamples:\n{examples}".lstrip("\n"),
+        )
+        options = Options(parser, self.grid, self.required)
+        either = parser.add_mutually_exclusive_group() if self.exclusive else None
+        for argument, meant in self.options.items():
+            options.add(argument, meant, either if argument in self.exclusive else None)
+        parser.set_defaults(run=self.run, arguments=self.options)
+
+
+def command(name: str) -> Command:
+    """Return a command by its name."""
+    found = getattr(importlib.import_module(f"kinetostatics.cli.{COMMANDS[name]}"), name.upper())
+    assert isinstance(found, Command)
+    return found

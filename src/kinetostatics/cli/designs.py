@@ -1,0 +1,183 @@
+"""Commands about designs: tolerances, sensitivities, optimize."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.cli.answers import answer, save_files
+from kinetostatics.cli.commands import Command
+from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, pose_of
+from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
+from kinetostatics.cli.values import VALUES_HELP, parse_parameters
+from kinetostatics.printing.waiting import waiting
+
+# ---- tolerances ----------------------------------------------------------------------------------------------------------
+
+
+def _tolerances(args: argparse.Namespace) -> int:
+    """Print the tables."""
+    with waiting("computing effects of tolerances"):
+        check_files(args.out, FIGURES)
+        options = {**loads_of(args), **given_of(("tolerances", "rank_by", "samples", "distribution", "seed", "tool"), args)}
+        top = value_of("top", args)
+        configuration, warnings = pose_of(load_robot(args), args)
+        found = TOLERANCES.called()(configuration, **options)
+        save_files(args.out, "tolerances", found, what=args.what or "displacement")
+        if top is not None:
+            found = replace(found, effects=dict([*found.effects.items()][:top]))
+        shown = found.to_dict() if args.json else str(found)
+    answer(shown, warnings, args.out)
+    return 0
+
+
+TOLERANCES = Command(
+    _tolerances,
+    help="rank manufacturing errors by pose error and internal force",
+    description=(
+        "Rank manufacturing errors by the pose error and the internal force of each alone, with the worst case, the standard\n"
+        "deviation and random samples of sag, stiffness and actuator forces at one pose."
+    ),
+    arguments=(*ROBOT, *POSE, *LOADS, "tool", "json"),
+    own={
+        "tolerances": Argument("items", "parameters and their tolerances", "NAME=T", option="--tolerance"),
+        "rank_by": Argument("text", "force, displacement or rotation (default: force, if there is any)", "WHAT"),
+        "top": Argument("count", "print the N largest effects only", "N"),
+        "samples": Argument("count", "random robots (default: 10000; 300 where analysed one by one)", "N", least=2),
+        "distribution": Argument("text", "normal or uniform (default: normal)", "D"),
+        "seed": Argument("count", "of the random numbers (default: 0)", "N", least=0),
+        "what": Argument("text", "what the figure shows: displacement (default), rotation, x … rz, an actuator", "NAME"),
+        "out": Argument("texts", "write a histogram (.svg, .pdf, .png)", "FILE"),
+    },
+    function="design:tolerances",
+    usage="ROBOT [--tolerance NAME=T …] [options]",
+    notes=f"""\
+{VALUES_HELP}\
+  A tolerance is to either side, with a unit or as a part of the value: 0.1mm, 2%.
+
+parameters; * is a wildcard:
+  assembly errors, of joints along and about the axes of their frames, of beams by length and temperature: revolute_1.error.x,
+  revolute_1.error.rx, rod_1.error.length, rod_1.error.temperature; without --tolerance all of them, by 0.1 mm, 1 mrad and 1 K
+  xacro arguments of the file, which change all that it computes from them: rod_diameter
+  numbers of single parts, each off by itself: rod_1.outer_diameter, platform.mass, revolute_1.placement.x
+""",
+    examples="""
+tolerances 2pru_upr --rank-by displacement --top 10
+tolerances 2pru_upr --tolerance '*.error.[xyz]=20um' '*.error.r?=0.1mrad' --json
+tolerances 3rps --tolerance rod_diameter=0.1mm youngs_modulus=3% --load 0 0 -500 0 0 0 --tool 0 0 200mm
+tolerances 3rps --tolerance 'rod_*.outer_diameter=0.1mm' --what prismatic_1 --out forces.svg
+""",
+)
+
+
+# ---- sensitivities -------------------------------------------------------------------------------------------------------
+
+
+def _sensitivities(args: argparse.Namespace) -> int:
+    """Print the tables."""
+    with waiting("changing parameters one by one"):
+        check_files(args.out, FIGURES)
+        options = {**loads_of(args), **given_of(("by", "of", "tool"), args)}
+        configuration, warnings = pose_of(load_robot(args), args)
+        found = SENSITIVITIES.called()(configuration, **options)
+        save_files(args.out, "sensitivities", found)
+        shown = found.to_dict() if args.json else str(found)
+    answer(shown, warnings, args.out)
+    return 0
+
+
+SENSITIVITIES = Command(
+    _sensitivities,
+    help="rank parameters and parts by their effect on sag, forces and mass",
+    description=(
+        "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
+        "numbers of its parts, and to the stiffness of every elastic part, and rank them by their effect on the platform."
+    ),
+    arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "of", "json"),
+    own={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},
+    function="design:sensitivities",
+    notes=VALUES_HELP,
+    examples="""
+sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
+sensitivities 2pru_upr --by rod_diameter rod_length --json
+sensitivities delta --by "*diameter" "*.mass" "motor_1.placement.*"
+sensitivities 3rps --of mass actuator_forces --json
+sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
+sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
+""",
+)
+
+
+# ---- optimize ------------------------------------------------------------------------------------------------------------
+
+
+def _optimize(args: argparse.Namespace) -> int:
+    """Print the optimum, or the front."""
+    with waiting("optimizing"):
+        front = args.pareto is not None
+        check_files(args.out, ("csv", *FIGURES) if front else ("urdf",))
+        options: dict[str, Keyword] = loads_of(args)
+        options |= given_of(("vary", "subject_to", "orientation", "closure_tolerance", "tool", "starts"), args)
+        options |= given_of(("platform_link", "base_link"), args)
+        options["parameters"] = parse_parameters(args.parameters)
+        options["over"] = grid_of(load_robot(args) if args.actuators else None, args)[1] or None
+        if front:
+            from kinetostatics.design import pareto
+
+            both = (args.minimize or "mass", args.pareto)
+            found: Keyword = pareto(args.robot, minimize=both, **options, **given_of(("points",), args))
+        else:
+            found = OPTIMIZE.called()(args.robot, **options, **given_of(("minimize",), args))
+        save_files(args.out, "pareto", found)
+        shown = found.to_dict() if args.json else str(found)
+    answer(shown, (), args.out)
+    return 0 if front or found.feasible else 1
+
+
+OPTIMIZE = Command(
+    _optimize,
+    help="size a robot: the lightest rods that are stiff enough",
+    description="Find the parameters of a robot that are best, under requirements that hold at every pose of a grid.",
+    arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "tool", "json"),
+    own={
+        "vary": Argument("items", "parameters with their ranges, lists or catalogues", "NAME=WHAT"),
+        "minimize": Argument("text", "its largest value at any pose counts (default: mass)", "QUANTITY"),
+        "subject_to": Argument("texts", "a quantity and its limit, such as 'sag < 20um'", "REQUIREMENT"),
+        "pareto": Argument("text", "minimize this one too: designs of which none is better in both", "QUANTITY"),
+        "points": Argument("count", "designs of --pareto (default: 10)", "N"),
+        "starts": Argument("count", "searches from different parameters (default: 3, for each design of --pareto 2)", "N"),
+        "out": Argument(
+            "texts", "write the robot as plain URDF (.urdf), of --pareto a table (.csv) or figure (.svg, .pdf, .png)", "FILE"
+        ),
+    },
+    function="design:optimize",
+    required=("robot", "vary"),
+    usage="ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]",
+    grid=True,
+    notes=f"""\
+{VALUES_HELP}\
+  FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement holds at all of them.
+
+quantities:
+  mass, sag, rotation, deflection_any_direction(FORCE), rotation_any_direction(MOMENT), actuator_force, actuator_torque, stress,
+  buckling; only in requirements: least_translational_stiffness, least_rotational_stiffness.
+
+--vary:
+  rod_diameter=20mm:120mm is a range, rod_diameter=20mm,25mm,30mm a list. A catalogue is a CSV file with a row for each
+  size, whose columns set one argument, or several: tube_diameter+tube_wall=tubes.csv. standard_bars and standard_tubes come with
+  the package. Numbers of parts are named as in tolerances, rod_1.outer_diameter=20mm:120mm, also of a plain URDF; of
+  rod_*.outer_diameter=20mm:120mm all are alike.
+
+exit code:
+  0 feasible, 1 not feasible, 2 an error, such as SciPy missing: pip install 'kinetostatics[optimize]'
+""",
+    examples="""
+optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "deflection_any_direction(500 N) < 20um" --platform z=450mm,650mm \
+rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
+optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
+optimize 3rps --vary "rod_*.outer_diameter=40mm:120mm" --subject-to "sag < 0.2um" --out sized.urdf
+optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(500 N)" --out front.svg front.csv
+""",
+)

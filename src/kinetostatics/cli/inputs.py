@@ -1,0 +1,152 @@
+"""The robot, the pose and the loads that a command line asks for."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
+
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.cli.options import given_of, value_of
+from kinetostatics.cli.values import number_of, parse_coordinates, parse_items, parse_parameters, parse_values, typed_units
+from kinetostatics.description.units import PLATFORM_KINDS
+from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
+
+if TYPE_CHECKING:
+    from kinetostatics.description.loads import LinkLoad
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+
+def load_robot(args: argparse.Namespace) -> Robot:
+    """Return the robot of ROBOT, ``--set``, ``--platform-link`` and ``--base-link``."""
+    from kinetostatics.files.bundled import robot_path
+    from kinetostatics.parametric.robot import ParametricRobot
+    from kinetostatics.robot import load_robot
+
+    path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
+    links = {"platform": args.platform_link, "base": args.base_link}
+    robot = load_robot(path, parameters, **links)
+    ParametricRobot(robot, links).check_units(typed_units(args.parameters), "parameters")
+    return robot
+
+
+# ---- the pose ------------------------------------------------------------------------------------------------------------
+
+
+def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
+    """Return the pose of ``--platform`` or ``--actuators``, and warnings."""
+    option, items = typed_pose(args)
+    given = single_values(robot, option, items)
+    try:
+        return assembled(robot, option, given, args), []
+    except AssemblyError:
+        if given:
+            raise
+        # the file's zero may not be a pose of the robot; the pose nearest to it is
+        q = robot.model_q(robot.zero_poses)[:, 0]
+        pose = robot.configuration(q, **given_of(("closure_tolerance",), args))
+        return pose, ["the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"]
+
+
+def typed_pose(args: argparse.Namespace) -> tuple[str, list[str]]:
+    """Return "--platform" or "--actuators", and its items."""
+    return ("--actuators", args.actuators) if args.actuators else ("--platform", args.platform)
+
+
+def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
+    """Return "--platform" or "--actuators", and its coordinates: values, and lists of them that make a grid.
+
+    ``robot`` tells whether actuators slide or turn.
+    """
+    option, typed = typed_pose(args)
+    items = parse_items(option, typed)
+    return option, {name: parse_values(option, name, text, coordinate_kind(robot, option, name)) for name, text in items.items()}
+
+
+def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
+    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
+    options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
+    near = near_pose(robot, args.near, options) if args.near else None
+    options[option[2:]] = coordinates or None
+    return robot.assemble(near=near, **options)
+
+
+def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword]) -> Configuration:
+    """Return the pose of ``--near``; ``options`` are other arguments of :meth:`Robot.assemble`."""
+    items = parse_items("--near", near)
+    of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
+    start = single_values(robot, f"--{of}", near, "--near")
+    try:
+        return robot.assemble(**{**options, of: start})
+    except KinetostaticsError as error:
+        raise ArgumentError(f"--near: {error}") from error
+
+
+def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
+    """Return one value of each coordinate of ``--platform`` or ``--actuators``, which another option may give as ``typed``."""
+    typed = typed or option
+    texts = parse_items(typed, items)
+    return {name: parse_coordinates(typed, name, [text], coordinate_kind(robot, option, name))[0] for name, text in texts.items()}
+
+
+def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
+    """Return whether a coordinate of ``--platform`` or ``--actuators`` is a "length" or an "angle", None if there is none."""
+    if option == "--platform":
+        return PLATFORM_KINDS.get(name)
+    connection = None if robot is None else robot.mechanism.connections.get(name)
+    return None if connection is None else connection.type.kind  # assemble() will list the names
+
+
+def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
+    """Return of ``--sweep`` whether it varies "--platform" or "--actuators", what it says, and coordinates that do not vary.
+
+    Raises:
+        ArgumentError: coordinates of both vary, or some are given twice.
+    """
+    swept = parse_items("--sweep", args.sweep)
+    actuators = [name for name in swept if name in robot.description.driven]
+    if actuators and len(actuators) < len(swept):
+        raise ArgumentError("--sweep: coordinates of actuators and of the platform cannot vary together")
+    option, other = ("--actuators", "platform") if actuators else ("--platform", "actuators")
+    if getattr(args, other):
+        raise ArgumentError(f"--sweep: the coordinates that do not vary are given by {option}")
+    return option, swept, single_values(robot, option, getattr(args, option[2:]))
+
+
+# ---- loads ---------------------------------------------------------------------------------------------------------------
+
+
+def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the loads that are given as :func:`kinetostatics.analyze` takes them."""
+    found = given_of(("load", "point", "frame", "gravity"), args)
+    loads: dict[str, list[LinkLoad]] = {}
+    for link, *texts in args.load_on:
+        loads.setdefault(link, []).append(_link_load(link, texts))
+    if loads:
+        found["loads"] = loads
+    mass, center = value_of("payload", args), value_of("payload_center", args)
+    if mass is not None:
+        from kinetostatics.description.loads import Payload
+
+        found["payload"] = Payload(mass, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)
+    elif center is not None or args.payload_link is not None:
+        option = "--payload-link" if center is None else "--payload-center"
+        raise ArgumentError(f"{option} says where a payload is, but --payload does not say its mass: --payload 5kg")
+    return found
+
+
+def _link_load(link: str, texts: list[str]) -> LinkLoad:
+    """Return one load of ``--load-on``."""
+    from kinetostatics.description.loads import LinkLoad
+
+    frame = texts.pop() if texts[-1:] in (["link"], ["world"]) else "world"
+    if len(texts) not in (6, 9):
+        raise ArgumentError(
+            f"--load-on {link}: there are {len(texts)} numbers; give FX FY FZ MX MY MZ, and after them X Y Z if it does not act "
+            "at the link's origin"
+        )
+    kinds = ["force"] * 3 + ["moment"] * 3 + ["length"] * 3
+    numbers = [number_of(f"--load-on {link}", text, kind) for text, kind in zip(texts, kinds, strict=False)]
+    return LinkLoad(tuple(numbers[:6]), tuple(numbers[6:]) or (0.0, 0.0, 0.0), frame)

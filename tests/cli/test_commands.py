@@ -1,0 +1,93 @@
+"""Every command beside the function that it calls: names of options and arguments, defaults, help and examples."""
+
+import inspect
+import re
+import shlex
+
+import pytest
+
+from kinetostatics.arguments import ARGUMENTS, LOADS, ROBOT
+from kinetostatics.cli.commands import COMMANDS, command
+from kinetostatics.cli.main import make_parser
+from kinetostatics.cli.options import option_of
+from kinetostatics.cli.values import parse_quantity
+
+#: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
+PYTHON_ONLY = {
+    *("configuration", "on_failure", "engine", "assembly_errors", "robot", "analysis", "chunks", "progress", "parameter_units"),
+    *("command_line", "path", "over", "workspace", "loads", "values", "result", "pose", "visualizer", "title", "actuators"),
+}
+#: Options that are no arguments of the function: they choose, write or show.
+COMMAND_ONLY = {
+    *("json", "out", "near", "robot", "load_on", "payload_center", "payload_link", "top", "what", "table", "hinge_axis", "quiet"),
+    *("list", "copy", "pareto", "points", "plan", "load_case", "read", "sweep", "html", "screenshot", "live", "meshcat", "port"),
+    *("colour", "view", "source", "elastic", "joint_stiffness", "jacobian", "with_respect_to", "scalar", "name"),
+}
+#: Names that differ.
+OTHER_NAMES = {"inputs": "platform", "by_mechanism": "ways", "section": "sections", "source": "path"}
+#: Arguments of the robot, of its pose, and of what the command analyses itself.
+BUILT = {*ROBOT, *LOADS, "platform", "actuators", "orientation", "closure_tolerance", "tool"}
+
+COMPARED = [name for name in COMMANDS if command(name).function]
+
+
+def arguments_of(name):
+    found = inspect.signature(command(name).called()).parameters
+    names = set(found)
+    if any(item.kind is inspect.Parameter.VAR_KEYWORD for item in found.values()):
+        names |= set(LOADS)
+    return names, found
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_every_option_is_an_argument_of_the_function(name):
+    accepted, _ = arguments_of(name)
+    options = {OTHER_NAMES.get(option, option) for option in command(name).options if option not in COMMAND_ONLY}
+    assert options - accepted - BUILT == set()
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_every_argument_of_the_function_is_an_option(name):
+    _, parameters = arguments_of(name)
+    options = {OTHER_NAMES.get(option, option) for option in command(name).options} | set(command(name).options)
+    assert set(parameters) - PYTHON_ONLY - options == set()
+
+
+@pytest.mark.parametrize("name", COMPARED)
+def test_defaults_in_the_help_are_those_of_the_function(name):
+    """The command passes on only what is given, so that defaults are the function's."""
+    _, parameters = arguments_of(name)
+    for option, argument in command(name).options.items():
+        told = re.search(r"\(default: ([\w.+-]+)\)", argument.help)
+        default = getattr(parameters.get(OTHER_NAMES.get(option, option)), "default", None)
+        if told and isinstance(default, (str, int, float)) and not isinstance(default, bool):
+            assert told[1] == str(default) or parse_quantity(told[1]) == pytest.approx(default), option
+
+
+def test_there_are_few_commands_and_each_has_examples():
+    assert len(COMMANDS) <= 16
+    for name in COMMANDS:
+        lines = command(name).examples.strip().splitlines()
+        assert len(lines) >= 2 and all(line.split()[0] in COMMANDS for line in lines)
+        assert any(line.startswith(f"{name} ") or line == name for line in lines)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_examples_are_understood(name):
+    parser = make_parser(COMMANDS)
+    for line in command(name).examples.strip().splitlines():
+        guarded = [f" {word}" if re.match(r"-\.?\d", word) else word for word in shlex.split(line, comments=True)]
+        args = parser.parse_args(guarded)
+        assert args.run
+
+
+def test_one_option_has_one_meaning_and_one_name():
+    assert {option_of(name, argument) for name, argument in ARGUMENTS.items()} >= {
+        "--set",
+        "--platform-link",
+        "--closure-tolerance",
+    }
+    for name in COMMANDS:
+        for option, argument in command(name).options.items():
+            if option in ARGUMENTS and option != "parameters":
+                assert argument is ARGUMENTS[option] or name in ("new", "import"), (name, option)
