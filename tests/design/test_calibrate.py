@@ -182,12 +182,12 @@ def test_elastic_drives_and_joints():
     """Of an arm on an elastic actuator: both deform, and the actuator turns by moment over stiffness."""
     spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])
     description = small_robots.robot_of(spec).description
-    description = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=4e4))
+    description = description.with_part(ks.description.JointStiffness("turn_1", drive=4e4))
     robot = ks.Robot(description)
     rows = {"Fz": [-200, -100, 0.0], "Fx": [0, 0, 1e5]}
     load = np.zeros((3, 6))
     load[:, 2], load[:, 0] = rows["Fz"], rows["Fx"]
-    true = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=3e4))
+    true = description.with_part(ks.description.JointStiffness("turn_1", drive=3e4))
     twist = ks.analyze(stiffened(true, {"arm_1": 1.2}).assemble(), load).twist
     rows |= {"dx": twist[:, 0], "dz": twist[:, 2]}
     for name in ("turn_1", "actuators:turn_1"):

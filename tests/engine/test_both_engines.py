@@ -76,12 +76,12 @@ def random_robot(seed):
                 description = description.without_beam(name) if beam.link in links else description
         if kind == "drives":
             for joint in description.driven:
-                description = description.with_joint_stiffness(JointStiffness(joint, drive=float(10 ** rng.uniform(5, 7))))
+                description = description.with_part(JointStiffness(joint, drive=float(10 ** rng.uniform(5, 7))))
         for number in range({"springs": 2, "rigid limb": 1}.get(kind, 0)):
             ends = tuple(rng.standard_normal(3)), tuple(0.1 * rng.standard_normal(3))
             pull = dict(free_length=float(rng.choice([0.0, 0.2])), preload=10.0 * number)
             links = description.base, description.platform
-            description = description.with_spring(Spring(f"spring_{number}", 10 ** rng.uniform(2, 5), *links, *ends, **pull))
+            description = description.with_part(Spring(f"spring_{number}", 10 ** rng.uniform(2, 5), *links, *ends, **pull))
         return ks.Robot(description)
 
 

@@ -29,7 +29,7 @@ def stiffened(name, beams=0, drives=True):
     for beam in list(description.beams)[beams:]:
         description = description.without_beam(beam)
     for joint in description.driven if drives else ():
-        description = description.with_joint_stiffness(JointStiffness(joint, drive=2e6))
+        description = description.with_part(JointStiffness(joint, drive=2e6))
     return ks.Robot(description)
 
 
@@ -64,7 +64,7 @@ def test_random_robots_with_a_rigid_limb_and_a_spring_are_recorded_as_numpy_comp
         description = description.without_beam(name) if beam.link in made.topology.limbs[0].links else description
     ends = tuple(rng.standard_normal(3)), tuple(0.1 * rng.standard_normal(3))
     spring = Spring("pull", 1e4, description.base, description.platform, *ends, free_length=0.2, preload=10.0)
-    robot = ks.Robot(description.with_spring(spring))
+    robot = ks.Robot(description.with_part(spring))
     assert any(group.rigid_directions for group in robot.statics.groups)
     poses = some_poses(robot)
     found, holds = evaluated(robot, record_of(robot), *poses)

@@ -43,7 +43,7 @@ SPRINGS = {
 def sprung(name):
     description = package_robots.robot(name).description
     for spring in SPRINGS[name]:
-        description = description.with_spring(spring)
+        description = description.with_part(spring)
     return ks.Robot(description)
 
 
@@ -64,13 +64,11 @@ def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
 @pytest.mark.parametrize("stiffness", [JointStiffness("hook", drive=2e3), JointStiffness("hook", angular=(1e3, np.inf, 2e3))])
 def test_elastic_actuators_and_elastic_joints_of_open_branches_are_recorded_with_springs(stiffness):
     """A hook on the crank of a five-bar with elastic actuators, driven too or elastic across its axis."""
-    description = package_robots.soft_five_bar().description.with_link(Link("hook", mass=2.0, center_of_mass=(0.1, 0, 0.05)))
+    description = package_robots.soft_five_bar().description.with_part(Link("hook", mass=2.0, center_of_mass=(0.1, 0, 0.05)))
     hook = Joint("hook", "revolute", "proximal_1", "hook", axis=(0, 1, 0), lower=-1, upper=1)
-    description = replace(description.with_joint(hook), driven=(*description.driven, "hook")).with_joint_stiffness(stiffness)
+    description = replace(description.with_part(hook), driven=(*description.driven, "hook")).with_part(stiffness)
     for name, link in (("pull", "tool"), ("balance", "hook")):
-        description = description.with_spring(
-            Spring(name, 300.0, "base", link, (0.1, 0.6, 0.0), (0.1, 0.0, 0.0), free_length=0.1)
-        )
+        description = description.with_part(Spring(name, 300.0, "base", link, (0.1, 0.6, 0.0), (0.1, 0.0, 0.0), free_length=0.1))
     robot = ks.Robot(description)
     poses = some_poses(robot)
     found, holds = evaluated(robot, record_of(robot), *poses)
@@ -149,7 +147,7 @@ def test_a_spring_without_length_is_told_by_both_engines():
     """At the zero pose its ends fall together; beside it they do not."""
     bare = package_robots.robot("five_bar")
     place = bare.assemble().frame("tool")[:3, 3]
-    robot = ks.Robot(bare.description.with_spring(Spring("short", 100.0, "base", "tool", tuple(place), preload=5.0)))
+    robot = ks.Robot(bare.description.with_part(Spring("short", 100.0, "base", "tool", tuple(place), preload=5.0)))
     for engine in ("numpy", "compiled"):
         with pytest.raises(ks.StaticsError, match="the spring 'short' has no length at this pose"):
             ks.analyze(robot.assemble(), engine=engine)

@@ -89,7 +89,7 @@ def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
     robot = package_robots.robot("3rps")
     for drive in (None, np.inf, 1e7):
         stiffness = JointStiffness("prismatic_1", linear=(1e8, 2e8, 1e9) if drive is None else None, drive=drive)
-        names = set(numbers_of_parts(ks.Robot(robot.description.with_joint_stiffness(stiffness))))
+        names = set(numbers_of_parts(ks.Robot(robot.description.with_part(stiffness))))
         assert ("prismatic_1.actuator_stiffness" in names) is (drive == 1e7)
         assert ("prismatic_1.linear_stiffness" in names) is (drive is None)
 
@@ -172,7 +172,7 @@ def test_a_drive_at_a_loop_reads_from_where_its_frames_lie(links, sign):
 def test_derivatives_where_a_hinge_inside_a_spherical_joint_is_elastic():
     """The bodies between its hinges, which the solver passes over, have frames of their own."""
     soft = JointStiffness("spherical_1_y", linear=(1e6, 2e6, 1.5e6))
-    machine, at = ks.Robot(package_robots.robot("3rps").description.with_joint_stiffness(soft)), POSES["3rps"]
+    machine, at = ks.Robot(package_robots.robot("3rps").description.with_part(soft)), POSES["3rps"]
     assert "spherical_1_y" in machine.mechanism.spherical_runs[0].joints
     f = ks.compile(machine, tuple(at), outputs=OUTPUTS)
     J, values = f.jacobian("twist", tuple(at))(load=LOAD, gravity=GRAVITY, **at), f(load=LOAD, gravity=GRAVITY, **at)
@@ -234,9 +234,7 @@ def test_where_no_pose_is_reached_there_are_no_derivatives():
 def test_numbers_that_cannot_be_changed_change_nothing():
     """A joint that is rigid across its axis: its stiffness there is infinite."""
     stiff = JointStiffness("prismatic_1", linear=(1e8, np.inf, 1e9))
-    f = ks.compile(
-        ks.Robot(package_robots.robot("3rps").description.with_joint_stiffness(stiff)), ("z", "rx", "ry"), outputs=OUTPUTS
-    )
+    f = ks.compile(ks.Robot(package_robots.robot("3rps").description.with_part(stiff)), ("z", "rx", "ry"), outputs=OUTPUTS)
     found = f.jacobian(OUTPUTS, "prismatic_1.linear_stiffness")(z=0.52, rx=0.1, ry=-0.15, load=LOAD)
     for output, parts in found.items():
         array = parts["prismatic_1.linear_stiffness"]

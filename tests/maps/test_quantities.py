@@ -23,7 +23,7 @@ IN_RESULTS = {path: entry for path, entry in QUANTITIES.items() if not path.star
 def robot():
     """The 3RPS with a spring."""
     spring = Spring("balance", 800.0, "base", "platform", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.1, 20.0)
-    return ks.Robot(package_robots.robot("3rps").description.with_spring(spring))
+    return ks.Robot(package_robots.robot("3rps").description.with_part(spring))
 
 
 @pytest.fixture(scope="module")

@@ -246,7 +246,7 @@ def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
 def stiff(robot: ks.Robot, **drives: float) -> ks.Robot:
     description = robot.description
     for name, stiffness in drives.items():
-        description = description.with_joint_stiffness(JointStiffness(name, drive=stiffness))
+        description = description.with_part(JointStiffness(name, drive=stiffness))
     return ks.Robot(description)
 
 

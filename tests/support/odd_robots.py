@@ -267,7 +267,7 @@ def loose_parts():
 def welded_fork():
     """A Tricept whose passive limb's fork is welded to the base beside its joint: that cannot move, five constraints too many."""
     description = ks.load_robot(ROBOTS / "tricept.urdf.xacro").description
-    return ks.Robot(description.with_loop(Loop("weld", "fixed", "base", "cross_4")))
+    return ks.Robot(description.with_part(Loop("weld", "fixed", "base", "cross_4")))
 
 
 ODD = (

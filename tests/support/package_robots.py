@@ -20,5 +20,5 @@ def soft_five_bar():
     """Return the five-bar with drives so soft that 100 N lead it beyond singular poses."""
     description = robot("five_bar").description
     for drive in description.driven:
-        description = description.with_joint_stiffness(JointStiffness(drive, drive=1e3))
+        description = description.with_part(JointStiffness(drive, drive=1e3))
     return ks.Robot(description)

@@ -24,7 +24,7 @@ def with_stiff_drives(description, rng, times=1.0):
     """Return a robot whose actuators have random stiffnesses, of 1e5 to 1e7 N/m or 1e4 to 1e6 N·m/rad."""
     for name in description.driven:
         turns = (description.joints.get(name) or description.loops[name]).type != "prismatic"
-        description = description.with_joint_stiffness(
+        description = description.with_part(
             JointStiffness(name, drive=times * float(10 ** (rng.uniform(4, 6) if turns else rng.uniform(5, 7))))
         )
     return description
@@ -39,7 +39,7 @@ def with_random_springs(description, rng, links, count, size=0.1):
             tuple(map(float, size * rng.normal(size=3))), tuple(map(float, size * rng.normal(size=3))),
             free_length=float(rng.choice([0.0, 0.3 * rng.random()])), preload=float(rng.choice([0.0, 50 * rng.normal()])),
         )  # fmt: skip
-        description = description.with_spring(spring)
+        description = description.with_part(spring)
     return description
 
 

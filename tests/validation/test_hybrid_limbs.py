@@ -196,4 +196,4 @@ def test_a_beam_between_welded_points_is_refused():
     description = package_robots.robot("spherical_3rrr").description
     last = description.beams["proximal_2_3"]
     with pytest.raises(ks.RobotFileError, match=r"proximal_2_2.*fixed to the same rigid piece"):
-        ks.Robot(description.with_beam(replace(last, start=description.beams["proximal_2_1"].start)))
+        ks.Robot(description.with_part(replace(last, start=description.beams["proximal_2_1"].start)))

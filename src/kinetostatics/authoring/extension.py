@@ -212,7 +212,7 @@ def _suggestion(description: RobotDescription, span: Span) -> str:
     modulus, ratio, _ = MATERIALS[MATERIAL]
     beam = Beam(span.link, Tube.of(*tube), Material(modulus, ratio), BeamEnd(span.start), BeamEnd(span.end))
     try:
-        _ = Robot(description.with_beam(beam)).beams
+        _ = Robot(description.with_part(beam)).beams
     except KinetostaticsError:
         return ""
     sizes = f'outer_diameter="{tube[0]:g}" inner_diameter="{tube[1]:g}"'

@@ -32,7 +32,13 @@ from kinetostatics.printing.mappings import mapping_words
 from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
 Item = TypeVar("Item")
-Part = TypeVar("Part", Link, Joint, Loop, Beam, Spring)
+Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
+Part = Link | Joint | Loop | Beam | JointStiffness | Spring
+#: Where a description has its parts, by their types.
+_TABLES: dict[type, str] = {
+    **{Link: "links", Joint: "joints", Loop: "loops", Beam: "beams"},
+    **{JointStiffness: "joint_stiffness", Spring: "springs"},
+}
 
 
 class Items(dict[str, Item]):
@@ -53,7 +59,7 @@ class Items(dict[str, Item]):
         return mapping_words(self)
 
 
-def by_name(kind: str, items: Iterable[Part], *taken: Mapping[str, Link | Joint]) -> dict[str, Part]:
+def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
     """Return named items by their names.
 
     Args:
@@ -64,7 +70,7 @@ def by_name(kind: str, items: Iterable[Part], *taken: Mapping[str, Link | Joint]
     Raises:
         RobotFileError: two have the same name.
     """
-    result: dict[str, Part] = {}
+    result: dict[str, Named] = {}
     for item in items:
         for others in (*taken, result):
             if item.name in others:
@@ -116,7 +122,7 @@ class RobotDescription(Shown):
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for table in _TABLES:
+        for table in _TABLES.values():
             object.__setattr__(self, table, Items(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
 
@@ -187,29 +193,12 @@ class RobotDescription(Shown):
 
     # ---- changed copies ------------------------------------------------------------------------------------------------
 
-    def with_link(self, link: Link) -> RobotDescription:
-        """Return a copy with a link more, or with this one instead of that of the same name."""
-        return replace(self, links={**self.links, link.name: link})
-
-    def with_joint(self, joint: Joint) -> RobotDescription:
-        """Return a copy with a joint more, or with this one instead of that of the same name."""
-        return replace(self, joints={**self.joints, joint.name: joint})
-
-    def with_loop(self, loop: Loop) -> RobotDescription:
-        """Return a copy with a loop more, or with this one instead of that of the same name."""
-        return replace(self, loops={**self.loops, loop.name: loop})
-
-    def with_beam(self, beam: Beam) -> RobotDescription:
-        """Return a copy with a beam more, or with this one instead of that of the same name."""
-        return replace(self, beams={**self.beams, beam.name: beam})
-
-    def with_joint_stiffness(self, stiffness: JointStiffness) -> RobotDescription:
-        """Return a copy with an elastic joint more, or with this one instead of the joint's own."""
-        return replace(self, joint_stiffness={**self.joint_stiffness, stiffness.joint: stiffness})
-
-    def with_spring(self, spring: Spring) -> RobotDescription:
-        """Return a copy with a spring more, or with this one instead of that of the same name."""
-        return replace(self, springs={**self.springs, spring.name: spring})
+    def with_part(self, part: Part) -> RobotDescription:
+        """Return a copy with a link, joint, loop, beam, spring or joint stiffness added, or replacing that of the same name."""
+        name = part.joint if isinstance(part, JointStiffness) else part.name
+        table = _TABLES[type(part)]
+        tables: dict[str, Keyword] = {table: {**getattr(self, table), name: part}}
+        return replace(self, **tables)
 
     def without_beam(self, name: str) -> RobotDescription:
         """Return a copy in which a beam is rigid, with the mass of its link's ``<inertial>``.
@@ -241,7 +230,7 @@ class RobotDescription(Shown):
             if new in taken:
                 raise ArgumentError(f"the {kind} {new!r} is there already; give the payload another name")
         weight = Link(name, mass, inertia=inertia or Inertia())
-        return self.with_link(weight).with_joint(Joint(mount, "fixed", link, name, Origin(at)))
+        return self.with_part(weight).with_part(Joint(mount, "fixed", link, name, Origin(at)))
 
     def changed(self, name: str, /, **values: Keyword) -> RobotDescription:
         """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
@@ -256,16 +245,18 @@ class RobotDescription(Shown):
         Raises:
             ArgumentError: there is nothing of that name, it has no such attribute, or several things have.
         """
-        found = [(table, getattr(self, table)[name]) for table in _TABLES if name in getattr(self, table)]
+        found = [(table, getattr(self, table)[name]) for table in _TABLES.values() if name in getattr(self, table)]
         if not found:
-            known = {key for table in _TABLES for key in getattr(self, table)}
+            known = {key for table in _TABLES.values() for key in getattr(self, table)}
             raise ArgumentError(f"nothing in {self.name!r} is called {name!r}: {near_names(name, known)}")
         fitting = [(table, item) for table, item in found if set(values) <= set(_attributes(item))]
         if len(fitting) != 1:
             kinds = " and ".join(f"a {type(item).__name__}" for _, item in fitting or found)
             listed = ", ".join(values) or "nothing"
             if fitting:
-                raise ArgumentError(f"{name!r} is {kinds}, and {listed} may belong to either; use with_… and dataclasses.replace")
+                raise ArgumentError(
+                    f"{name!r} is {kinds}, and {listed} may belong to either; use with_part and dataclasses.replace"
+                )
             has = "; ".join(f"a {type(item).__name__} has {', '.join(_attributes(item))}" for _, item in found)
             raise ArgumentError(f"{name!r} is {kinds}, which cannot be given {listed}: {has}")
         table, item = fitting[0]
@@ -277,11 +268,10 @@ class RobotDescription(Shown):
         return replace(self, **tables)
 
 
-_TABLES = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
 _MATERIAL = tuple(item.name for item in fields(Material))
 
 
-def _attributes(item: Link | Joint | Loop | Beam | JointStiffness | Spring) -> Iterator[str]:
+def _attributes(item: Part) -> Iterator[str]:
     """Yield the names of the attributes that :meth:`RobotDescription.changed` can change."""
     for attribute in fields(item):
         if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):

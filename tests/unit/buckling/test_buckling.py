@@ -223,7 +223,7 @@ def column_on_an_actuator(foot, times, from_the_top):
     ]
     links = [description.Link(name) for name in names]
     found = RobotDescription.of("column", links=links, joints=joints, platform="top", base="ground", beams=beams, driven=["foot"])
-    return ks.Robot(found.with_joint_stiffness(JointStiffness("foot", drive=1e3)))
+    return ks.Robot(found.with_part(JointStiffness("foot", drive=1e3)))
 
 
 @pytest.mark.parametrize("from_the_top", [False, True])
@@ -242,7 +242,7 @@ def test_a_hexapod_on_soft_actuators():
     """Six springs between ball joints: K = Σ k t tᵀ of their unit motions t, K_G by N/l and by how forces turn the platform."""
     description, k = package_robots.robot("gough_stewart").description, 1e5
     for name in description.driven:
-        description = description.with_joint_stiffness(JointStiffness(name, drive=k))
+        description = description.with_part(JointStiffness(name, drive=k))
     found = ks.analyze(ks.Robot(description).assemble(), load=(200, 100, -1e4, 50, -30, 20), gravity=(0, 0, 0))
     K, G, forces, arms = np.zeros((6, 6)), np.zeros((6, 6)), [], []
     for leg in range(1, 7):

@@ -183,7 +183,7 @@ def test_payload() -> None:
     with pytest.raises(ks.ArgumentError, match="the link 'rod_1' is there already"):
         description.with_payload("rod_1", "platform", 1.0)
     with pytest.raises(ks.ArgumentError, match="the joint 'box_mount' is there already"):
-        description.with_joint(Joint("box_mount", "fixed", "platform", "rod_1")).with_payload("box", "platform", 1.0)
+        description.with_part(Joint("box_mount", "fixed", "platform", "rod_1")).with_payload("box", "platform", 1.0)
 
 
 def test_small_changes() -> None:
@@ -195,18 +195,18 @@ def test_small_changes() -> None:
     assert description.changed("a", lower=-2).joints["a"].lower == -2
     assert description.changed("c", type="revolute").loops["c"].type == "revolute"
     assert list(softer.links) == list(description.links)  # the limbs keep their numbers
-    stiff = description.with_joint_stiffness(JointStiffness("a", drive=1e4))
+    stiff = description.with_part(JointStiffness("a", drive=1e4))
     assert stiff.changed("a", drive=2e4).joint_stiffness["a"].drive == 2e4
     assert list(description.without_beam("left").beams) == ["right"]
-    again = description.without_beam("left").with_beam(description.beams["left"])
+    again = description.without_beam("left").with_part(description.beams["left"])
     assert ks.files.validate(again) == replace(description, beams={name: description.beams[name] for name in ("right", "left")})
     warned = description.changed("left", density=None)
     assert any("'left'" in text and "weighs nothing" in text for text in ks.Robot(warned).description.warnings)
     assert ks.Robot(warned.changed("left", density=0)).description.warnings == ()
     grown = (
-        description.with_link(Link("pole", 0.1))
-        .with_joint(Joint("pole_foot", "fixed", "plate", "pole", Origin((0.2, 0, 0))))
-        .with_loop(Loop("brace", "spherical", "ground", "pole", Origin((0.2, 0, 0.3))))
+        description.with_part(Link("pole", 0.1))
+        .with_part(Joint("pole_foot", "fixed", "plate", "pole", Origin((0.2, 0, 0))))
+        .with_part(Loop("brace", "spherical", "ground", "pole", Origin((0.2, 0, 0.3))))
     )
     assert list(ks.Robot(grown).description.loops) == ["c", "brace"]
 
@@ -284,13 +284,13 @@ NAN, INF = math.nan, math.inf
         (whole(driven=("a", "a")), ["two <transmission>"]),
         (whole(driven=("plate",)), ["'plate'", "does not exist"]),
         (whole(links={}), ["no links"]),
-        (lambda d: d.with_link(Link("lost")), ["'lost'", "no parent joint"]),
-        (lambda d: d.with_beam(replace(d.beams["left"], name="two")), ["two beams on the same span"]),
-        (lambda d: d.with_beam(Beam("plate", Tube.of(1), STEEL)), ["platform", "stays rigid"]),
-        (lambda d: d.with_loop(replace(d.loops["c"], name="a")), ["joint or loop name 'a' is taken"]),
-        (lambda d: d.with_joint_stiffness(JointStiffness("b", drive=1)), ["'b'", "not driven"]),
-        (lambda d: d.with_joint_stiffness(JointStiffness("x", drive=1)), ["'x'", "does not exist"]),
-        (lambda d: d.with_joint_stiffness(JointStiffness("a", linear=(1, 0, 1))), ["0 along y"]),
+        (lambda d: d.with_part(Link("lost")), ["'lost'", "no parent joint"]),
+        (lambda d: d.with_part(replace(d.beams["left"], name="two")), ["two beams on the same span"]),
+        (lambda d: d.with_part(Beam("plate", Tube.of(1), STEEL)), ["platform", "stays rigid"]),
+        (lambda d: d.with_part(replace(d.loops["c"], name="a")), ["joint or loop name 'a' is taken"]),
+        (lambda d: d.with_part(JointStiffness("b", drive=1)), ["'b'", "not driven"]),
+        (lambda d: d.with_part(JointStiffness("x", drive=1)), ["'x'", "does not exist"]),
+        (lambda d: d.with_part(JointStiffness("a", linear=(1, 0, 1))), ["0 along y"]),
         (joint("d", mimic=Mimic("b")), ["'b'", "not driven"]),
         (joint("d", mimic=Mimic("a", 0)), ["multiplier=0"]),
         # types and names
@@ -347,8 +347,8 @@ NAN, INF = math.nan, math.inf
         (whole(attributes=(("version", "7"),)), ["version='7'"]),
         (
             lambda d: (
-                d.with_link(Link("x"))
-                .with_joint(Joint("a:child", "fixed", "left", "x"))
+                d.with_part(Link("x"))
+                .with_part(Joint("a:child", "fixed", "left", "x"))
                 .changed("left", start=BeamEnd("a", "child"))
             ),
             ["child side of 'a'", "called 'a:child'"],
@@ -357,7 +357,7 @@ NAN, INF = math.nan, math.inf
 )
 def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription], RobotDescription], words: list[str]) -> None:
     """The same for a description made in Python and one that was read and changed; nothing but one clear message."""
-    other = lambda d: d.with_beam(Beam("left", Tube.of(0.02), STEEL, BeamEnd("b"), BeamEnd("a"), name="back"))  # noqa: E731
+    other = lambda d: d.with_part(Beam("left", Tube.of(0.02), STEEL, BeamEnd("b"), BeamEnd("a"), name="back"))  # noqa: E731
     for before in (parallelogram(), from_docs()):
         description = change(other(before) if "all give a density or none" in words else before)
         with pytest.raises(ks.RobotFileError) as caught:
@@ -392,7 +392,7 @@ def test_errors_name_the_line_of_what_was_read() -> None:
     with pytest.raises(ks.RobotFileError, match=f"docs.urdf:{place.line}: .*youngs_modulus"):
         ks.Robot(description.changed("left", youngs_modulus=-1))
     with pytest.raises(ks.RobotFileError, match=r"<python>: joint 'new': <parent> refers to the link 'leftt'.*'left'"):
-        ks.Robot(description.with_joint(Joint("new", "fixed", "leftt", "plate")))
+        ks.Robot(description.with_part(Joint("new", "fixed", "leftt", "plate")))
 
 
 def test_warnings_of_the_file_are_said_once() -> None:

@@ -99,10 +99,10 @@ def test_what_is_nothing_or_infinite_is_no_parameter():
     description = machine().description
     upper, rope = description.beams["upper"], description.springs["rope"]
     rigid = replace(upper, shear_coefficient=np.inf, material=replace(upper.material, density=0.0))
-    other = description.with_beam(rigid).changed("rope", free_length=0.0)
+    other = description.with_part(rigid).changed("rope", free_length=0.0)
     gone = set(numbers_of_parts(ks.Robot(description))) - set(numbers_of_parts(ks.Robot(other)))
     assert gone == {"upper.shear_coefficient", "upper.density", "rope.free_length"} and rope.free_length == 0.1
-    light = description.with_link(replace(description.links["upper"], mass=1e-3))
+    light = description.with_part(replace(description.links["upper"], mass=1e-3))
     assert numbers_of_parts(ks.Robot(light))["upper.mass"][0].step == pytest.approx(1e-6)
     with pytest.raises(ks.ArgumentError, match=r"has no parameter 'rope.stifness': did you mean 'rope.stiffness'"):
         ks.compile(machine()).jacobian("twist", "rope.stifness")

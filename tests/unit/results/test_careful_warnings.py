@@ -35,7 +35,7 @@ def warnings_of(description):
 def test_rigid_bearings_are_an_assumption_that_check_tells():
     plain = parallelogram()
     assert RIGID in str(ks.Robot(plain)) and warnings_of(plain) == []
-    assert RIGID not in str(ks.Robot(plain.with_joint_stiffness(JointStiffness("a", drive=1e5))))
+    assert RIGID not in str(ks.Robot(plain.with_part(JointStiffness("a", drive=1e5))))
 
 
 def test_a_welded_frame_has_no_bearings():
@@ -59,7 +59,7 @@ def test_a_platform_without_mass():
     text = "the platform has no mass: give its link an <inertial>"
     assert text not in warnings_of(parallelogram()) and text in warnings_of(parallelogram(plate=0.0))
     meant = parallelogram(plate=0.0)
-    meant = meant.with_link(replace(meant.links["plate"], has_inertial=True))
+    meant = meant.with_part(replace(meant.links["plate"], has_inertial=True))
     assert text not in warnings_of(meant)
     assert text not in warnings_of(parallelogram(plate=0.0).with_payload("tool", "plate", 1.0))
     drawn = parallelogram(plate=0.0).changed("plate", extra=SHAPE)
@@ -86,8 +86,8 @@ def test_drawn_links_without_mass():
 
     def slid(motor):
         """The left rod stands on a slider that is drawn."""
-        moved = plain.with_link(motor).with_joint(Joint("s", "prismatic", "ground", "motor", axis=(1.0, 0, 0), lower=-1, upper=1))
-        return replace(moved.with_joint(replace(moved.joints["a"], parent="motor")), driven=("a", "s"))
+        moved = plain.with_part(motor).with_part(Joint("s", "prismatic", "ground", "motor", axis=(1.0, 0, 0), lower=-1, upper=1))
+        return replace(moved.with_part(replace(moved.joints["a"], parent="motor")), driven=("a", "s"))
 
     assert text in warnings_of(slid(Link("motor", extra=SHAPE)))
     assert text in warnings_of(slid(Link("motor", extra=SHAPE.replace("visual", "collision"))))
@@ -95,7 +95,7 @@ def test_drawn_links_without_mass():
         assert text not in warnings_of(slid(motor))
     welded = slid(Link("motor", extra=SHAPE)).with_payload("rotor", "motor", 1.0)
     assert text not in warnings_of(welded)
-    two = slid(Link("motor", extra=SHAPE)).with_link(Link("flag", extra=SHAPE)).with_joint(Joint("f", "fixed", "motor", "flag"))
+    two = slid(Link("motor", extra=SHAPE)).with_part(Link("flag", extra=SHAPE)).with_part(Joint("f", "fixed", "motor", "flag"))
     assert any(warning.startswith("motor and flag have shapes but no mass") for warning in warnings_of(two))
 
 
@@ -189,7 +189,7 @@ def test_rigid_robots_are_judged_too():
 def tilting(lean):
     """The parallelogram carries a driven hinge with the platform: one limb, a network, which always holds all six motions."""
     base = parallelogram(0.0)
-    carried = base.with_link(Link("top", 1.0)).with_joint(
+    carried = base.with_part(Link("top", 1.0)).with_part(
         Joint("t", "revolute", "plate", "top", Origin((0.2, 0, 0)), axis=Y, lower=-1, upper=1)
     )
     robot = ks.Robot(replace(carried, platform="top", platform_origin=Origin(), driven=("a", "t")))

@@ -54,7 +54,7 @@ def test_beams_alone_are_ranked():
 def test_joints_and_drives_are_ranked_among_beams():
     description = ks.files.read_robot_file("robots/3rps.urdf.xacro")
     stiff = ks.description.JointStiffness("prismatic_2", drive=1e6)
-    rows, _ = ranking(ks.analyze(ks.Robot(description.with_joint_stiffness(stiff)).assemble()))
+    rows, _ = ranking(ks.analyze(ks.Robot(description.with_part(stiff)).assemble()))
     assert rows[0][:2] == ["prismatic_2", "actuator"] and [row[1] for row in rows[1:4]] == ["beam"] * 3
     assert sorted(row[0] for row in rows[1:4]) == ["rod_1", "rod_2", "rod_3"] and float(rows[0][-1]) > 90
 

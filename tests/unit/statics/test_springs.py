@@ -112,7 +112,7 @@ def pose(name, *springs):
     one = robot(name)
     description = one.description
     for spring in springs:
-        description = description.with_spring(spring)
+        description = description.with_part(spring)
     return ks.Robot(description).configuration(one.model_q(one.generic_poses)[:, 0], closure_tolerance=1e-9)
 
 
@@ -151,16 +151,16 @@ def test_every_part_is_in_equilibrium_where_it_is_displaced_to():
     """
     rigid = replace(robot("ur10").description, beams=Items({}))
     for joint in (rigid.joints[name] for name in rigid.driven):
-        rigid = rigid.with_link(Link(joint.child, 3.0, (0.02, 0.01, 0.1)))
+        rigid = rigid.with_part(Link(joint.child, 3.0, (0.02, 0.01, 0.1)))
     for k, link in enumerate((rigid.joints[rigid.driven[1]].child, rigid.platform)):
         ends = (0.3, 0.2 * (k + 1), 0.4), (0.05, 0.03, 0.02)
-        rigid = rigid.with_spring(Spring(f"spring_{k}", 900.0, rigid.base, link, *ends, free_length=0.1, preload=70.0))
+        rigid = rigid.with_part(Spring(f"spring_{k}", 900.0, rigid.base, link, *ends, free_length=0.1, preload=70.0))
     soft = rigid
     for name in rigid.driven:
-        soft = soft.with_joint_stiffness(JointStiffness(name, drive=5e3))
+        soft = soft.with_part(JointStiffness(name, drive=5e3))
     actuators = {name: 0.3 + 0.2 * k for k, name in enumerate(rigid.driven)}
     for name in rigid.driven:
-        rigid = rigid.with_joint_stiffness(JointStiffness(name, drive=1e15))
+        rigid = rigid.with_part(JointStiffness(name, drive=1e15))
     held, at = (ks.Robot(one).assemble(actuators=actuators) for one in (rigid, soft))
     load = np.array([30.0, -20, 25, 4, -3, 2])
     before, found = ks.analyze(held), ks.analyze(at, load)
