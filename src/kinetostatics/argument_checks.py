@@ -1,4 +1,4 @@
-"""What arguments of the public functions must be: complaints about values of a wrong type, in words."""
+"""Checks of arguments of public functions: type, range, choice; an invalid one is an ArgumentError that names it."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
-#: What ``float`` takes.
+#: Types that ``float`` accepts.
 FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
-Keyword: TypeAlias = Any  # the value of a keyword that is handed on to the function that looks at it
+Keyword: TypeAlias = Any  # the value of a keyword that is passed on to the function that checks it
 
 _HOME = os.path.dirname(__file__) + os.sep
 
 
 def warn(words: str) -> None:
-    """Warn at the line that called the package, however deep in it this is called."""
+    """Issue a warning that points at the line outside the package from which it was called."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
         frame, level = frame.f_back, level + 1
@@ -31,10 +31,10 @@ def warn(words: str) -> None:
 
 
 def need_scipy(what: str) -> None:
-    """Complain if SciPy is missing, which ``what`` needs.
+    """Check that SciPy, which ``what`` needs, is installed.
 
     Raises:
-        KinetostaticsError: it is.
+        KinetostaticsError: it is not.
     """
     try:
         import scipy.optimize  # noqa: F401
@@ -43,7 +43,7 @@ def need_scipy(what: str) -> None:
 
 
 def check_mapping(what: str, value: object, example: str) -> None:
-    """Complain unless a value is a mapping whose keys are names.
+    """Check that a value is a mapping whose keys are names.
 
     Raises:
         ArgumentError: it is not; the message shows ``example``.
@@ -72,7 +72,7 @@ def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...
 
 
 def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
-    """Complain unless a value is one of several words.
+    """Check that a value is one of several words.
 
     Raises:
         ArgumentError: it is not.
@@ -82,7 +82,7 @@ def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
 
 
 def positive(what: str, value: FloatLike, wanted: str = "a positive number", infinite: bool = False) -> float:
-    """Return a number greater than zero, which may be ``infinite`` or not.
+    """Return a number greater than zero, ``infinite`` only if that is allowed.
 
     Raises:
         ArgumentError: it is none; the message says what is ``wanted``.
@@ -99,7 +99,7 @@ def positive(what: str, value: FloatLike, wanted: str = "a positive number", inf
 def whole_number(
     what: str, value: SupportsIndex | None, least: int, most: int | None = None, why: str = "", shown: str = ""
 ) -> int:
-    """Return a whole number, NumPy's too, from ``least`` on or up to ``most``.
+    """Return an integer, of NumPy too, from ``least`` on or up to ``most``.
 
     Raises:
         ArgumentError: it is none; the message has the value as it was ``shown``, and ``why`` it may not be more.
