@@ -14,7 +14,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.arguments import check
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
@@ -106,9 +107,9 @@ def analyze(
     """
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
-    check_choice("frame", frame, ("world", "platform"))
+    check("frame", frame)
     if on_failure is not None:
-        check_choice("on_failure", on_failure, ("raise", "nan"))
+        check("on_failure", on_failure)
     engine = check_engine(engine)
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)

@@ -1,4 +1,4 @@
-"""One table of the arguments that functions and commands share: kind, size, help. A command's options follow from it.
+"""One table of the arguments that functions and commands share: kind, size, choices, help. Functions check by it, options follow.
 
 An argument of a Python function and the option of the command have one name: ``closure_tolerance=`` is ``--closure-tolerance``,
 but for the few that say another ``option`` here.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, positive, whole_number
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class Argument:
         size: how many numbers there are; 0: one.
         choices: words that it may be.
         least: a count's smallest value.
+        wanted: of a positive number, what errors call it.
+        example: of a mapping, what errors show.
         option: of the command line, if that is not ``--`` and the name; without dashes a positional argument.
         group: heading in the help.
     """
@@ -32,6 +36,8 @@ class Argument:
     size: int = 0
     choices: tuple[str, ...] = ()
     least: int = 1
+    wanted: str = ""
+    example: str = ""
     option: str = ""
     group: str = ""
 
@@ -49,7 +55,11 @@ ARGUMENTS: Mapping[str, Argument] = {
         "text", "a URDF or xacro file, or the name of a robot of the package: 3rps, 2pru_upr", "ROBOT", option="robot"
     ),
     "parameters": Argument(
-        "items", "values of the file's xacro arguments, such as rod_diameter=80mm", "NAME=VALUE", option="--set"
+        "items",
+        "values of the file's xacro arguments, such as rod_diameter=80mm",
+        "NAME=VALUE",
+        option="--set",
+        example='{"rod_diameter": 0.08}',
     ),
     "platform_link": Argument("text", "the link that is the platform, if the file does not say it, or another one", "LINK"),
     "base_link": Argument("text", "the link that stands still (default: as the file says, or the root of its tree)", "LINK"),
@@ -77,7 +87,13 @@ ARGUMENTS: Mapping[str, Argument] = {
         "NAME",
         group="pose",
     ),
-    "closure_tolerance": Argument("length", "largest gap of a closed loop, m and rad (default: 1e-10)", "T", group="pose"),
+    "closure_tolerance": Argument(
+        "length",
+        "largest gap of a closed loop, m and rad (default: 1e-10)",
+        "T",
+        wanted="a positive length [m] and angle [rad]",
+        group="pose",
+    ),
     # ---- loads
     "load": Argument("wrench", "external force [N] and moment [N·m] on the platform (default: none)", WRENCH, 6, group="load"),
     "point": Argument("length", "where the force acts (default: at o)", XYZ, 3, group="load"),
@@ -131,5 +147,25 @@ ARGUMENTS: Mapping[str, Argument] = {
     "of": Argument(
         "texts", "of twist, stiffness, compliance, actuator_forces, actuators, mass (default: all of them)", "QUANTITY"
     ),
+    "on_failure": Argument("text", "error or NaN where a pose has no results", choices=("raise", "nan")),
+    "seed": Argument("count", "of the random numbers (default: 0)", "N", least=0),
     "json": Argument("flag", "print JSON, all numbers in SI; warnings go to standard error"),
 }
+
+
+def check(name: str, value: Keyword) -> Keyword:
+    """Return the value of an argument of the table.
+
+    Raises:
+        ArgumentError: it is none of the choices, no such number or no mapping; the message names the argument.
+    """
+    argument = ARGUMENTS[name]
+    if argument.choices:
+        check_choice(name, value, argument.choices)
+    elif argument.kind == "count":
+        return whole_number(name, value, argument.least)
+    elif argument.wanted:
+        return positive(name, value, argument.wanted, infinite=True)
+    elif argument.example:
+        check_mapping(name, value, argument.example)
+    return value

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers, need_scipy, warn
+from kinetostatics.argument_checks import Keyword, finite_numbers, need_scipy, warn
+from kinetostatics.arguments import check
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
@@ -229,7 +230,7 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
     Raises:
         ArgumentError: it is none.
     """
-    check_choice("frame", frame, ("world", "platform"))
+    check("frame", frame)
     array = None if point is None else finite_numbers("point", point)
     if array is not None and array.shape != (3,):
         raise ArgumentError(f"point has the shape {array.shape}; a calibration takes one for all rows, (3,)")

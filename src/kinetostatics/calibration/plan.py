@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
 from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, whole_number
+from kinetostatics.arguments import check
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
@@ -89,7 +90,7 @@ def plan_measurements(
     check_keywords(plan_measurements, analysis, without=("load", "on_failure"))
     check_robot("plan_measurements", robot, payload)
     arm = check_point(point, frame)
-    seed = whole_number("seed", seed, 0)
+    seed = check("seed", seed)
     known = read_gauges(gauges)
     names = names_in("read", read, '["dz"]')
     for name in names:

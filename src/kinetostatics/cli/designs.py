@@ -40,14 +40,13 @@ TOLERANCES = Command(
         "Rank manufacturing errors by the pose error and the internal force of each alone, with the worst case, the standard\n"
         "deviation and random samples of sag, stiffness and actuator forces at one pose."
     ),
-    arguments=(*ROBOT, *POSE, *LOADS, "tool", "json"),
+    arguments=(*ROBOT, *POSE, *LOADS, "tool", "seed", "json"),
     own={
         "tolerances": Argument("items", "parameters and their tolerances", "NAME=T", option="--tolerance"),
         "rank_by": Argument("text", "force, displacement or rotation (default: force, if there is any)", "WHAT"),
         "top": Argument("count", "print the N largest effects only", "N"),
         "samples": Argument("count", "random robots (default: 10000; 300 where analysed one by one)", "N", least=2),
         "distribution": Argument("text", "normal or uniform (default: normal)", "D"),
-        "seed": Argument("count", "of the random numbers (default: 0)", "N", least=0),
         "what": Argument("text", "what the figure shows: displacement (default), rotation, x … rz, an actuator", "NAME"),
         "out": Argument("texts", "write a histogram (.svg, .pdf, .png)", "FILE"),
     },

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in
+from kinetostatics.argument_checks import Keyword, names_in
+from kinetostatics.arguments import check
 from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
@@ -92,7 +93,7 @@ def compensate(
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"compensate needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     if on_failure is not None:
-        check_choice("on_failure", on_failure, ("raise", "nan"))
+        check("on_failure", on_failure)
     robot = robot_of(configuration)
     if not robot.description.driven:
         raise ArgumentError(f"{robot.name!r} has no actuators, so that nothing can be corrected")

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
+from kinetostatics.arguments import check
 from kinetostatics.description.units import parse_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
 from kinetostatics.design.requirements import typed_unit
@@ -119,7 +120,7 @@ def tolerances(
         check_choice("rank_by", rank_by, RANKINGS)
     check_choice("distribution", distribution, tuple(DEVIATIONS))
     count = None if samples is None else whole_number("samples", samples, 2)
-    seed = whole_number("seed", seed, 0)
+    seed = check("seed", seed)
     robot = robot_of(configuration)
     place, family = tool_on_robot(tool, robot), ParametricRobot(robot)
     numbers, errors, given = _read_tolerances(family, tolerances)

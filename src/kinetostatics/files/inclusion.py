@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from xml.sax.saxutils import escape
 
-from kinetostatics.argument_checks import check_mapping
+from kinetostatics.arguments import check
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.bundled import INDEX, PackageNotFound, package_folder, read_robot
 from kinetostatics.files.xacro import expand
@@ -25,7 +25,7 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
         ArgumentError: parameters are given, but it does not use xacro.
     """
     data, name = read_robot(path)
-    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
+    check("parameters", parameters)
     document, uses_xacro = parse(data, name)
     if uses_xacro:
         expand(document, name, parameters)

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-from kinetostatics.argument_checks import check_mapping
+from kinetostatics.arguments import check
 from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot import Items, RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -100,7 +100,7 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
 def _read(
     data: bytes | str, path: str, parameters: Mapping[str, object], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
-    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
+    check("parameters", parameters)
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
     if uses_xacro:

@@ -8,7 +8,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
+from kinetostatics.argument_checks import check_mapping, numbers
+from kinetostatics.arguments import check
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
@@ -55,7 +56,7 @@ def assemble(
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
     _check_on_failure(on_failure)
-    closure_tolerance = positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    closure_tolerance = check("closure_tolerance", closure_tolerance)
     convention = orientation_named(orientation)
     if platform is not None:
         prescribed, names = platform_coordinates(robot, platform, orientation)
@@ -118,7 +119,7 @@ def closed_pose(
 def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: float, on_failure: str | None) -> Configuration:
     """See :meth:`Robot.configuration`."""
     _check_on_failure(on_failure)
-    closure_tolerance = positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    closure_tolerance = check("closure_tolerance", closure_tolerance)
     array = numbers("q", q)
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
@@ -328,4 +329,4 @@ def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], 
 
 def _check_on_failure(value: str | None) -> None:
     if value is not None:
-        check_choice("on_failure", value, ("raise", "nan"))
+        check("on_failure", value)

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, check_mapping, names_in, positive, warn
+from kinetostatics.argument_checks import check_mapping, names_in, warn
+from kinetostatics.arguments import check
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import find_unit
@@ -78,7 +79,7 @@ def read_plan(
     """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
-    check_choice("frame", frame, ("world", "platform"))
+    check("frame", frame)
     engine = check_engine(engine)
     extras = {name for name, wanted in (("beams", beams), ("ways", ways), ("compensate", compensate)) if wanted}
     chosen = () if outputs is None else names_in("outputs", outputs, '["twist", "stiffness"]')
@@ -126,7 +127,7 @@ def read_plan(
         assembly_errors,
         loads,
         payload,
-        positive("closure_tolerance", closure_tolerance, "a positive length [m] and angle [rad]", infinite=True),
+        check("closure_tolerance", closure_tolerance),
         outputs,
         provenance.versions(),
         engine_for(engine, math.prod(axis.size for axis in axes)),
