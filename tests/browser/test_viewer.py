@@ -139,7 +139,7 @@ def test_things_are_where_the_twist_says(visit, shown):
 def test_limbs_have_two_sliders_for_the_ways_of_their_weight(visit, root, tmp_path):
     result = ks.analyze(ks.load_robot(root / "robots" / "3rps.urdf.xacro").assemble(platform=POSES["3rps"]), load=LOAD)
     file = tmp_path / "ways.html"
-    ks.save_html(result, file, ways=True)
+    ks.save_html(result, file, by_mechanism=True)
     page = visit(file.as_uri(), (1400, 850))
     limbs = list(result.limbs)
     names = ["load", "platform_weight", *(f"{name}: {way}" for way in ("attached", "deformation") for name in limbs)]

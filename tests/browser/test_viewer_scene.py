@@ -353,8 +353,8 @@ def test_unwritable_file_is_an_error(tmp_path):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot write"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
-    with pytest.raises(ks.ArgumentError, match="ways are sliders of a page"):
-        ks.show(result, ways=True, visualizer=object())
+    with pytest.raises(ks.ArgumentError, match="by_mechanism adds sliders to a page"):
+        ks.show(result, by_mechanism=True, visualizer=object())
 
 
 # ---- looks ---------------------------------------------------------------------------------------------------------
@@ -599,7 +599,7 @@ def test_live_pages_have_code_compiled_behind_them(monkeypatch):
     robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(), ks.analyze)
     made = []
-    monkeypatch.setattr("kinetostatics.viewer.live.compiled_statics", lambda statics: made.append(statics))
+    monkeypatch.setattr("kinetostatics.viewer.live.compiled_statics", lambda robot, statics: made.append(statics))
     monkeypatch.setattr(live, "_assembled", lambda asked, engine: made.append((*asked, engine)))
     live.compile(lambda: True)
     assert made == []

@@ -24,7 +24,7 @@ COMMAND_ONLY = {
     *("colour", "view", "source", "elastic", "joint_stiffness", "jacobian", "with_respect_to", "scalar", "name"),
 }
 #: Names that differ.
-OTHER_NAMES = {"inputs": "platform", "by_mechanism": "ways", "section": "sections", "source": "path"}
+OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path"}
 #: Arguments of the robot, of its pose, and of what the command analyses itself.
 BUILT = {*ROBOT, *LOADS, "platform", "actuators", "orientation", "closure_tolerance", "tool"}
 

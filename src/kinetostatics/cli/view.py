@@ -65,10 +65,10 @@ def _page(args: argparse.Namespace) -> int:
             viewer.save_image(result, args.screenshot, **options, **given_of(("colour", "view"), args))
             text = f"wrote {args.screenshot}"
         elif args.html is not None:
-            viewer.save_html(result, args.html, ways=args.by_mechanism, **options)
+            viewer.save_html(result, args.html, by_mechanism=args.by_mechanism, **options)
             text = f"wrote {args.html}"
         elif args.meshcat is None:
-            text = f"the page is in {VIEW.called()(result, ways=args.by_mechanism, **options).path}"
+            text = f"the page is in {VIEW.called()(result, by_mechanism=args.by_mechanism, **options).path}"
     if args.meshcat is not None:
         return _meshcat(result, args.meshcat or None, value_of("exaggeration", args))
     print(text)

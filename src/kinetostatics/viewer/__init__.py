@@ -12,7 +12,7 @@ import tempfile
 import webbrowser
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.html import html_path
@@ -45,36 +45,13 @@ class View:
         return iframe_html(self.html)
 
 
-@overload
 def show(
     result: Result,
     *,
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
-    ways: bool = False,
-    compare: Result | None = None,
-) -> View: ...
-
-
-@overload
-def show(
-    result: Result,
-    *,
-    pose: int | tuple[int, ...] | None = None,
-    exaggeration: float | None = None,
-    visualizer: meshcat.Visualizer,
-    node: str | None = None,
-) -> meshcat.Visualizer: ...
-
-
-def show(
-    result: Result,
-    *,
-    title: str | None = None,
-    pose: int | tuple[int, ...] | None = None,
-    exaggeration: float | None = None,
-    ways: bool = False,
+    by_mechanism: bool = False,
     compare: Result | None = None,
     visualizer: meshcat.Visualizer | None = None,
     node: str | None = None,
@@ -86,8 +63,8 @@ def show(
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
-        ways: whether the page has two sliders for each limb's weight, for what it does by attached wrenches and by deformation,
-            see :attr:`Result.mechanism_contributions`.
+        by_mechanism: two sliders for each limb's weight, one for its attached wrenches and one for the limb's deformation, see
+            :attr:`Result.mechanism_contributions`.
         compare: a second result, of another pose, load or robot, that the page shows as a ghost over the first, or beside it with
             the same camera; of a batch ``pose`` holds for both.
         visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
@@ -104,8 +81,8 @@ def show(
     if visualizer is not None:
         if compare is not None:
             raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another node")
-        if ways:
-            raise ArgumentError("ways are sliders of a page, and a visualizer has none: leave them out")
+        if by_mechanism:
+            raise ArgumentError("by_mechanism adds sliders to a page, and a visualizer has none: leave it out")
         if title is not None:
             raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
         if pose is None and result.twist.size != 6:
@@ -116,7 +93,7 @@ def show(
         return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if node is None else node)
     if node is not None:
         raise ArgumentError("node is where a visualizer draws the robot: give visualizer too")
-    html = _page(result, title, pose, exaggeration, ways, compare)
+    html = _page(result, title, pose, exaggeration, by_mechanism, compare)
     if in_notebook():
         return View(html)
     file = _temporary_file(html, result.robot.name)
@@ -131,7 +108,7 @@ def save_html(
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
-    ways: bool = False,
+    by_mechanism: bool = False,
     compare: Result | None = None,
 ) -> None:
     """Write a result as one HTML file that works by double click.
@@ -142,7 +119,7 @@ def save_html(
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
-        ways: whether each limb's weight has two sliders, as in :func:`show`.
+        by_mechanism: two sliders for each limb's weight, as in :func:`show`.
         compare: a second result on the same page, as in :func:`show`.
 
     Raises:
@@ -150,7 +127,7 @@ def save_html(
         KinetostaticsError: the file cannot be written.
     """
     file = html_path(path, "the picture of a robot")
-    html = _page(result, title, pose, exaggeration, ways, compare)
+    html = _page(result, title, pose, exaggeration, by_mechanism, compare)
     try:
         Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
@@ -195,7 +172,7 @@ def _page(
     title: str | None,
     pose: int | tuple[int, ...] | None,
     exaggeration: float | None,
-    ways: bool,
+    by_mechanism: bool,
     compare: Result | None,
 ) -> str:
     for what, given in (("a picture", result), ("compare=", compare)):
@@ -203,7 +180,7 @@ def _page(
             raise ArgumentError(f"{what} wants what analyze returns, not {given!r}: ks.analyze(robot.assemble())")
 
     def scene(one: Result, title: str | None, every: int) -> Scene:
-        return describe_scene(one.by_mechanism if ways else one, title, pose=pose, exaggeration=exaggeration, every=every)
+        return describe_scene(one.by_mechanism if by_mechanism else one, title, pose=pose, exaggeration=exaggeration, every=every)
 
     def both(every: int) -> Scene:
         shown = scene(result, title, every)
