@@ -15,7 +15,20 @@ from kinetostatics.cli.values import parse_quantity
 #: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
 PYTHON_ONLY = {
     *("configuration", "on_failure", "engine", "assembly_errors", "robot", "analysis", "chunks", "progress", "parameter_units"),
-    *("command_line", "path", "over", "workspace", "loads", "values", "result", "pose", "visualizer", "title", "actuators"),
+    *(
+        "command_line",
+        "path",
+        "over",
+        "workspace",
+        "loads",
+        "values",
+        "result",
+        "pose",
+        "visualizer",
+        "node",
+        "title",
+        "actuators",
+    ),
 }
 #: Options that are no arguments of the function: they choose, write or show.
 COMMAND_ONLY = {
