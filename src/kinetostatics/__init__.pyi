@@ -1,7 +1,7 @@
 from . import description, exceptions, files, functions, indices, plot, results, sections
 from .analysis import analyze
-from .authoring.extension import extend_robot, extension_text
-from .authoring.robot_by_name import new_robot, robot_text
+from .authoring.by_name import new_robot
+from .authoring.from_urdf import extend_robot
 from .calibration import calibrate, plan_measurements
 from .compensation import compensate
 from .description.gauges import Gauge
@@ -9,7 +9,6 @@ from .description.loads import LinkLoad, Payload
 from .design import optimize, pareto, sensitivities, tolerances
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
-from .files.importers import import_robot
 from .files.writer import save_robot
 from .functions.function import compile
 from .kinematics.configuration import Configuration
@@ -43,10 +42,8 @@ __all__ = [
     "description",
     "exceptions",
     "extend_robot",
-    "extension_text",
     "files",
     "functions",
-    "import_robot",
     "indices",
     "load_robot",
     "new_robot",
@@ -55,7 +52,6 @@ __all__ = [
     "plan_measurements",
     "plot",
     "results",
-    "robot_text",
     "robots",
     "save_html",
     "save_image",

@@ -73,7 +73,7 @@ def calls(robot, pose, folder):
         ),
         "load_robot": ks.load_robot,
         "read_robot_file": ks.files.read_robot_file,
-        "import_robot": ks.import_robot,
+        "extend_robot": ks.extend_robot,
         "parameters": lambda v: ks.load_robot("3rps", v),
         "parameters of plain URDF": lambda v: ks.load_robot(folder / "plain.urdf", v),
         "a parameter": lambda v: ks.load_robot("3rps", {"rod_diameter": v}),

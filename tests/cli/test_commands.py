@@ -34,7 +34,20 @@ PYTHON_ONLY = {
 COMMAND_ONLY = {
     *("json", "out", "near", "robot", "load_on", "payload_center", "payload_link", "top", "what", "table", "hinge_axis", "quiet"),
     *("list", "copy", "pareto", "points", "plan", "load_case", "read", "sweep", "html", "screenshot", "live", "meshcat", "port"),
-    *("colour", "view", "source", "elastic", "joint_stiffness", "jacobian", "with_respect_to", "scalar", "name"),
+    *(
+        "colour",
+        "view",
+        "source",
+        "elastic",
+        "joint_stiffness",
+        "yaml",
+        "types",
+        "axes",
+        "jacobian",
+        "with_respect_to",
+        "scalar",
+        "name",
+    ),
 }
 #: Names that differ.
 OTHER_NAMES = {"inputs": "platform", "section": "sections", "source": "path"}
@@ -103,4 +116,4 @@ def test_one_option_has_one_meaning_and_one_name():
     for name in COMMANDS:
         for option, argument in command(name).options.items():
             if option in ARGUMENTS and option != "parameters":
-                assert argument is ARGUMENTS[option] or name in ("new", "import"), (name, option)
+                assert argument is ARGUMENTS[option] or name == "new", (name, option)

@@ -60,8 +60,8 @@ def test_names_that_stand_in_the_file(complete):
     assert complete("check 3rps --set rod_d") == ["rod_diameter="]
     assert complete("analyze 3rps --hinge-axis ") == ["limb_1=x", "limb_2=x", "limb_3=x"]
     source = CASES / "parallelogram_plain.urdf"
-    assert complete(f"import {source} --platform pl") == ["plate"]
-    assert complete(f"import {source} --base gr") == ["ground"]
+    assert complete(f"new --from {source} --platform-link pl") == ["plate"]
+    assert complete(f"new --from {source} --base-link gr") == ["ground"]
 
 
 def test_unknowns_of_a_calibration(complete):

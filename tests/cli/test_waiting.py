@@ -15,13 +15,11 @@ import warnings
 from contextlib import contextmanager, redirect_stderr
 
 import pytest
-from places import TESTS
 
 import kinetostatics as ks
 from kinetostatics.cli.main import COMMANDS, main
 from kinetostatics.printing.waiting import pausing, waiting
 
-FOREIGN = str(TESTS / "foreign" / "five_bar_onshape.urdf")
 #: For every command that computes: arguments, what is made slow, and what is said.
 SLOW = {
     "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
@@ -39,12 +37,7 @@ SLOW = {
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
     "report": (["five_bar", "--out", "report.html"], "kinetostatics.report_page.save_report", "writing the report"),
     "tolerances": (["five_bar"], "kinetostatics.design.tolerances", "computing effects of tolerances"),
-    "import": (
-        [FOREIGN, "--platform", "tool", "--types", "revolute", "--driven", "motor_1", "motor_2"],
-        "kinetostatics.files.importers.convert.convert",
-        "importing",
-    ),
-    "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.robot_by_name.new_robot", "building the robot"),
+    "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.by_name.new_robot", "building the robot"),
     "export": (["five_bar", "--out", "controller"], "kinetostatics.functions.function.export_c", "recording the robot"),
     "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plot.save", "drawing"),
 }

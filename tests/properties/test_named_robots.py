@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetostatics as ks
+from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.files.reader import parse_robot_text
@@ -78,7 +79,7 @@ def test_a_robot_of_any_size_closes_and_moves_as_it_should(key, sizes):
 def test_it_stays_closed_when_its_values_are_changed(key, sizes, factor):
     """The file's geometry follows from its arguments, as one who edits it expects."""
     architecture, _, arrangement = key.partition(" ")
-    text = ks.robot_text(architecture, **({"arrangement": arrangement} if arrangement else {}))
+    text = robot_text(architecture, **({"arrangement": arrangement} if arrangement else {}))
     changed = {"platform_radius": sizes["platform_radius"], "base_radius": 0.3 * factor}
     if not arrangement:
         changed["height"] = 0.5 * factor

@@ -14,6 +14,7 @@ import numpy as np
 from places import ROOT
 
 import kinetostatics as ks
+from kinetostatics.authoring.from_urdf import extension
 from kinetostatics.files.bundled import package_folder
 
 PAGE = ROOT / "docs" / "how_to" / "plain_urdf.md"
@@ -50,12 +51,12 @@ class PlainRobot:
         plain = ks.files.read_robot_file(self.path, platform=self.platform)
         efforts = [plain.joints[name].effort for name in plain.driven]
         stiffness = "suggested" if any(efforts) else dict.fromkeys(plain.driven, STIFFNESS)
-        return {"platform": self.platform, "joint_stiffness": stiffness}
+        return {"platform_link": self.platform, "joint_stiffness": stiffness}
 
     def row(self) -> str:
         """Return its row of the table."""
         robot = ks.extend_robot(self.path, **self.options())
-        beams = ks.extension_text(self.path, platform=self.platform).count("<beam ")
+        beams = extension(str(self.path), "", self.platform)[0].count("<beam ")
         result = ks.analyze(robot.assemble())
         sag = 1e3 * float(np.linalg.norm(result.twist[:3]))
         soft = 1e6 * float(np.linalg.norm(result.compliance[:3, :3], 2))
@@ -90,7 +91,7 @@ def table() -> str:
 def example() -> str:
     """Return the file that the page shows."""
     elastic = {"upper_arm_link": "tube 108mm 98mm aluminium", "forearm_link": "tube 86mm 78mm aluminium"}
-    return ks.extension_text(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf", platform="tool0", elastic=elastic)
+    return extension(str(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf"), "", "tool0", elastic=elastic)[0]
 
 
 def write() -> None:

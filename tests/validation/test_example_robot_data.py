@@ -427,7 +427,7 @@ def elastic_robots(file):
         done |= links
         while links:
             try:
-                yield ks.extend_robot(file, platform=tip, elastic=dict.fromkeys(links, "tube 50mm 40mm steel"))
+                yield ks.extend_robot(file, platform_link=tip, elastic=dict.fromkeys(links, "tube 50mm 40mm steel"))
                 break
             except ks.RobotFileError as error:  # what hangs on its middle would have to be held there
                 [other] = [link for link in links if f"of its beam ({link!r})" in str(error)]

@@ -27,7 +27,7 @@ class Span:
 
     Attributes:
         link: its name.
-        start, end: the joints that move at its ends, towards the base and towards the platform.
+        start, end: the joints that move at its ends, towards the base and towards the platform; empty: its only ones.
         along: unit vector from one to the other at the zero pose, in the link's frame.
         axis: of the revolute or prismatic joint ``start``, in the link's frame.
         length: distance of the two joints at the zero pose [m].
@@ -82,9 +82,11 @@ def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
     """Return the links between any two joints that move and follow one another from base to platform, by name.
 
-    Of several links that are fixed to one another it is the heaviest. ``frames`` are those of the links at the zero of all
-    joints, (4, 4) matrices.
+    Of several links that are fixed to one another it is the heaviest. Of a robot with loops all links that two joints or loops
+    hold. ``frames`` are those of the links at the zero of all joints, (4, 4) matrices.
     """
+    if description.loops:
+        return _between_two(description)
     passed = way(description)
     moving = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
     found: dict[str, Span] = {}
@@ -98,4 +100,25 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
         if length > 0:
             axis = into[:3, :3] @ frames[start.child][:3, :3] @ np.array(start.axis)
             found[link] = Span(link, start.name, end.name, (other - one) / length, axis, length, description.links[link].mass)
+    return found
+
+
+def _between_two(description: RobotDescription) -> dict[str, Span]:
+    """Return the links that are neither base nor platform and that two joints or loops hold, which need not be named as ends."""
+    ends: dict[str, list[tuple[NDArray[np.float64], str, tuple[float, float, float]]]] = {}
+    for joint in (item for item in description.joints.values() if not JOINT_TYPES[item.type].is_fixed):
+        ends.setdefault(joint.parent, []).append((joint.origin.matrix, joint.type, joint.axis))
+        ends.setdefault(joint.child, []).append((np.eye(4), joint.type, joint.axis))
+    for loop in description.loops.values():
+        ends.setdefault(loop.predecessor, []).append((loop.predecessor_origin.matrix, loop.type, loop.axis))
+        ends.setdefault(loop.successor, []).append((loop.successor_origin.matrix, loop.type, loop.axis))
+    found: dict[str, Span] = {}
+    for link, held in ends.items():
+        if len(held) != 2 or link in (description.base, description.platform):
+            continue
+        (first, _, axis), (last, _, _) = sorted(held, key=lambda item: not JOINT_TYPES[item[1]].has_axis)
+        along = last[:3, 3] - first[:3, 3]
+        length = float(np.linalg.norm(along))
+        if length > 0:
+            found[link] = Span(link, "", "", along / length, first[:3, :3] @ axis, length, description.links[link].mass)
     return found

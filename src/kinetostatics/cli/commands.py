@@ -28,7 +28,6 @@ COMMANDS: Mapping[str, str] = {
     "sensitivities": "designs",
     "optimize": "designs",
     "calibrate": "calibrate",
-    "import": "import",
     "new": "new",
     "plot": "plot",
     "export": "robots",

@@ -18,7 +18,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 #: Options that one of the two ways to a file has alone.
-OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness")
+OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness", "yaml", "types", "axes")
 LENGTHS = ("base_radius", "platform_radius", "height")
 OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "section", "name")
 
@@ -41,8 +41,8 @@ def _by_name(args: argparse.Namespace) -> int:
     if args.architecture is None:
         raise ArgumentError("an architecture, such as 3-R[P]S, or --from FILE is missing (see kinetostatics new --help)")
     with waiting("building the robot"):
+        from kinetostatics.authoring.by_name import new_robot, robot_text
         from kinetostatics.authoring.notation import parse_architecture
-        from kinetostatics.authoring.robot_by_name import new_robot, robot_text
 
         architecture = parse_architecture(args.architecture)
         options = _options(args)
@@ -70,23 +70,29 @@ def _from_file(args: argparse.Namespace) -> int:
         if getattr(args, name):
             raise ArgumentError(f"{_option(name)} is for an architecture, and not for --from")
     options = {
-        "platform": args.platform_link,
-        "base": args.base_link,
-        "driven": args.actuators,
-        "elastic": _suggested(args.elastic) or parse_items("--elastic", args.elastic),
-        "joint_stiffness": _suggested(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
+        "platform_link": args.platform_link,
+        "base_link": args.base_link,
+        "actuators": args.actuators,
+        "elastic": _one_word(args.elastic) or parse_items("--elastic", args.elastic),
+        "joint_stiffness": _one_word(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
+        "yaml": args.yaml,
+        "types": _one_word(args.types) or parse_items("--types", args.types),
+        "axes": _axes(args.axes),
         "parameters": parse_parameters(args.parameters),
     }
     with waiting("extending the robot"):
-        from kinetostatics.authoring.extension import extend_robot, extension_text
+        from kinetostatics.authoring.from_urdf import extend_robot, extension
 
         if args.out is None:
-            sys.stdout.write(extension_text(args.source, **options))
+            text, _, warnings = extension(args.source, "", **options)
+            sys.stdout.write(text)
+            print_warnings(warnings)
             return 0
         description = extend_robot(args.source, args.out, **options).description
     elastic = ", ".join((*description.beams, *description.joint_stiffness)) or "nothing yet, see its comments"
     driven = ", ".join(description.driven) or "none"
-    print(f"{args.out}: platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
+    loops = f"{len(description.loops)} loop{'s' * (len(description.loops) > 1)}, " if description.loops else ""
+    print(f"{args.out}: {loops}platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
     print_warnings(description.warnings)
     return 0
 
@@ -95,7 +101,7 @@ def _option(name: str) -> str:
     return f"--{name.replace('_', '-')}"
 
 
-def _suggested(items: list[str]) -> str | None:
+def _one_word(items: list[str]) -> str | None:
     return items[0].strip() if len(items) == 1 and "=" not in items[0] else None
 
 
@@ -108,6 +114,17 @@ def _stiffnesses(items: list[str]) -> dict[str, float]:
                 f"--joint-stiffness: {name}: {text!r} is no stiffness; write it in N m/rad (30kNm/rad), or N/m of slides"
             )
         found[name] = number_of("--joint-stiffness", text, None)
+    return found
+
+
+def _axes(items: list[str]) -> dict[str, object]:
+    found: dict[str, object] = {}
+    for name, value in parse_items("--axes", items).items():
+        try:
+            vectors = [[float(number) for number in part.replace(",", " ").split()] for part in value.split("/")]
+        except ValueError:
+            raise ArgumentError(f"--axes: {name}: {value!r} is not of the form X,Y,Z") from None
+        found[name] = vectors[0] if len(vectors) == 1 else vectors
     return found
 
 
@@ -134,10 +151,10 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
 
 NEW = Command(
     _new,
-    help="make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF",
+    help="make a robot file from the field's notation, such as 3-R[P]S, or from a URDF",
     description=(
-        "Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as it is;\n"
-        "it is commented and ready to be edited."
+        "Make a robot file from the field's notation of limbs and joints, or from a URDF, which it includes as it is,\n"
+        "with loops of onshape-to-robot, Gepetto or Isaac Sim; it is commented and ready to be edited."
     ),
     arguments=("parameters", "platform_link", "base_link"),
     own={
@@ -164,29 +181,42 @@ NEW = Command(
         ),
         "name": Argument("text", "of the robot (default: that of the file)", "NAME"),
         "source": Argument(
-            "text", "a URDF or xacro, which the new file includes as it is", "FILE", option="--from", group="from a plain URDF"
+            "text", "a URDF or xacro, which the new file includes as it is", "FILE", option="--from", group="from a URDF"
         ),
         "actuators": Argument(
             "texts or none",
-            "actuators besides joints with a <transmission> (default: all joints)",
+            "actuators besides joints with a <transmission> (default: all joints, without loops)",
             "JOINT",
-            group="from a plain URDF",
+            group="from a URDF",
         ),
         "elastic": Argument(
             "items",
             'links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for all that the file suggests',
             "LINK=SECTION",
-            group="from a plain URDF",
+            group="from a URDF",
         ),
         "joint_stiffness": Argument(
             "items",
             "of actuators and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
             "JOINT=VALUE",
-            group="from a plain URDF",
+            group="from a URDF",
+        ),
+        "yaml": Argument("text", "a robot.yaml of Gepetto's, which has the loops", "FILE", group="from a URDF"),
+        "types": Argument(
+            "items",
+            "joints of another tool's loops; or one TYPE for all of which the source does not say it",
+            "LOOP=TYPE",
+            group="from a URDF",
+        ),
+        "axes": Argument(
+            "items",
+            "their axes in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
+            "LOOP=X,Y,Z",
+            group="from a URDF",
         ),
         "out": Argument("text", "the file to write (default: print it)", "FILE"),
     },
-    function="authoring.robot_by_name:new_robot",
+    function="authoring.by_name:new_robot",
     usage="ARCHITECTURE [options], or new --from FILE [options]",
     notes=f"""\
 architecture:
@@ -202,5 +232,7 @@ new "2-U[P]R+S[P]R" --placements table.csv --out my_exechon.urdf.xacro
 new --from panda.urdf --platform-link panda_hand --out my_panda.urdf.xacro
 new --from ur10.urdf --platform-link tool0 --elastic upper_arm_link="tube 108mm 98mm aluminium" --joint-stiffness \
 elbow_joint=30kNm/rad --out my_ur10.urdf.xacro
+new --from robot.urdf --platform-link tool --types closing_A=revolute --actuators motor1 motor2 --out five_bar.urdf.xacro
+new --from robot.urdf --yaml robot.yaml --platform-link effector --out delta.urdf.xacro
 """,
 )

@@ -84,7 +84,7 @@ def including_text(name: str, include: str, comment: str, additions: str) -> str
 def whole_text(root: Element, additions: str) -> str:
     """Return the text of a plain URDF: a source, written anew, with additional elements."""
     attributes = {name: value for name, value in root.attributes.items() if name != "xmlns:xacro"}
-    head, closing, tail = to_text(replace(root, attributes=attributes)).rpartition("</robot>")
+    head, closing, tail = to_text(replace(root, attributes=attributes), indented=True).rpartition("</robot>")
     return f"{head.rstrip()}\n\n{additions}{closing}{tail}"
 
 

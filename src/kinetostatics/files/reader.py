@@ -108,7 +108,7 @@ def _read(
     elif parameters:
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    found = _describe(to_elements(document), path, warnings, platform, base)
+    found = describe(to_elements(document), path, warnings, platform, base)
     return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
 
 
@@ -133,7 +133,7 @@ def validate(description: RobotDescription) -> RobotDescription:
         return description
     root = robot_element(description)
     new_name(root)  # a file may lack it, and then gives its own
-    found = _describe(root, description.path, [])
+    found = describe(root, description.path, [])
     said = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
     warnings = (*description.file_warnings, *new)
@@ -146,9 +146,21 @@ def known_valid(description: RobotDescription) -> RobotDescription:
     return description
 
 
-def _describe(
+def describe(
     root: Element, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
+    """Return the robot of an element ``<robot>``.
+
+    Args:
+        root: the element, xacro expanded.
+        path: of its file.
+        warnings: what is said besides those of this reading.
+        platform, base: as in :func:`read_robot_file`.
+
+    Raises:
+        RobotFileError: as there.
+        ArgumentError: as there.
+    """
     if root.tag != "robot":
         raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)

@@ -9,6 +9,7 @@ import pytest
 from places import ROBOTS, ROOT
 
 import kinetostatics as ks
+from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.cli.main import main
@@ -73,13 +74,13 @@ def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
     robot = ks.new_robot("3-RPS", path, base_radius=0.25)
     text = path.read_text(encoding="utf-8")
     assert robot.name == "my_robot" and "The notation marked no actuator" in text
-    assert "The notation marked no actuator" not in ks.robot_text("3-R[P]S")
+    assert "The notation marked no actuator" not in robot_text("3-R[P]S")
     assert text.index('<xacro:arg name="base_radius" default="0.25"/>') < text.index("<link ")
     assert "O to the limbs' base points B_i" in text and "$(find kinetostatics)/library/limbs.xacro" in text
     assert max(map(len, text.splitlines())) <= 130
     thick = ks.load_robot(path, parameters={"rod_outer_diameter": 0.05})
     assert thick.description.beams["rod_1"].section.outer_diameter == 0.05
-    assert text == ks.robot_text("3-RPS", base_radius=0.25, name="my_robot")
+    assert text == robot_text("3-RPS", base_radius=0.25, name="my_robot")
 
 
 def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch, capsys):
@@ -104,7 +105,7 @@ def test_names_are_listed_and_build_robots(capsys):
     assert capsys.readouterr().out.splitlines() == [known.line for known in KNOWN_NAMES]
     for known in KNOWN_NAMES:
         assert parse_architecture(known.architecture).text == known.architecture
-        assert "</robot>" in ks.robot_text(known.architecture, arrangement=known.arrangement)
+        assert "</robot>" in robot_text(known.architecture, arrangement=known.arrangement)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +155,7 @@ def test_large_lengths_with_a_unit_or_from_python_are_warned_of(tmp_path, capsys
     assert main(["new", "3-RPS", "--base-radius", "350m", "--out", str(out)]) == 0
     assert "warning: base_radius = 350 m: lengths are in m" in capsys.readouterr().err and out.exists()
     with pytest.warns(UserWarning, match="height = 500 m: lengths are in m; write 0.5 for 500 mm"):
-        ks.robot_text("3-RPS", height=500)
+        robot_text("3-RPS", height=500)
 
 
 def test_a_tubes_wall_is_a_value_of_the_file(tmp_path):
@@ -234,5 +235,5 @@ def test_the_page_of_the_library_names_all_its_macros():
 
 def test_edited_lengths_that_make_no_triangle_are_told_with_their_line():
     with pytest.raises(ks.RobotFileError, match="crank and rod make no triangle") as caught:
-        parse_robot_text(ks.robot_text("3-RRS"), parameters={"rod_length": 0.1})
+        parse_robot_text(robot_text("3-RRS"), parameters={"rod_length": 0.1})
     assert caught.value.line is not None

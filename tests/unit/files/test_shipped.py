@@ -23,8 +23,7 @@ def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
         assert Path(ks.files.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
     robot = ks.load_robot("3rps", {"rod_diameter": 0.08})
     assert robot.description.beams["rod_1"].section.outer_diameter == 0.08
-    with pytest.raises(ks.RobotFileError, match="its loops are in this package's format already"):
-        ks.import_robot("3rps")
+    assert ks.extend_robot("3rps").description.driven == robot.description.driven
 
 
 def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys):

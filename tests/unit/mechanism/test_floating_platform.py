@@ -7,6 +7,7 @@ import pytest
 from places import ROBOTS
 
 import kinetostatics as ks
+from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.files.reader import parse_robot_text
 
 LOAD = [10, -20, 30, 1, 2, -3]
@@ -89,7 +90,7 @@ def test_it_is_no_limb_and_no_drive(pair):
 @pytest.mark.parametrize("end", ["flange_4", "platform_pose", "platform_pose:child"])
 def test_a_beam_may_end_at_it(end):
     """The tube of a Tricept is fixed to the platform at o, where the floating joint is on the platform's side."""
-    text = ks.robot_text("3-U[P]S+UP", sections={"rod_4": "tube 120mm 100mm"})
+    text = robot_text("3-U[P]S+UP", sections={"rod_4": "tube 120mm 100mm"})
     start = '<xacro:rod_4_beam link="rod_${i}" start="universal_${i}_y" end="flange_${i}"/>'
     assert start in text
     robot = ks.Robot(parse_robot_text(text.replace(start, start.replace("flange_${i}", end.replace("_4", "_${i}")))))

@@ -29,10 +29,9 @@ from itertools import takewhile
 
 from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.exceptions import near_names
-from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
-from kinetostatics.files.importers.yaml_source import fail, place, read_mapping, scalar, sequence
-from kinetostatics.files.xml import Element
+from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.files.xml import Element, read_file, shortened
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: What ``type`` says of a loop.
@@ -71,31 +70,101 @@ class GepettoFile:
     warnings: tuple[str, ...]
 
 
+# ---- YAML with lines -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Node:
+    """A text or list of a YAML file (None: a mapping), and its place."""
+
+    value: str | list[Node] | None
+    place: Place
+
+    def error(self, reason: str) -> RobotFileError:
+        """Return the error that says ``reason`` at this place."""
+        return self.place.error(shortened(reason))
+
+    def items(self, what: str) -> list[Node]:
+        """Return the entries of a list."""
+        if not isinstance(self.value, list):
+            raise self.error(f"{what} must be a list, not {repr(self.value) if self.value is not None else 'a mapping'}")
+        return self.value
+
+    def text(self, what: str) -> str:
+        """Return a text that is not empty and is in one line."""
+        if not isinstance(self.value, str) or not self.value.strip() or not self.value.isprintable():
+            found = repr(self.value) if isinstance(self.value, str) else "a mapping" if self.value is None else "a list"
+            raise self.error(f"{what} must be text in one line, not {found}")
+        return self.value
+
+
+def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
+    """Return the entries of a YAML mapping whose values are texts and lists; nothing is constructed from tags.
+
+    Raises:
+        RobotFileError: the file cannot be read, is not YAML, or is not such a mapping.
+    """
+    import yaml
+
+    file = os.fsdecode(path)
+
+    def nodes(node: yaml.Node) -> Node:
+        place = Place(file, node.start_mark.line + 1)
+        if isinstance(node, yaml.MappingNode):
+            return Node(None, place)
+        return Node([nodes(item) for item in node.value] if isinstance(node, yaml.SequenceNode) else str(node.value), place)
+
+    try:
+        root = yaml.compose(read_file(path).decode("utf-8-sig"), Loader=yaml.SafeLoader)
+        if not isinstance(root, yaml.MappingNode):
+            line = None if root is None else root.start_mark.line + 1
+            raise RobotFileError("robot.yaml is a mapping, which begins with a key such as closed_loop:", file, line)
+        found: dict[str, Node] = {}
+        for key_node, node in root.value:
+            key = nodes(key_node)
+            name = key.text("a key")
+            if name in found:
+                raise key.error(f"the key {name!r} comes twice")
+            found[name] = nodes(node)
+        return found
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        reason = " ".join(filter(None, (error.context, error.problem)))
+        raise RobotFileError(f"this is not YAML: {shortened(reason)}", file, mark.line + 1 if mark else None) from None
+    except OSError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", file) from None
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # characters that YAML does not allow; lists in themselves
+        raise RobotFileError(f"this is not YAML: {shortened(' '.join(str(error).split()))}", file) from None
+
+
+# ---- what the keys say ------------------------------------------------------------------------------------------------------
+
+
 def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
     """Read a ``robot.yaml``.
 
     Raises:
         RobotFileError: the file is malformed, or names what the URDF does not have; with the file and the line.
     """
-    keys, file = read_mapping(path), os.fsdecode(path)
-    warnings = [_unknown(key, node, file) for key, node in keys.items() if key not in KEYS]
-    frames, loops = _loops(source, keys, file)
-    driven, note = _driven(source, keys, file)
-    return GepettoFile(tuple(loops), frames, driven, note, _retyped(source, keys, file), tuple(warnings))
+    keys = _read_yaml(path)
+    warnings = [_unknown(key, node) for key, node in keys.items() if key not in KEYS]
+    frames, loops = _loops(source, keys)
+    driven, note = _driven(source, keys)
+    return GepettoFile(tuple(loops), frames, driven, note, _retyped(source, keys), tuple(warnings))
 
 
-def _unknown(key: str, node: object, file: str) -> str:
+def _unknown(key: str, node: Node) -> str:
     near = near_names(key, KEYS)
     if near.startswith("did"):
-        fail(node, file, f"the key {key!r} is unknown; {near}")
-    return f"{file}:{place(node, file).line}: the key {key!r} is ignored; known: {', '.join(KEYS)}."
+        raise node.error(f"the key {key!r} is unknown; {near}")
+    return f"{node.place}: the key {key!r} is ignored; known: {', '.join(KEYS)}."
 
 
-def _loops(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[frozenset[str], list[ForeignLoop]]:
+def _loops(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[frozenset[str], list[ForeignLoop]]:
     if "closed_loop" not in keys:
         return frozenset(), []
-    pairs = [_pair(node, file) for node in sequence(keys["closed_loop"], file, "closed_loop")]
-    types = _types(keys, len(pairs), file)
+    pairs = [_pair(node) for node in keys["closed_loop"].items("closed_loop")]
+    types = _types(keys, len(pairs))
     loops: list[ForeignLoop] = []
     names: set[str] = {*source.joints}
     for (first, second, at), kind in zip(pairs, types, strict=True):
@@ -106,27 +175,27 @@ def _loops(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[
     return frozenset(name for pair in pairs for name in pair[:2]), loops
 
 
-def _pair(node: object, file: str) -> tuple[str, str, Place]:
-    items = sequence(node, file, "an entry of closed_loop")
+def _pair(node: Node) -> tuple[str, str, Place]:
+    items = node.items("an entry of closed_loop")
     if len(items) != 2:
-        fail(node, file, f"an entry of closed_loop must be a pair of frames, not {len(items)} of them")
-    first, second = (scalar(item, file, "a frame of closed_loop") for item in items)
+        raise node.error(f"an entry of closed_loop must be a pair of frames, not {len(items)} of them")
+    first, second = (item.text("a frame of closed_loop") for item in items)
     if first == second:
-        fail(node, file, f"closed_loop pairs {first!r} with itself")
-    return first, second, place(node, file)
+        raise node.error(f"closed_loop pairs {first!r} with itself")
+    return first, second, node.place
 
 
-def _types(keys: Mapping[str, object], count: int, file: str) -> list[str | None]:
+def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
     if "type" not in keys:
         return [None] * count  # different versions of the loader make different things of this
-    nodes = sequence(keys["type"], file, "type")
+    nodes = keys["type"].items("type")
     if len(nodes) != count:
-        fail(keys["type"], file, f"type has {len(nodes)} entries, and closed_loop has {count}; each loop needs one")
+        raise keys["type"].error(f"type has {len(nodes)} entries, and closed_loop has {count}; each loop needs one")
     found: list[str | None] = []
     for node in nodes:
-        kind = scalar(node, file, "an entry of type")
+        kind = node.text("an entry of type")
         if kind.lower() not in TYPES:
-            fail(node, file, f"type says {kind!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
+            raise node.error(f"type says {kind!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
         found.append(TYPES[kind.lower()])
     return found
 
@@ -138,49 +207,45 @@ def _name(first: str, second: str, taken: set[str]) -> str:
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
-def _driven(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[tuple[str, ...] | None, str]:
+def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
     """Return the driven joints, and a remark if exact names and parts of names do not give the same."""
     if "name_mot" not in keys:
         return None, ""
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
-    nodes = sequence(keys["name_mot"], file, "name_mot")
-    texts = [scalar(node, file, "an entry of name_mot") for node in nodes]
+    nodes = keys["name_mot"].items("name_mot")
+    texts = [node.text("an entry of name_mot") for node in nodes]
     for node, text in zip(nodes, texts, strict=True):
         if not any(text in name for name in movable):
-            fail(node, file, f"name_mot says {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
+            raise node.error(f"name_mot says {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
     driven = tuple(name for name in movable if any(text in name for text in texts))
     more = [name for name in driven if name not in texts and any(text in name for text in texts if text in movable)]
     if not more:
         return driven, ""
-    parts = ", ".join(more)
-    return (
-        None,
-        f"name_mot ({file}:{place(keys['name_mot'], file).line}) names joints whose names are also part of those of {parts}",
-    )
+    return None, f"name_mot ({keys['name_mot'].place}) names joints whose names are also part of those of {', '.join(more)}"
 
 
-def _retyped(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[Retyped, ...]:
+def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ...]:
     if "joint_name" not in keys and "joint_type" not in keys:
         return ()
     for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):
         if key not in keys:
-            fail(keys[other], file, f"there is {other} but no {key}; they are lists of the same length")
-    names, types = (sequence(keys[key], file, key) for key in ("joint_name", "joint_type"))
+            raise keys[other].error(f"there is {other} but no {key}; they are lists of the same length")
+    names, types = (keys[key].items(key) for key in ("joint_name", "joint_type"))
     if len(names) != len(types):
-        fail(keys["joint_type"], file, f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
+        raise keys["joint_type"].error(f"joint_type has {len(types)} entries, and joint_name has {len(names)}")
     found: dict[str, Retyped] = {}
     for name_node, type_node in zip(names, types, strict=True):
-        name, kind = scalar(name_node, file, "an entry of joint_name"), scalar(type_node, file, "an entry of joint_type")
+        name, kind = name_node.text("an entry of joint_name"), type_node.text("an entry of joint_type")
         movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
         if name not in movable:
             what = "is fixed in the URDF" if name in source.joints else "does not exist"
-            fail(name_node, file, f"joint_name says {name!r}, which {what}; {near_names(name, movable)}")
+            raise name_node.error(f"joint_name says {name!r}, which {what}; {near_names(name, movable)}")
         if name in found:
-            fail(name_node, file, f"joint_name has {name!r} twice")
+            raise name_node.error(f"joint_name has {name!r} twice")
         if kind not in RETYPED:
             reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
-            fail(type_node, file, f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
-        found[name] = Retyped(name, RETYPED[kind], place(name_node, file))
+            raise type_node.error(f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
+        found[name] = Retyped(name, RETYPED[kind], name_node.place)
     return tuple(found.values())
 
 

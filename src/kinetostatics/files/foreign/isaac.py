@@ -16,15 +16,31 @@ only if its type is ``spherical``. The exporter (``isaacsim.asset.exporter.urdf`
 
 from __future__ import annotations
 
-from kinetostatics.description.elements import Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.attribute_values import allow, new_name, point, reference, vector
-from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
+from kinetostatics.files.attribute_values import reference
+from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.files.tables import NAME, POINT, TEXT, VECTOR, Row, Table
 from kinetostatics.files.xml import Element
 
 #: The importer's types that a loop can have.
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical")
+_ZERO = (0.0, 0.0, 0.0)
+LOOP_JOINT = Table(
+    "loop_joint",
+    {
+        "": (Row("name", NAME), Row("type", TEXT, None)),
+        **{
+            side: (
+                Row("link", TEXT, name=end),
+                Row("xyz", POINT, _ZERO, f"{end}_origin.xyz"),
+                Row("rpy", VECTOR, _ZERO, f"{end}_origin.rpy"),
+            )
+            for side, end in (("link1", "predecessor"), ("link2", "successor"))
+        },
+        "axis": (Row("xyz", TEXT, None),),
+    },
+)
 
 
 def read(source: SourceRobot) -> list[ForeignLoop]:
@@ -37,34 +53,18 @@ def read(source: SourceRobot) -> list[ForeignLoop]:
 
 
 def _loop(source: SourceRobot, element: Element) -> ForeignLoop:
-    name = new_name(element)
-    allow(element, ("name", "type"), ("link1", "link2", "axis"))
-    kind = _type(element)
     sides = [item for item in element.children if item.tag in ("link1", "link2")]
     if [item.tag for item in sides] == ["link1", "link1"]:
         raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer wants")
-    (first, first_origin), (second, second_origin) = (_side(element, tag, source) for tag in ("link1", "link2"))
-    if first == second:
-        raise element.error(f"{element.label} joins the link {first!r} to itself")
-    axis = element.child("axis")
-    note = "" if axis is None else f"its <axis xyz={axis.attributes.get('xyz', '')!r}> is not an element of Isaac Sim's format"
-    return ForeignLoop(name, kind, first, first_origin, second, second_origin, None, element.place, note)
-
-
-def _type(element: Element) -> str | None:
-    kind = element.attributes.get("type", "").strip()
-    if not kind:
-        return None
+    found = LOOP_JOINT.read(element)
+    kind, axis = found["type"], found.pop("xyz")
     if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
         raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
-    if kind not in TYPES:
+    if kind is not None and kind not in TYPES:
         raise element.error(f"{element.label} has the type {kind!r}, which Isaac Sim does not have; {near_names(kind, TYPES)}")
-    return kind
-
-
-def _side(element: Element, tag: str, source: SourceRobot) -> tuple[str, Origin]:
-    side = element.required_child(tag)
-    allow(side, ("link", "xyz", "rpy"))
-    readers = {"xyz": point, "rpy": vector}
-    origin = Origin(**{name: read(side, name) for name, read in readers.items() if name in side.attributes})
-    return reference(side, "link", source.links, "link"), origin
+    for side in sides:
+        reference(side, "link", source.links, "link")
+    if found["predecessor"] == found["successor"]:
+        raise element.error(f"{element.label} joins the link {found['predecessor']!r} to itself")
+    note = "" if axis is None else f"its <axis xyz={axis!r}> is not an element of Isaac Sim's format"
+    return ForeignLoop(**found, axis=None, place=element.place, note=note)

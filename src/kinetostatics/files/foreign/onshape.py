@@ -19,7 +19,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
+from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
 
 FRAME = re.compile(r"(closing_.+)_([12])")
 #: Names of links that only mark frames.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.authoring.extension import extension_text
+from kinetostatics.authoring.from_urdf import extension
 from kinetostatics.cli.main import main
 
 WEIGHT = (
@@ -34,7 +34,7 @@ ARM = f"""<robot name="arm">
 </robot>
 """
 LOAD = [0.0, 0.0, -100.0, 0.0, 0.0, 0.0]
-EXAMPLE = {"platform": "tool", "elastic": {"upper": "tube 60mm 50mm steel"}, "joint_stiffness": {"two": 3e4}}
+EXAMPLE = {"platform_link": "tool", "elastic": {"upper": "tube 60mm 50mm steel"}, "joint_stiffness": {"two": 3e4}}
 
 
 @pytest.fixture
@@ -42,6 +42,10 @@ def arm(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text(ARM)
     return path
+
+
+def extension_text(path, **options):
+    return extension(str(path), "", **options)[0]
 
 
 def analyzed(robot, **options):
@@ -75,14 +79,14 @@ def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_p
     with pytest.raises(ks.ArgumentError, match="is there already"):
         ks.extend_robot(arm, path, **EXAMPLE)
     assert made.description.driven == ("one", "two", "three")
-    assert ks.extend_robot(arm, platform="tool", driven=["two"]).description.driven == ("two",)
+    assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.driven == ("two",)
 
 
 def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_out_of_their_comments(
     arm, tmp_path, monkeypatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    text = extension_text(arm, platform="tool")
+    text = extension_text(arm, platform_link="tool")
     assert "upper: 0.6 m between its joints, 2 kg" in text and "lower" not in text  # which weighs nothing
     assert '<joint_stiffness joint="one" drive="10000"/> effort 50 N m' in text
     assert '<joint_stiffness joint="two" drive="4000"/> effort 20 N m' in text and 'joint="three" actuator' not in text
@@ -92,7 +96,7 @@ def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_o
     path.write_text(without)
     taken, suggested = (
         ks.load_robot(path),
-        ks.extend_robot(arm, platform="tool", elastic="suggested", joint_stiffness="suggested"),
+        ks.extend_robot(arm, platform_link="tool", elastic="suggested", joint_stiffness="suggested"),
     )
     assert list(taken.description.beams) == ["upper"] and list(taken.description.joint_stiffness) == ["one", "two"]
     np.testing.assert_allclose(analyzed(taken).twist, analyzed(suggested).twist, rtol=1e-14)
@@ -101,7 +105,7 @@ def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_o
 
 
 def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
-    robot = ks.extend_robot(arm, platform="tool", elastic={"lower": "rectangular_tube 90mm 70mm 8mm aluminium"})
+    robot = ks.extend_robot(arm, platform_link="tool", elastic={"lower": "rectangular_tube 90mm 70mm 8mm aluminium"})
     beam = robot.description.beams["lower"]
     assert beam.density == 2700 and beam.y_axis == (0, 1, 0)
     weight = -ks.analyze(robot.assemble()).base_wrench[2] / -9.81
@@ -110,7 +114,9 @@ def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
 
 def test_a_section_lies_with_its_width_along_the_hinge(arm) -> None:
     flat, upright = ("rectangle 80mm 10mm", "rectangle 10mm 80mm")
-    sag = [abs(analyzed(ks.extend_robot(arm, platform="tool", elastic={"upper": text})).twist[2]) for text in (flat, upright)]
+    sag = [
+        abs(analyzed(ks.extend_robot(arm, platform_link="tool", elastic={"upper": text})).twist[2]) for text in (flat, upright)
+    ]
     assert sag[0] > 30 * sag[1]
 
 
@@ -120,16 +126,16 @@ def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
     text = extension_text(arm)
     assert "<platform" not in text and "<base" not in text
     assert re.findall(r'<transmission name="drive_(\w+)"', text) == ["two", "three"]
-    for argument in ("platform", "base"):
-        with pytest.raises(ks.ArgumentError, match=f"names its {argument} already"):
+    for argument in ("platform_link", "base_link"):
+        with pytest.raises(ks.ArgumentError, match=f"names its {argument[:-5]} already"):
             extension_text(arm, **{argument: "upper"})
 
 
 def test_a_base_elsewhere_and_a_robot_that_floats(arm) -> None:
-    assert '<base link="upper"/>' in extension_text(arm, platform="tool", base="upper")
+    assert '<base link="upper"/>' in extension_text(arm, platform_link="tool", base_link="upper")
     floating = '<link name="world"/><joint name="fly" type="floating"><parent link="world"/><child link="foot"/></joint></robot>'
     arm.write_text(ARM.replace("</robot>", floating))
-    assert '<base link="foot"/>' in extension_text(arm, platform="tool")
+    assert '<base link="foot"/>' in extension_text(arm, platform_link="tool")
     robot = ks.extend_robot(arm, **EXAMPLE)
     arm.write_text(ARM)
     np.testing.assert_allclose(analyzed(robot).twist, analyzed(ks.extend_robot(arm, **EXAMPLE)).twist, rtol=1e-12)
@@ -137,7 +143,7 @@ def test_a_base_elsewhere_and_a_robot_that_floats(arm) -> None:
 
 def test_a_branch_is_reached_from_its_side_too(arm) -> None:
     """From the tool to the foot the same arm, turned round."""
-    robot = ks.extend_robot(arm, base="tool", platform="foot", elastic={"upper": "tube 60mm 50mm steel"})
+    robot = ks.extend_robot(arm, base_link="tool", platform_link="foot", elastic={"upper": "tube 60mm 50mm steel"})
     assert analyzed(robot).twist[2] < 0
 
 
@@ -158,22 +164,22 @@ def test_texts_that_xacro_would_change_are_written_whole(arm) -> None:
         ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no actuator 'too': did you mean 'two'"),
         ({"joint_stiffness": {"two": -1.0}}, "joint_stiffness of 'two' is -1.0; it must be a number greater than zero"),
         ({"joint_stiffness": "all"}, "joint_stiffness is 'all'; it is 'suggested', or numbers by joint"),
-        ({"driven": "two"}, "driven is 'two'; it must be a list of joints"),
-        ({"driven": ["too"]}, "driven: no joint 'too': did you mean 'two'"),
-        ({"platform": "tol"}, "platform='tol': .* no such link; did you mean 'tool'"),
+        ({"actuators": "two"}, "actuators is 'two'; it must be a list of joints"),
+        ({"actuators": ["too"]}, "actuators: no joint 'too': did you mean 'two'"),
+        ({"platform_link": "tol"}, "platform='tol': .* no such link; did you mean 'tool'"),
     ],
 )
 def test_wrong_arguments_are_answered(options, said, arm) -> None:
     with pytest.raises(ks.ArgumentError, match=said):
-        ks.extend_robot(arm, **{"platform": "tool", **options})
+        ks.extend_robot(arm, **{"platform_link": "tool", **options})
 
 
 def test_nothing_to_suggest_is_said(arm) -> None:
     arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
     with pytest.raises(ks.ArgumentError, match="no link of the file could be a beam"):
-        ks.extend_robot(arm, platform="tool", elastic="suggested")
+        ks.extend_robot(arm, platform_link="tool", elastic="suggested")
     with pytest.raises(ks.ArgumentError, match="no actuator of the file has an effort"):
-        ks.extend_robot(arm, platform="tool", joint_stiffness="suggested")
+        ks.extend_robot(arm, platform_link="tool", joint_stiffness="suggested")
 
 
 # ---- on the command line -----------------------------------------------------------------------------------------------
@@ -250,7 +256,7 @@ def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_name
 def test_a_joint_on_the_way_that_is_no_drive_stays_passive(arm) -> None:
     passive = GRIPPER.replace('<mimic joint="left_slide"/>', "")
     arm.write_text(ARM.replace("</robot>", f"{passive}</robot>"))
-    made = ks.extend_robot(arm, platform="tool", driven=["two"])
+    made = ks.extend_robot(arm, platform_link="tool", actuators=["two"])
     assert made.description.driven == ("two", "left_slide", "right_slide")
-    both = ks.extend_robot(arm, platform="left", driven=["two", "three", "one"])  # the left finger's slide is on its way
+    both = ks.extend_robot(arm, platform_link="left", actuators=["two", "three", "one"])  # the left finger's slide is on its way
     assert both.description.driven == ("two", "three", "one", "right_slide")

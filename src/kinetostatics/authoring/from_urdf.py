@@ -1,24 +1,33 @@
-"""A plain URDF extended: a small xacro that includes it as it is and adds platform, actuators and what is elastic."""
+"""A plain URDF extended: a small xacro that includes it as it is and adds platform, loops, actuators and what is elastic."""
 
 from __future__ import annotations
 
+import math
 import os
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from kinetostatics.argument_checks import check_mapping, path_name
+from kinetostatics.authoring.by_name import write_new
 from kinetostatics.authoring.materials import MATERIALS, SHAPES, parse_section
-from kinetostatics.authoring.robot_by_name import write_new
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
-from kinetostatics.files.importers.loop_record import SourceRobot
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError, near_names
+from kinetostatics.files.element_tables import write_loop
+from kinetostatics.files.foreign import gepetto, isaac, onshape
+from kinetostatics.files.foreign.complete import Actuators, complete
+from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.plain_urdf import drivable, first_base
-from kinetostatics.files.reader import parse_robot_text, read_robot_file
-from kinetostatics.files.xml import Element
+from kinetostatics.files.reader import describe, parse_robot_text
+from kinetostatics.files.robot_element import plain_transmission
+from kinetostatics.files.urdf import read_joints, read_links, tree_root
+from kinetostatics.files.xml import Element, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
@@ -26,107 +35,122 @@ from kinetostatics.sections.kinds import Tube
 TURN, SLIDE = 5e-3, 5e-4
 #: Stands for all that the file suggests.
 SUGGESTED = "suggested"
+#: Smallest turn [degrees] of the platform's axes at zero that a comment tells.
+LEAST_TURN = 0.1
 
 
 def extend_robot(
     source: str | os.PathLike[str],
     path: str | os.PathLike[str] | None = None,
     *,
-    platform: str | None = None,
-    base: str | None = None,
-    driven: Iterable[str] | None = None,
+    platform_link: str | None = None,
+    base_link: str | None = None,
+    actuators: Iterable[str] | None = None,
     elastic: Mapping[str, str] | str | None = None,
     joint_stiffness: Mapping[str, float] | str | None = None,
+    yaml: str | os.PathLike[str] | None = None,
+    types: Mapping[str, str] | str | None = None,
+    axes: Mapping[str, object] | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> Robot:
     """Extend a URDF that says nothing of platform, actuators and elastic parts, by a small xacro that includes it as it is.
 
-    The xacro suggests, in comments and with numbers from the file, which other links could be beams (the distance of their joints
-    and their mass) and how stiff actuators could be (their largest effort).
+    Loops that another tool has written are read: closing frames of onshape-to-robot, ``robot.yaml`` of Gepetto's
+    example-parallel-robots, ``<loop_joint>`` of Isaac Sim. Comments of the xacro suggest, with numbers from the file, which other
+    links could be beams (the distance of their joints and their mass) and how stiff actuators could be (their largest effort).
 
     Args:
-        source: the URDF or xacro, without loops of other tools.
+        source: the URDF or xacro.
         path: where the new file is written; None: nowhere. A file that is there is not replaced.
-        platform: the link that is the moving platform; None if the file says it.
-        base: the link that stands still; None: as the file says, or the root of its tree.
-        driven: joints that are driven besides those with a ``<transmission>``; None: all others that move, if the file has no
-            loops. Joints that hang beside the way from base to platform, as a gripper's, are held all the same.
+        platform_link: the link that is the moving platform; None if the file says it.
+        base_link: the link that stands still; None: as the file says, or the root of its tree.
+        actuators: joints that are driven besides those with a ``<transmission>``; None: all others that move, if there are no
+            loops. Joints that hang beside the way from base to platform, as a gripper's, are held all the same. Where another
+            tool has written loops: all driven joints, also loops; an empty list for none.
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two joints that move beside it. "suggested": all that the file suggests. A beam weighs what
             the link's ``<inertial>`` says; if it says nothing, what its material weighs.
         joint_stiffness: stiffnesses of actuators [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
             the comments.
+        yaml: a ``robot.yaml`` of Gepetto's.
+        types: the joints that close another tool's loops, ``{loop: type}`` with the types of ``<loop>``, or one type for all
+            of which the source does not say it.
+        axes: ``{loop: (x, y, z)}``, the joint's axis in the loop's frame on its predecessor; for universal two of them, the
+            second in the frame on the successor.
         parameters: values of the source's xacro arguments.
 
     Returns:
-        The robot, loaded from the new text. :func:`extension_text` returns the text itself.
+        The robot, loaded from the new text.
 
     Raises:
-        ArgumentError: a link, joint, section or stiffness is invalid.
-        RobotFileError: the source is wrong.
+        ArgumentError: a link, joint, loop, section or stiffness does not fit the source, or neither the source nor an argument
+            says what a robot needs; the message lists all that is missing.
+        RobotFileError: the source or the YAML is wrong; with file and line.
     """
-    name = os.fspath(source)
+    name = path_name("source", source)
     beside = os.path.join(os.path.dirname(name), f"<extension of {os.path.basename(name)}>")
     out = beside if path is None else path_name("path", path)
-    text, includes = _extension(name, out, platform, base, driven, elastic, joint_stiffness, parameters or {})
-    robot = Robot(parse_robot_text(text, out, parameters if includes else None))
-    _ = robot.beams  # which complain where one cannot lie between its joints
+    text, includes, warnings = extension(
+        name, out, platform_link, base_link, actuators, elastic, joint_stiffness, yaml, types, axes, parameters
+    )
+    description = parse_robot_text(text, out, parameters if includes else None)
+    robot = Robot(replace(description, file_warnings=(*description.file_warnings, *warnings)) if warnings else description)
+    if description.beams:
+        _ = robot.beams  # which complain where one cannot lie between its joints
     if path is not None:
         write_new(text, path)
     return robot
 
 
-def extension_text(
-    source: str | os.PathLike[str],
-    *,
-    platform: str | None = None,
-    base: str | None = None,
-    driven: Iterable[str] | None = None,
-    elastic: Mapping[str, str] | str | None = None,
-    joint_stiffness: Mapping[str, float] | str | None = None,
-    parameters: Mapping[str, object] | None = None,
-) -> str:
-    """Return the text that :func:`extend_robot` writes, for a file in the working folder; the arguments are the same."""
-    return _extension(os.fspath(source), "", platform, base, driven, elastic, joint_stiffness, parameters or {})[0]
-
-
-def _extension(
+def extension(
     source: str,
     out: str,
-    platform: str | None,
-    base: str | None,
-    driven: Iterable[str] | None,
-    elastic: Mapping[str, str] | str | None,
-    joint_stiffness: Mapping[str, float] | str | None,
-    parameters: Mapping[str, object],
-) -> tuple[str, bool]:
-    """Return the text, and whether it includes the source."""
-    root, name, uses_xacro = read_root(source, parameters)
-    has_platform = bool(root.named("platform"))
-    if has_platform and platform is not None:
-        raise ArgumentError(f"platform={platform!r}: {name} names its platform already; leave the argument out")
-    if base is not None and root.named("base"):
-        raise ArgumentError(f"base={base!r}: {name} names its base already; leave the argument out")
-    description = read_robot_file(name, parameters, platform=platform, base=base)
-    held = SourceRobot(name, root, description.links, description.joints)
-    candidates = spans(description, held.zero_frames)
-    actuators, holding = _actuators(root, description, driven)
-    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *actuators, *holding))))
+    platform_link: str | None = None,
+    base_link: str | None = None,
+    actuators: Iterable[str] | None = None,
+    elastic: Mapping[str, str] | str | None = None,
+    joint_stiffness: Mapping[str, float] | str | None = None,
+    yaml: str | os.PathLike[str] | None = None,
+    types: Mapping[str, str] | str | None = None,
+    axes: Mapping[str, object] | None = None,
+    parameters: Mapping[str, object] | None = None,
+) -> tuple[str, bool, list[str]]:
+    """Return the text of :func:`extend_robot` for a file ``out``, whether it includes the source, and warnings."""
+    root, name, uses_xacro = read_root(source, parameters or {})
+    for tag, link in (("platform", platform_link), ("base", base_link)):
+        if link is not None and root.named(tag):
+            raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
+    found, loops, said, warnings = _loops(name, root, yaml)
+    if loops:
+        closed, driven, more = complete(found, loops, said, platform_link, types, axes, actuators)
+        warnings += more
+        added = (*map(write_loop, closed), *(plain_transmission(joint, found.root.place) for joint in driven))
+        description = describe(replace(found.root, content=(*found.root.content, *added)), name, [], platform_link, base_link)
+        holding: list[str] = []
+    elif types or axes:
+        raise ArgumentError(f"types and axes are of loops that another tool has written, and {name} has none")
+    else:
+        closed, description = (), describe(root, name, [], platform_link, base_link)
+        driven, holding = _actuators(root, description, actuators)
+    candidates = spans(description, found.zero_frames)
+    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *driven, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
-        "" if has_platform else f"  <platform link={quoted(description.platform)}/>\n",
-        f"  <base link={quoted(description.base)}/>\n" if base is not None or _floats(description) else "",
-        _actuators_text(actuators, "actuators: joints that move and have no transmission in the file; their brakes hold"),
+        _turned_axes(description) if loops else "",
+        f"  <platform link={quoted(description.platform)}/>\n" if not root.named("platform") else "",
+        f"  <base link={quoted(description.base)}/>\n" if base_link is not None or _floats(description) else "",
+        *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
+        _actuators_text(driven, "actuators: joints that move and have no transmission in the file; their brakes hold"),
         _actuators_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
         _beams_text(known, candidates, elastic),
         _stiffness_text(known, joint_stiffness),
     ]
     additions = "".join(parts)
-    include = include_path(name, root, uses_xacro, additions, out)
+    include = include_path(name, root, uses_xacro, additions, out) if found.root is root else None
     if include is None:
-        return whole_text(root, additions), False
+        return whole_text(found.root, additions), False, warnings
     comment = f"{os.path.basename(name)} as it is, and what the statics need; comments suggest the rest, in m, kg, N and rad"
-    return including_text(description.name, include, _safe(comment), additions), True
+    return including_text(description.name, include, _safe(comment), additions), True, warnings
 
 
 def _floats(description: RobotDescription) -> bool:
@@ -136,32 +160,77 @@ def _floats(description: RobotDescription) -> bool:
     return description.base != tree and description.base == first_base(tree, description.joints)
 
 
+# ---- loops that other tools have written -----------------------------------------------------------------------------------
+
+
+def _loops(
+    path: str, root: Element, yaml: str | os.PathLike[str] | None
+) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
+    """Return the source, with joints that the YAML retypes, its loops, its actuators and warnings."""
+    source = _source(path, root)
+    entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
+    transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
+    if yaml is None:
+        return source, [*onshape.read(source), *isaac.read(source)], Actuators(None, transmissions), []
+    said = gepetto.read(source, yaml)
+    loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
+    if not loops:
+        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
+    named = None if said.driven is None else gepetto.driven_after(said.driven, said.retyped)
+    if said.retyped:
+        retyped = _source(path, gepetto.retype(source, said.retyped))
+        source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
+    return source, loops, Actuators(named, transmissions, said.driven_note), list(said.warnings)
+
+
+def _source(path: str, root: Element) -> SourceRobot:
+    warnings: list[str] = []  # the same will come up when the new file is read
+    links = read_links(root, warnings)
+    joints = read_joints(root, links, warnings)
+    tree_root(links, joints)
+    return SourceRobot(path, root, links, joints)
+
+
+def _turned_axes(description: RobotDescription) -> str:
+    """Return a comment on the platform's axes if they are not parallel to the base's where all joints are at zero."""
+    robot = Robot(description)
+    try:
+        rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]
+    except KinetostaticsError:  # check says what
+        return ""
+    angle = float(np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))))
+    if angle < LEAST_TURN:
+        return ""
+    back = description.platform_origin.matrix[:3, :3] @ rotation.T  # the axes that would be parallel, in the platform link
+    pitch = math.asin(float(np.clip(-back[2, 0], -1, 1)))
+    roll, yaw = math.atan2(back[2, 1], back[2, 2]), math.atan2(back[1, 0], back[0, 0])
+    rpy = " ".join(f"{value if abs(value) > 1e-12 else 0.0:.12g}" for value in (roll, pitch, yaw))
+    return f'  <!-- they are turned by {angle:.4g}° at zero; parallel to the base\'s are those of <origin rpy="{rpy}"/> -->\n'
+
+
 # ---- actuators ------------------------------------------------------------------------------------------------------------
 
 
-def _actuators(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> tuple[list[str], list[str]]:
+def _actuators(root: Element, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
     """Return the joints that get a transmission, and those that get one because nothing else would hold what hangs on them."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
-    if driven is None:
-        return [] if description.loops else [name for name in drivable(description.joints) if name not in there], []
-    if isinstance(driven, str) or not isinstance(driven, Iterable):
-        raise ArgumentError(f"driven is {driven!r}; it must be a list of joints")
-    names = list(dict.fromkeys(driven))
+    free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
+    if given is None:
+        return tuple(free), []
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ArgumentError(f"actuators is {given!r}; it must be a list of joints")
+    names = list(dict.fromkeys(given))
     known = {**description.joints, **description.loops}
     for name in names:
         if name not in known:
-            raise ArgumentError(f"driven: no joint {name!r}: {near_names(str(name), known)}")
+            raise ArgumentError(f"actuators: no joint {name!r}: {near_names(str(name), known)}")
     passed = {joint.name for joint, _ in way(description)}
-    beside = [] if description.loops else [name for name in drivable(description.joints) if name not in passed]
-    holding = [name for name in beside if name not in there and name not in names]
-    return [name for name in names if name not in there], holding
+    return tuple(name for name in names if name not in there), [name for name in free if name not in passed and name not in names]
 
 
-def _actuators_text(names: list[str], comment: str) -> str:
-    if not names:
-        return ""
+def _actuators_text(names: Iterable[str], comment: str) -> str:
     lines = [f"  <transmission name={quoted(f'drive_{name}')}><joint name={quoted(name)}/></transmission>\n" for name in names]
-    return f"\n  <!-- {comment} -->\n" + "".join(lines)
+    return f"\n  <!-- {comment} -->\n" + "".join(lines) if lines else ""
 
 
 # ---- beams -------------------------------------------------------------------------------------------------------------
@@ -210,7 +279,8 @@ def _suggestion(description: RobotDescription, span: Span) -> str:
     if tube is None or span.link in description.beams:
         return ""
     modulus, ratio, _ = MATERIALS[MATERIAL]
-    beam = Beam(span.link, Tube.of(*tube), Material(modulus, ratio), BeamEnd(span.start), BeamEnd(span.end))
+    start, end = (BeamEnd(name) if name else None for name in (span.start, span.end))
+    beam = Beam(span.link, Tube.of(*tube), Material(modulus, ratio), start, end)
     try:
         _ = Robot(description.with_part(beam)).beams
     except KinetostaticsError:
@@ -241,8 +311,9 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 def _element(span: Span, material: str, section: str, more: str = "") -> str:
     modulus, ratio, _ = MATERIALS[material]
+    ends = f" from={quoted(span.start)} to={quoted(span.end)}" if span.start else ""
     return (
-        f"  <beam link={quoted(span.link)} from={quoted(span.start)} to={quoted(span.end)}"
+        f"  <beam link={quoted(span.link)}{ends}"
         f' youngs_modulus="{modulus / 1e9:g}e9" poisson_ratio="{ratio:g}"{more}>\n'
         f"    {section}\n  </beam>\n"
     )

@@ -57,7 +57,7 @@ def new_robot(
             ``platform_mass=12``.
 
     Returns:
-        The robot, loaded from the new text. :func:`robot_text` returns the text itself.
+        The robot, loaded from the new text.
 
     Raises:
         ArgumentError: the notation or a value is invalid; the message says where and what would be right.

@@ -4,8 +4,6 @@ import math
 import random
 import re
 import shutil
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -14,10 +12,12 @@ from page_code import run_python
 from places import ROOT, TESTS
 
 import kinetostatics as ks
+from kinetostatics.authoring.from_urdf import _source
 from kinetostatics.cli import main as cli
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError
-from kinetostatics.files.importers import ForeignLoop, gepetto, isaac, onshape
-from kinetostatics.files.importers.convert import _read_source
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.foreign import gepetto, isaac, onshape
+from kinetostatics.files.foreign.loop import ForeignLoop
+from kinetostatics.files.inclusion import read_root
 from kinetostatics.files.reader import parse_robot_text
 
 FOREIGN = TESTS / "foreign"
@@ -25,7 +25,16 @@ FIVE_BAR = FOREIGN / "five_bar_onshape.urdf"
 FOUR_BAR = FOREIGN / "four_bar_isaac.urdf"
 GEPETTO = FOREIGN / "five_bar_gepetto.urdf", FOREIGN / "five_bar_gepetto.yaml"
 RRS = FOREIGN / "3rrs_gepetto.urdf", FOREIGN / "3rrs_gepetto.yaml"
-HINGE = {"types": "revolute", "platform": "tool", "driven": ["motor_1", "motor_2"]}
+HINGE = {"types": "revolute", "platform_link": "tool", "actuators": ["motor_1", "motor_2"]}
+
+
+def described(source, yaml=None, **options):
+    return ks.extend_robot(source, yaml=yaml, **options).description
+
+
+def source_of(path):
+    root, name, _ = read_root(path, {})
+    return _source(name, root)
 
 
 def inertial(mass, *com):
@@ -161,7 +170,7 @@ def close(found, expected, name):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
 def test_closing_frames_give_the_robot(actuators):
-    made = elastic(ks.import_robot(FIVE_BAR, **HINGE), "crank_1", "crank_2", "rod_2")
+    made = elastic(described(FIVE_BAR, **HINGE), "crank_1", "crank_2", "rod_2")
     assert_same(made, five_bar(), actuators, {"motor_2": -1})
 
 
@@ -169,7 +178,7 @@ def test_closing_frames_give_the_robot(actuators):
 @pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
 def test_pair_of_whole_frames_gives_the_robot(actuators):
     """One side of the weld is a revolute's own frame, so the weld closes the same five-bar."""
-    made = elastic(ks.import_robot(*GEPETTO, platform="tool"), "crank_1", "crank_2", "rod_2")
+    made = elastic(described(*GEPETTO, platform_link="tool"), "crank_1", "crank_2", "rod_2")
     assert made.description.loops["closedloop1"].type == "fixed"
     assert made.description.driven == ("motor_1", "motor_2")
     assert_same(made, five_bar(), actuators, {"motor_2": -1})
@@ -178,7 +187,7 @@ def test_pair_of_whole_frames_gives_the_robot(actuators):
 @pytest.mark.few(1)
 @pytest.mark.parametrize("actuators", [(0.0, 0.0, 0.0), (0.1, -0.05, 0.15)])
 def test_pairs_of_points_and_a_spherical_joint_give_the_robot(actuators):
-    made = elastic(ks.import_robot(*RRS, platform="platform"), *(f"{part}_{i}" for part in ("crank", "rod") for i in (1, 2, 3)))
+    made = elastic(described(*RRS, platform_link="platform"), *(f"{part}_{i}" for part in ("crank", "rod") for i in (1, 2, 3)))
     assert [loop.type for loop in made.description.loops.values()] == ["spherical", "spherical"]
     assert made.mobility.platform == 3
     assert_same(made, rrs(), {f"mot{i}": value for i, value in enumerate(actuators, 1)})
@@ -192,7 +201,7 @@ def test_loop_joints_give_the_robot(tmp_path, kind, angle):
     source.write_text(FOUR_BAR.read_text().replace('name="closure" type="revolute"', f'name="closure" type="{kind}"'))
     # the hinge's axis, y in the world, in the loop's frame on the coupler: written down independently when the file was made
     axes = {"closure": (0.1519506855116402, 0.95254130791737635, -0.26377271633661575)} if kind == "revolute" else None
-    description = ks.import_robot(source, platform="coupler", driven=["drive"], axes=axes)
+    description = described(source, platform_link="coupler", actuators=["drive"], axes=axes)
     assert_same(elastic(description, "crank", "rocker"), four_bar(kind), {"drive": angle})
 
 
@@ -202,24 +211,32 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     source.parent.mkdir()
     shutil.copy(FIVE_BAR, source)
     out = tmp_path / "robot.urdf.xacro"
-    arguments = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2", "--out", str(out)]
-    assert cli.main(["import", str(source), *arguments]) == 0
+    arguments = [
+        "--types",
+        "closing_tool=revolute",
+        "--platform-link",
+        "tool",
+        "--actuators",
+        "motor_1",
+        "motor_2",
+        "--out",
+        str(out),
+    ]
+    assert cli.main(["new", "--from", str(source), *arguments]) == 0
     printed = capsys.readouterr()
-    first, turned, platform, rigid, beam, then = printed.out.splitlines()
-    assert first == f"{out}: 1 loop, platform tool, driven: motor_1, motor_2"
-    assert turned.startswith("the axes of the platform 'tool' are turned by 163.8° at zero")
-    assert rigid.startswith(f"all links are rigid yet: write into {out} what bends") and beam.startswith('  <beam link="crank_1"')
-    assert then == f"then: kinetostatics check {out}"
+    assert printed.out.startswith(f"{out}: 1 loop, platform tool, base base, driven: motor_1, motor_2; elastic: nothing yet")
     assert printed.err == ""
     text = out.read_text()
-    followed = ks.Robot(parse_robot_text(text.replace('<platform link="tool"/>', platform + beam), str(out), {}))
+    turned = re.search(r"they are turned by 163\.8° at zero; parallel to the base's are those of (<origin [^>]*/>)", text)[1]
+    platform = f'<platform link="tool">{turned}</platform>'
+    followed = ks.Robot(parse_robot_text(text.replace('<platform link="tool"/>', platform), str(out), {}))
     pose = {name: float(value) for name, value in followed.assemble().platform.items()}
-    assert followed.beams["crank_1"] and [pose[name] for name in ("rx", "ry", "rz")] == pytest.approx([0, 0, 0], abs=1e-10)
+    assert [pose[name] for name in ("rx", "ry", "rz")] == pytest.approx([0, 0, 0], abs=1e-10)
     assert '<xacro:include filename="cad/robot.urdf"/>' in text
     assert source.read_bytes() == FIVE_BAR.read_bytes()
     robot = ks.load_robot(out)
     assert robot.description.loops["closing_tool"].type == "revolute"
-    assert cli.main(["import", str(source), *arguments]) == 2  # a file that may have beams by now is not overwritten
+    assert cli.main(["new", "--from", str(source), *arguments]) == 2  # a file that may have beams by now is not overwritten
     assert "exists already" in capsys.readouterr().err
     out.write_text(text.replace("</robot>", f"{beams('crank_1', 'crank_2', 'rod_2')}</robot>"))
     with_frames = ks.analyze(ks.load_robot(out).assemble(), load=(0, 0, -100, 0, 0, 0))
@@ -228,10 +245,22 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     )
 
 
+def test_links_between_two_joints_may_be_beams():
+    """Those of a closed loop need no ends; what is suggested weighs what the link does."""
+    sections = dict.fromkeys(("crank_1", "crank_2", "rod_2"), "tube 30mm 24mm aluminium")
+    robot = ks.extend_robot(FIVE_BAR, **HINGE, elastic=sections)
+    weights = {name: beam.material.density for name, beam in robot.description.beams.items()}
+    assert weights == {"crank_1": None, "crank_2": None, "rod_2": None} and len(robot.beams) == 3
+    suggested = ks.extend_robot(FIVE_BAR, **HINGE, elastic="suggested")
+    assert set(suggested.description.beams) == set(sections)
+    with pytest.raises(ArgumentError, match="'tool' does not lie between two joints"):
+        ks.extend_robot(FIVE_BAR, **HINGE, elastic={"tool": "circle 20mm"})
+
+
 def test_command_prints_without_out(capsys, monkeypatch):
     monkeypatch.chdir(FOREIGN)
-    yaml = ["--yaml", "five_bar_gepetto.yaml", "--platform", "tool"]
-    assert cli.main(["import", "five_bar_gepetto.urdf", *yaml]) == 0
+    yaml = ["--yaml", "five_bar_gepetto.yaml", "--platform-link", "tool"]
+    assert cli.main(["new", "--from", "five_bar_gepetto.urdf", *yaml]) == 0
     text = capsys.readouterr().out
     assert '<xacro:include filename="five_bar_gepetto.urdf"/>' in text
     assert parse_robot_text(text, "here").loops["closedloop1"].successor == "rod_2"
@@ -240,7 +269,7 @@ def test_command_prints_without_out(capsys, monkeypatch):
 def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     """The included file could not be changed, so there is no include; comments on loops and actuators are the same."""
     out = tmp_path / "robot.urdf"
-    assert cli.main(["import", str(RRS[0]), "--yaml", str(RRS[1]), "--platform", "platform", "--out", str(out)]) == 0
+    assert cli.main(["new", "--from", str(RRS[0]), "--yaml", str(RRS[1]), "--platform-link", "platform", "--out", str(out)]) == 0
     assert capsys.readouterr().err == ""
     text = out.read_text()
     assert "xacro" not in text
@@ -262,8 +291,8 @@ def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name
     )
     written(tmp_path, text, name)
     monkeypatch.chdir(tmp_path)
-    arguments = ["--types", "revolute", "--platform", 'to"o&l ${1}', "--driven", "motor_1", "--out", "out.urdf"]
-    assert cli.main(["import", name, *arguments]) == 0
+    arguments = ["--types", "revolute", "--platform-link", 'to"o&l ${1}', "--actuators", "motor_1", "--out", "out.urdf"]
+    assert cli.main(["new", "--from", name, *arguments]) == 0
     capsys.readouterr()
     found = ks.load_robot("out.urdf").description
     assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
@@ -271,22 +300,47 @@ def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name
 
 def test_folder_of_out_must_exist(tmp_path, capsys):
     out = tmp_path / "nowhere" / "robot.urdf"
-    assert cli.main(["import", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform", "tool", "--out", str(out)]) == 2
+    assert (
+        cli.main(["new", "--from", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform-link", "tool", "--out", str(out)]) == 2
+    )
     assert f"--out: there is no folder {out.parent}" in capsys.readouterr().err
 
 
 def test_spellings_on_the_command_line(capsys):
     """One type for all, axes with commas or spaces, an empty list of actuators."""
-    assert cli.main(["import", str(FIVE_BAR), "--types", "spherical", "--platform", "tool", "--driven"]) == 0
+    assert cli.main(["new", "--from", str(FIVE_BAR), "--types", "spherical", "--platform-link", "tool", "--actuators"]) == 0
     assert 'type="spherical"' in (text := capsys.readouterr().out) and "transmission" not in text and "axis" not in text
     for axis in ("0,-2,0", "0 -2 0"):
-        assert cli.main(["import", str(FOUR_BAR), "--axes", f"closure={axis}", "--platform", "coupler", "--driven", "drive"]) == 0
-        assert '<axis xyz="0.0 -1.0 0.0"/>' in capsys.readouterr().out
-    universal = ["--types", "closing_tool=universal", "--axes", "closing_tool=0,0,1/1,0,0", "--platform", "tool", "--driven"]
-    assert cli.main(["import", str(FIVE_BAR), *universal]) == 0
+        assert (
+            cli.main(
+                [
+                    "new",
+                    "--from",
+                    str(FOUR_BAR),
+                    "--axes",
+                    f"closure={axis}",
+                    "--platform-link",
+                    "coupler",
+                    "--actuators",
+                    "drive",
+                ]
+            )
+            == 0
+        )
+        assert '<axis xyz="0 -1 0"/>' in capsys.readouterr().out
+    universal = [
+        "--types",
+        "closing_tool=universal",
+        "--axes",
+        "closing_tool=0,0,1/1,0,0",
+        "--platform-link",
+        "tool",
+        "--actuators",
+    ]
+    assert cli.main(["new", "--from", str(FIVE_BAR), *universal]) == 0
     text = capsys.readouterr().out
-    assert '<axis xyz="0.0 0.0 1.0"/>' in text and '<axis2 xyz="1.0 0.0 0.0"/>' in text
-    assert cli.main(["import", str(FOUR_BAR), "--axes", "closure=up"]) == 2
+    assert '<axis xyz="0 0 1"/>' in text and '<axis2 xyz="1 0 0"/>' in text
+    assert cli.main(["new", "--from", str(FOUR_BAR), "--axes", "closure=up"]) == 2
     assert "not of the form X,Y,Z" in capsys.readouterr().err
 
 
@@ -294,77 +348,59 @@ def test_spellings_on_the_command_line(capsys):
 
 
 def asked(*arguments, **answers):
-    with pytest.raises(ks.files.importers.MissingFactsError) as caught:
-        ks.import_robot(*arguments, **answers)
-    return caught.value, [(question.argument, question.loop) for question in caught.value.questions]
+    with pytest.raises(ArgumentError, match="does not say everything; give also ") as caught:
+        described(*arguments, **answers)
+    message = str(caught.value)
+    return message, [word for word in ("platform_link", "types", "axes", "actuators") if re.search(f" {word}[:,]", message)]
 
 
-def test_everything_that_is_missing_is_asked_for_at_once():
-    error, questions = asked(FIVE_BAR)
+def test_everything_that_is_missing_is_listed_at_once():
+    message, missing = asked(FIVE_BAR)
     line = line_of(FIVE_BAR, '<link name="closing_tool_1">')
-    assert questions == [("platform", ""), ("types", "closing_tool"), ("driven", "")]
-    assert error.source == str(FIVE_BAR)
-    assert isinstance(error, KinetostaticsError)
-    message = str(error)
+    assert missing == ["platform_link", "types", "actuators"]  # no axes: mates turn about z
     for part in (
-        'platform="LINK"',
-        'types={"closing_tool": "TYPE"}',
-        'driven=["JOINT", …]',
-        f"closing_tool ({FIVE_BAR}:{line}), which joins rod_2 and tool",
-        "motor_1, passive_1, motor_2, passive_2",
+        "platform_link, one of crank_1, tool, crank_2, rod_2;",
+        f"types: of closing_tool ({FIVE_BAR}:{line}), which joins rod_2 and tool, one of fixed, revolute",
+        "actuators, none or some of motor_1, passive_1, motor_2, passive_2",
     ):
         assert part in message
-    assert "axes" not in message  # mates turn about z
+    message, missing = asked(FOUR_BAR)
+    assert missing == ["platform_link", "axes", "actuators"]
+    line = line_of(FOUR_BAR, "<loop_joint")
+    assert f"closure ({FOUR_BAR}:{line}), which joins coupler and rocker, in its frame on coupler" in message
 
 
 def line_of(path, part):
     return next(number for number, line in enumerate(path.read_text().splitlines(), 1) if part in line)
 
 
-def test_command_asks_for_everything_at_once(capsys):
-    assert cli.main(["import", str(FOUR_BAR)]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    lines = printed.err.splitlines()
-    assert lines[0] == f"kinetostatics: error: {FOUR_BAR} does not say everything; give also"
-    assert [line.strip() for line in lines[1:] if line.startswith("  --")] == [
-        "--platform LINK",
-        "--axes closure=X,Y,Z",
-        "--driven JOINT …",
-    ]
-    assert (
-        f"closure ({FOUR_BAR}:{line_of(FOUR_BAR, '<loop_joint')}), which joins coupler and rocker: in its frame on coupler"
-        in printed.err
-    )
-
-
 def test_answers_leave_fewer_questions():
-    assert asked(FIVE_BAR, platform="tool", driven=[])[1] == [("types", "closing_tool")]
-    assert asked(FIVE_BAR, platform="tool", driven=[], types={"closing_tool": "universal"})[1] == [("axes", "closing_tool")]
-    assert asked(FIVE_BAR, types="revolute", driven=["motor_1"])[1] == [("platform", "")]
-    assert asked(*GEPETTO)[1] == asked(*RRS)[1] == [("platform", "")]
-    assert ks.import_robot(*GEPETTO, platform="tool", driven=[]).driven == ()
+    assert asked(FIVE_BAR, platform_link="tool", actuators=[])[1] == ["types"]
+    assert asked(FIVE_BAR, platform_link="tool", actuators=[], types={"closing_tool": "universal"})[1] == ["axes"]
+    assert asked(FIVE_BAR, types="revolute", actuators=["motor_1"])[1] == ["platform_link"]
+    assert asked(*GEPETTO)[1] == asked(*RRS)[1] == ["platform_link"]
+    assert described(*GEPETTO, platform_link="tool", actuators=[]).driven == ()
 
 
 def test_types_that_the_source_leaves_out(tmp_path):
     """Loaders differ in what a missing ``type`` means; a ``<loop_joint>`` without a type means nothing."""
     yaml = written(tmp_path, GEPETTO[1].read_text().replace("type: ['6d']\n", ""))
-    assert asked(GEPETTO[0], yaml, platform="tool")[1] == [("types", "closedloop1")]
+    assert asked(GEPETTO[0], yaml, platform_link="tool")[1] == ["types"]
     source = written(tmp_path, FOUR_BAR.read_text().replace(' type="revolute">\n    <link1', ">\n    <link1"), "robot.urdf")
-    assert asked(source, platform="coupler", driven=["drive"])[1] == [("types", "closure")]
-    assert asked(source, platform="coupler", driven=["drive"], types={"closure": "planar"})[1] == [("axes", "closure")]
+    assert asked(source, platform_link="coupler", actuators=["drive"])[1] == ["types"]
+    assert asked(source, platform_link="coupler", actuators=["drive"], types={"closure": "planar"})[1] == ["axes"]
 
 
 def test_drives_that_the_source_leaves_out(tmp_path):
     """Without ``name_mot`` nothing is known; and where a name is also a part of another, it is not certain what is meant."""
     yaml = written(tmp_path, "closed_loop: [['closedloop1_A', 'closedloop1_B']]\ntype: ['6d']\n")
-    assert asked(GEPETTO[0], yaml, platform="tool")[1] == [("driven", "")]
+    assert asked(GEPETTO[0], yaml, platform_link="tool")[1] == ["actuators"]
     source = written(tmp_path, GEPETTO[0].read_text().replace('name="passive_1"', 'name="motor_1_bearing"'), "robot.urdf")
-    error, questions = asked(source, GEPETTO[1], platform="tool")
-    assert questions == [("driven", "")]
-    assert "also part of those of motor_1_bearing" in str(error)
+    message, missing = asked(source, GEPETTO[1], platform_link="tool")
+    assert missing == ["actuators"]
+    assert "also part of those of motor_1_bearing" in message
     both = written(tmp_path, GEPETTO[1].read_text().replace("'motor_2'", "'motor_2', 'motor_1_bearing'"))
-    assert ks.import_robot(source, both, platform="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
+    assert described(source, both, platform_link="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
 
 
 def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
@@ -381,25 +417,25 @@ def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
             marks += f'<child link="{name}_z"/><origin xyz="{x!r} {y!r} {shifted!r}" rpy="{rpy}"/></joint>'
         return written(tmp_path, FIVE_BAR.read_text().replace("</robot>", f"{marks}</robot>"), "robot.urdf")
 
-    made = ks.import_robot(marked(0.1), platform="tool", driven=["motor_1", "motor_2"])
+    made = described(marked(0.1), platform_link="tool", actuators=["motor_1", "motor_2"])
     assert made.loops["closing_tool"].type == "revolute"
     assert made.loops["closing_tool"].axis == (0, 0, 1)
     for wrong in (marked(0.2), marked(0.1, of="crank_2")):
-        assert asked(wrong, platform="tool", driven=[])[1] == [("types", "closing_tool")]
+        assert asked(wrong, platform_link="tool", actuators=[])[1] == ["types"]
 
 
 def test_answers_against_the_source_are_taken_and_noted():
-    made = ks.import_robot(*GEPETTO, platform="tool", types={"closedloop1": "spherical"}, driven=["motor_1"])
+    made = described(*GEPETTO, platform_link="tool", types={"closedloop1": "spherical"}, actuators=["motor_1"])
     assert made.loops["closedloop1"].type == "spherical"
     assert made.driven == ("motor_1",)
     line = line_of(GEPETTO[1], "closed_loop")
     assert any(f"{GEPETTO[1]}:{line}: the loop 'closedloop1' is taken as spherical" in item for item in made.warnings)
     assert any("the source says motor_1, motor_2" in item for item in made.warnings)
-    made = ks.import_robot(FIVE_BAR, **HINGE, axes={"closing_tool": (1, 0, 0)})
+    made = described(FIVE_BAR, **HINGE, axes={"closing_tool": (1, 0, 0)})
     assert any("has the axis that was asked for" in item for item in made.warnings)
-    assert not any("asked for" in item for item in ks.import_robot(FIVE_BAR, **HINGE, axes={"closing_tool": (0, 0, 2)}).warnings)
+    assert not any("asked for" in item for item in described(FIVE_BAR, **HINGE, axes={"closing_tool": (0, 0, 2)}).warnings)
     assert not any(
-        "asked for" in item for item in ks.import_robot(*GEPETTO, platform="tool", types={"closedloop1": "fixed"}).warnings
+        "asked for" in item for item in described(*GEPETTO, platform_link="tool", types={"closedloop1": "fixed"}).warnings
     )
 
 
@@ -409,29 +445,27 @@ def test_frames_that_face_each_other_are_warned_of(tmp_path):
     rpy = re.search(r'rpy="([^"]*)"', text[start:])[1]
     roll, pitch, yaw = map(float, rpy.split())
     text = text[:start] + text[start:].replace(f'rpy="{rpy}"', f'rpy="{roll + math.pi!r} {pitch!r} {yaw!r}"', 1)
-    made = ks.import_robot(written(tmp_path, text, "robot.urdf"), **HINGE)
+    made = described(written(tmp_path, text, "robot.urdf"), **HINGE)
     assert any("far from closed: its axis in one frame and in the other are 180° apart" in item for item in made.warnings)
-    assert not any("far from closed" in item for item in ks.import_robot(FIVE_BAR, **HINGE).warnings)
+    assert not any("far from closed" in item for item in described(FIVE_BAR, **HINGE).warnings)
 
 
 def test_what_the_source_has_in_our_format_stays(tmp_path):
     """onshape-to-robot appends such elements to the URDF by its option ``additional_xml``."""
     ours = '<platform link="tool"/><base link="base"/><transmission name="t"><joint name="motor_1"/></transmission></robot>'
     source = written(tmp_path, FIVE_BAR.read_text().replace("</robot>", ours), "robot.urdf")
-    made = ks.import_robot(source, types="revolute")
+    made = described(source, types="revolute")
     assert (made.platform, made.base, made.driven) == ("tool", "base", ("motor_1",))
-    assert ks.import_robot(source, types="revolute", driven=["motor_2", "motor_1"]).driven == ("motor_1", "motor_2")
+    assert described(source, types="revolute", actuators=["motor_2", "motor_1"]).driven == ("motor_1", "motor_2")
     with pytest.raises(ArgumentError, match=r"'motor_1' is not among them, but the source has a <transmission> for it"):
-        ks.import_robot(source, types="revolute", driven=["motor_2"])
-    with pytest.raises(
-        ArgumentError, match=f"platform is given as 'tool', but the source has a <platform> already, in {source}:"
-    ):
-        ks.import_robot(source, types="revolute", platform="tool")
+        described(source, types="revolute", actuators=["motor_2"])
+    with pytest.raises(ArgumentError, match=f"platform_link='tool': {source} names its platform already; leave the argument out"):
+        described(source, types="revolute", platform_link="tool")
 
 
 def test_pairs_in_the_yaml_go_before_frames_of_the_same_name(tmp_path):
     yaml = written(tmp_path, "closed_loop: [['closing_tool_2', 'closing_tool_1']]\ntype: ['3D']\nname_mot: [motor]\n")
-    made = ks.import_robot(FIVE_BAR, yaml, platform="tool")
+    made = described(FIVE_BAR, yaml, platform_link="tool")
     assert [(loop.name, loop.type, loop.predecessor) for loop in made.loops.values()] == [("closing_tool", "spherical", "tool")]
     assert made.driven == ("motor_1", "motor_2")
 
@@ -444,7 +478,7 @@ def test_all_three_sources_in_one_robot(tmp_path):
         "</robot>",
     )
     yaml = written(tmp_path, "closed_loop: [[spare, crank_2]]\ntype: [3d]\nname_mot: []\n")
-    made = ks.import_robot(written(tmp_path, text, "robot.urdf"), yaml, platform="tool", types="revolute")
+    made = described(written(tmp_path, text, "robot.urdf"), yaml, platform_link="tool", types="revolute")
     assert {loop.name: loop.type for loop in made.loops.values()} == {
         "spare_crank_2": "spherical",
         "closing_tool": "revolute",
@@ -455,12 +489,12 @@ def test_all_three_sources_in_one_robot(tmp_path):
 
 
 def test_readers_return_one_kind_of_record():
-    source, _ = _read_source(FIVE_BAR, {})
+    source = source_of(FIVE_BAR)
     (loop,) = onshape.read(source)
     assert (loop.type, loop.axis, loop.predecessor, loop.successor) == (None, (0, 0, 1), "rod_2", "tool")
-    (isaac_loop,) = isaac.read(_read_source(FOUR_BAR, {})[0])
+    (isaac_loop,) = isaac.read(source_of(FOUR_BAR))
     assert (isaac_loop.type, isaac_loop.axis) == ("revolute", None)
-    (gepetto_loop,) = gepetto.read(_read_source(GEPETTO[0], {})[0], GEPETTO[1]).loops
+    (gepetto_loop,) = gepetto.read(source_of(GEPETTO[0]), GEPETTO[1]).loops
     assert (gepetto_loop.type, gepetto_loop.axis) == ("fixed", None)
     assert {type(item) for item in (loop, isaac_loop, gepetto_loop)} == {ForeignLoop}
     with pytest.raises(AttributeError):
@@ -473,7 +507,7 @@ def test_other_joint_types_of_gepetto(tmp_path):
     yaml = written(
         tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1, free2]\njoint_type: [UJOINT_ZX, FIXED]\n"
     )
-    made = ks.import_robot(RRS[0], yaml, platform="platform")
+    made = described(RRS[0], yaml, platform_link="platform")
     before = parse_robot_text(RRS[0].read_text().replace("</robot>", '<platform link="platform"/></robot>')).joints
     first, second = made.joints["to_rotule_1_Z"], made.joints["to_rotule_1_X"]
     assert (first.axis, second.axis) == ((0, 0, 1), (1, 0, 0))
@@ -488,7 +522,7 @@ def test_other_joint_types_of_gepetto(tmp_path):
     assert (made.joints["free2"].type, made.joints["free2"].origin) == ("fixed", before["free2"].origin)
     spherical = written(tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
     with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, and name_mot drives it"):
-        ks.import_robot(RRS[0], spherical, platform="platform")
+        described(RRS[0], spherical, platform_link="platform")
 
 
 def test_xacro_sources_are_included_with_their_arguments(tmp_path):
@@ -499,20 +533,20 @@ def test_xacro_sources_are_included_with_their_arguments(tmp_path):
         'mass value="1.5"', 'mass value="$(arg mass)"'
     )
     source = written(tmp_path, text, "robot.urdf.xacro")
-    answers = {"platform": "coupler", "driven": ["drive"], "axes": {"closure": (0, 0, 1)}}
-    assert ks.import_robot(source, **answers).links["coupler"].mass == 1.5
-    assert ks.import_robot(source, **answers, parameters={"mass": 4}).links["coupler"].mass == 4
+    answers = {"platform_link": "coupler", "actuators": ["drive"], "axes": {"closure": (0, 0, 1)}}
+    assert described(source, **answers).links["coupler"].mass == 1.5
+    assert described(source, **answers, parameters={"mass": 4}).links["coupler"].mass == 4
     with pytest.raises(RobotFileError, match="no <xacro:arg> for the parameter 'mas'"):
-        ks.import_robot(source, **answers, parameters={"mas": 4})
+        described(source, **answers, parameters={"mas": 4})
     with pytest.raises(ArgumentError, match="has no parameters"):
-        ks.import_robot(FOUR_BAR, **answers, parameters={"mass": 4})
+        described(FOUR_BAR, **answers, parameters={"mass": 4})
 
 
 def test_text_that_xacro_would_change_is_copied(tmp_path):
     """A URDF in which ``$(find …)`` stands for itself cannot be included in a xacro."""
     shape = '<visual><geometry><mesh filename="$(find no_such_package)/a &amp; b.stl"/></geometry></visual></link>'
     source = written(tmp_path, FIVE_BAR.read_text().replace("</link>", shape, 1), "robot.urdf")
-    made = ks.import_robot(source, **HINGE)
+    made = described(source, **HINGE)
     assert "$(find no_such_package)/a &amp; b.stl" in made.urdf
     assert ks.Robot(made).mobility.platform == 2
 
@@ -522,7 +556,7 @@ def test_rounded_files_close_within_their_digits(tmp_path):
     numbers = re.compile(r'(?<=[" ])-?\d+\.\d{7,}(?:e-?\d+)?(?=[" ])')
     text = numbers.sub(lambda match: f"{float(match[0]):g}", FIVE_BAR.read_text())
     assert text != FIVE_BAR.read_text()
-    robot = elastic(ks.import_robot(written(tmp_path, text, "robot.urdf"), **HINGE), "crank_1", "crank_2", "rod_2")
+    robot = elastic(described(written(tmp_path, text, "robot.urdf"), **HINGE), "crank_1", "crank_2", "rod_2")
     with pytest.raises(ks.AssemblyError, match="open"):
         robot.assemble()
     load = (20, -5, -100, 1, 2, -3)
@@ -542,10 +576,10 @@ def written(folder, text, name="robot.yaml"):
 @pytest.mark.parametrize(
     ("answers", "message"),
     [
-        ({"platform": "tol"}, r"platform: there is no link 'tol'; did you mean 'tool'"),
-        ({"platform": "base"}, r"the link 'base' cannot be both base and platform"),
-        ({"base": "tool"}, r"the link 'tool' cannot be both base and platform"),
-        ({"base": "bse"}, r"base: there is no link 'bse'; did you mean 'base'"),
+        ({"platform_link": "tol"}, r"platform='tol': .* has no such link; did you mean 'tool'"),
+        ({"platform_link": "base"}, r"the link 'base' is both base and platform"),
+        ({"base_link": "tool"}, r"the link 'tool' is both base and platform"),
+        ({"base_link": "bse"}, r"base='bse': .* has no such link; did you mean 'base'"),
         ({"types": {"closing_tol": "revolute"}}, r"types: there is no loop 'closing_tol'; did you mean 'closing_tool'"),
         ({"types": {"closing_tool": "hinge"}}, r"types: 'closing_tool' cannot be 'hinge'"),
         ({"types": "ball"}, r"types: 'closing_tool' cannot be 'ball'"),
@@ -563,21 +597,21 @@ def written(folder, text, name="robot.yaml"):
             {"types": "universal", "axes": {"closing_tool": ((0, 0, 1), (0, 0, 1))}},
             r"the two axes of <loop> 'closing_tool' are parallel",
         ),
-        ({"driven": "motor_1"}, r"driven must be a list of joints: \['motor_1'\]"),
-        ({"driven": ["motor_3"]}, r"driven: there is no joint 'motor_3' with one freedom; did you mean"),
-        ({"driven": ["closing_tool_1_frame"]}, r"driven: there is no joint 'closing_tool_1_frame' with one freedom"),
-        ({"driven": ["motor_1", "motor_1"]}, r"driven: 'motor_1' is given twice"),
+        ({"actuators": "motor_1"}, r"actuators must be a list of joints: \['motor_1'\]"),
+        ({"actuators": ["motor_3"]}, r"actuators: there is no joint 'motor_3' with one freedom; did you mean"),
+        ({"actuators": ["closing_tool_1_frame"]}, r"actuators: there is no joint 'closing_tool_1_frame' with one freedom"),
+        ({"actuators": ["motor_1", "motor_1"]}, r"actuators: 'motor_1' is given twice"),
     ],
 )
 def test_wrong_answers(answers, message):
     with pytest.raises((ArgumentError, RobotFileError), match=message):
-        ks.import_robot(FIVE_BAR, **{**HINGE, **answers})
+        described(FIVE_BAR, **{**HINGE, **answers})
 
 
 def test_loops_themselves_may_be_driven():
-    assert ks.import_robot(FIVE_BAR, types="revolute", platform="tool", driven=["closing_tool"]).driven == ("closing_tool",)
+    assert described(FIVE_BAR, types="revolute", platform_link="tool", actuators=["closing_tool"]).driven == ("closing_tool",)
     with pytest.raises(ArgumentError, match="there is no joint 'closing_tool' with one freedom"):
-        ks.import_robot(FIVE_BAR, types="spherical", platform="tool", driven=["closing_tool"])
+        described(FIVE_BAR, types="spherical", platform_link="tool", actuators=["closing_tool"])
 
 
 @pytest.mark.parametrize(
@@ -603,7 +637,7 @@ def test_wrong_closing_frames(tmp_path, old, new, message):
     if message is None:  # our own loops, and malformed ones, are left to our own reader
         message = "lacks the attribute 'type'"
     with pytest.raises(RobotFileError, match=message) as caught:
-        ks.import_robot(source, **HINGE)
+        described(source, **HINGE)
     assert caught.value.file.startswith(str(tmp_path))
 
 
@@ -631,7 +665,7 @@ def test_wrong_loop_joints(tmp_path, old, new, message):
     text = FOUR_BAR.read_text()
     source = written(tmp_path, text.replace(old, new), "robot.urdf")
     with pytest.raises(RobotFileError, match=message) as caught:
-        ks.import_robot(source, platform="coupler", driven=["drive"], axes={"closure": (0, 1, 0)})
+        described(source, platform_link="coupler", actuators=["drive"], axes={"closure": (0, 1, 0)})
     assert caught.value.file == str(source)
     assert caught.value.line >= line_of(FOUR_BAR, "<loop_joint")
 
@@ -639,9 +673,9 @@ def test_wrong_loop_joints(tmp_path, old, new, message):
 def test_foreign_axes_are_not_taken_but_mentioned(tmp_path):
     """Drake's old element of the same name had an axis; in which frame, nobody says here."""
     source = written(tmp_path, FOUR_BAR.read_text().replace("</loop_joint>", '<axis xyz="0 1 0"/></loop_joint>'), "robot.urdf")
-    error, questions = asked(source, platform="coupler", driven=["drive"])
-    assert questions == [("axes", "closure")]
-    assert "its <axis xyz='0 1 0'> is not an element of Isaac Sim's format" in str(error)
+    message, missing = asked(source, platform_link="coupler", actuators=["drive"])
+    assert missing == ["axes"]
+    assert "its <axis xyz='0 1 0'> is not an element of Isaac Sim's format" in message
 
 
 PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
@@ -651,27 +685,25 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
 @pytest.mark.parametrize(
     ("text", "line", "message"),
     [
-        ("", None, r"the file is empty"),
-        ("just words", 1, r"the file is a single value; robot\.yaml is a mapping"),
-        ("- closed_loop", 1, r"the file is a list"),
+        ("", None, r"robot\.yaml is a mapping"),
+        ("just words", 1, r"robot\.yaml is a mapping"),
+        ("- closed_loop", 1, r"robot\.yaml is a mapping"),
         ("a: [", 1, r"this is not YAML"),
         ("a: b: c", 1, r"this is not YAML: .*mapping values are not allowed"),
         ("\ta: b", 1, r"this is not YAML"),
-        (b"\xff\xfe\xfa", None, r"cannot be decoded"),
+        (b"\xff\xfe\xfa", None, r"this is not YAML: .utf-8. codec"),
         (b"closed_loop: \x00", None, r"this is not YAML"),
         ("name_mot: [motor]\n", None, r"there is no closed_loop, and the URDF has no loops either"),
         ("closed_loop: []\n", None, r"there is no closed_loop, and the URDF has no loops either"),
         ("closed_loops: []\n", 1, r"the key 'closed_loops' is unknown; did you mean 'closed_loop'"),
         (f"{PAIRS}{PAIRS}", 2, r"the key 'closed_loop' comes twice"),
-        ("? [a]\n: b\n", 1, r"a key must be text, not a list"),
-        ("1: b\n", 1, r"a key must be text, and YAML takes '1' for a number; put it in quotes"),
-        ("closed_loop: 3\n", 1, r"closed_loop must be a list, not a single value"),
+        ("? [a]\n: b\n", 1, r"a key must be text in one line, not a list"),
+        ("closed_loop: 3\n", 1, r"closed_loop must be a list, not '3'"),
         ("closed_loop: {a: b}\n", 1, r"closed_loop must be a list, not a mapping"),
         ("closed_loop: [a, b]\n", 1, r"an entry of closed_loop must be a list"),
         ("closed_loop:\n  - [a, b, c]\n", 2, r"must be a pair of frames, not 3"),
         ("closed_loop: [[a, a]]\n", 1, r"closed_loop pairs 'a' with itself"),
-        ("closed_loop: [[a, [b]]]\n", 1, r"a frame of closed_loop must be text, not a list"),
-        ("closed_loop: [[a, 1]]\n", 1, r"YAML takes '1' for a number"),
+        ("closed_loop: [[a, [b]]]\n", 1, r"a frame of closed_loop must be text in one line, not a list"),
         ("closed_loop: [[a, '']]\n", 1, r"must be text in one line, not ''"),
         (
             "closed_loop: [['closedloop1_A', 'closedlop1_B']]\n",
@@ -699,21 +731,9 @@ PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
             r"joint_type of 'passive_1' is 'CARDAN', whose axes are not known",
         ),
         (f"{PAIRS}joint_name: [passive_1, passive_1]\njoint_type: [FIXED, FIXED]\n", 2, r"joint_name has 'passive_1' twice"),
-        (
-            "closed_loop: !!python/object/apply:os.system ['touch stolen']\n",
-            1,
-            r"python/object/apply:os\.system object, which is not read",
-        ),
-        (
-            "closed_loop: [!!python/name:os.system '', b]\n",
-            1,
-            r"closed_loop must be a list, not a .*python/name:os\.system object",
-        ),
-        ("!!python/object:object {}\n", 1, r"the file is a python/object:object object, which is not read"),
-        (f"a: &a [x, x]\nb: &b [*a]\n{PAIRS}type: *b\n", 1, r"an entry of type must be text, not a list"),
-        ("closed_loop: " + "[" * 2000, None, r"nested too deep|not YAML"),
-        ("# " + "x" * 200_000, None, r"larger than 100 kB"),
-        ("closed_loop: [" + "[closedloop1_A, closedloop1_B], " * 251 + "]\n", 1, r"more than 250 pairs"),
+        ("closed_loop: !!python/object/apply:os.system ['touch stolen']\n", 1, r"an entry of closed_loop must be a list"),
+        (f"a: &a [x, x]\nb: &b [*a]\n{PAIRS}type: *b\n", 1, r"an entry of type must be text in one line, not a list"),
+        ("closed_loop: " + "[" * 2000, None, r"not YAML"),
         ("closed_loop: *nowhere\n", 1, r"this is not YAML: .*undefined alias"),
     ],
 )
@@ -721,7 +741,7 @@ def test_wrong_yaml(tmp_path, monkeypatch, text, line, message):
     monkeypatch.chdir(tmp_path)
     yaml = written(tmp_path, text)
     with pytest.raises(RobotFileError, match=message) as caught:
-        ks.import_robot(GEPETTO[0], yaml, platform="tool", driven=[], types="fixed")
+        described(GEPETTO[0], yaml, platform_link="tool", actuators=[], types="fixed")
     assert (caught.value.file, caught.value.line) == (str(yaml), line)
     assert len(str(caught.value)) < 1500
     assert not (tmp_path / "stolen").exists()
@@ -730,16 +750,15 @@ def test_wrong_yaml(tmp_path, monkeypatch, text, line, message):
 def test_unknown_keys_of_the_yaml_are_warned_of(tmp_path):
     yaml = written(tmp_path, GEPETTO[1].read_text() + "closed_loop_number: 1\nauthor: us\n")
     with pytest.raises(RobotFileError, match="'closed_loop_number' is unknown; did you mean 'closed_loop'"):
-        ks.import_robot(GEPETTO[0], yaml, platform="tool")
+        described(GEPETTO[0], yaml, platform_link="tool")
     yaml = written(tmp_path, GEPETTO[1].read_text() + "author: us\n")
     assert any(
-        "robot.yaml:4: the key 'author' is ignored" in item
-        for item in ks.import_robot(GEPETTO[0], yaml, platform="tool").warnings
+        "robot.yaml:4: the key 'author' is ignored" in item for item in described(GEPETTO[0], yaml, platform_link="tool").warnings
     )
 
 
 def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
-    source, _ = _read_source(RRS[0], {})
+    source = source_of(RRS[0])
     text, chance = RRS[1].read_bytes(), random.Random(8)
     outcomes = set()
     for _ in range(400):
@@ -757,41 +776,13 @@ def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
     assert outcomes == {"read", "refused"}
 
 
-def test_a_robot_without_loops_is_accepted_and_told_what_else_there_is(tmp_path):
-    source = written(tmp_path, FIVE_BAR.read_text().replace('"closing_tool_', '"shutting_tool_'), "robot.urdf")
-    robot = ks.Robot(ks.import_robot(source, platform="tool"))
-    plain = ks.load_robot(source, platform="tool")
-    assert robot.description.driven == plain.description.driven and not robot.description.loops
-    (said,) = [text for text in robot.description.warnings if "loops" in text]
-    assert re.search(r"robot\.urdf: there are no loops to import: .*`kinetostatics new --from` .* suggests beams", said)
-    torques, same = (dict(ks.analyze(one.assemble()).actuator_forces) for one in (robot, plain))
-    assert torques == same and any(torques.values())
-    with pytest.raises(ks.files.importers.MissingFactsError, match="platform="):
-        ks.import_robot(source)
-
-
 def test_missing_files(tmp_path):
     with pytest.raises(RobotFileError, match=r"nowhere\.urdf: the file cannot be read: No such file"):
-        ks.import_robot(tmp_path / "nowhere.urdf")
+        described(tmp_path / "nowhere.urdf")
     with pytest.raises(RobotFileError, match=r"nowhere\.yaml: the file cannot be read: No such file"):
-        ks.import_robot(GEPETTO[0], tmp_path / "nowhere.yaml")
-    shutil.copy(GEPETTO[0], tmp_path / "robot.urdf")
-    shutil.copy(GEPETTO[1], tmp_path / "robot.yaml")
-    with pytest.raises(RobotFileError, match=r"there are no loops to import: .*robot\.yaml' meant as well"):
-        ks.import_robot(tmp_path / "robot.urdf")
-    with pytest.raises(RobotFileError, match=r"its loops are in this package's format already"):
-        ks.import_robot(TESTS / "five_bar_rounded.urdf")
-
-
-@pytest.mark.further
-def test_command_in_a_process_of_its_own(tmp_path):
-    command = [sys.executable, "-m", "kinetostatics", "import", str(FIVE_BAR), "--types", "revolute", "--platform", "tool"]
-    done = subprocess.run([*command, "--driven", "motor_1", "motor_2"], capture_output=True, text=True, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    (tmp_path / "robot.urdf.xacro").write_text(done.stdout)
-    assert ks.load_robot(tmp_path / "robot.urdf.xacro").mobility.platform == 2
-    done = subprocess.run([*command, "--out", str(tmp_path / "new.urdf")], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 2 and "--driven JOINT" in done.stderr and not (tmp_path / "new.urdf").exists()
+        described(GEPETTO[0], tmp_path / "nowhere.yaml")
+    with pytest.raises(ArgumentError, match=r"types and axes are of loops that another tool has written, and .* has none"):
+        ks.extend_robot("3rps", types="revolute")
 
 
 # ---- the documentation ---------------------------------------------------------------------------------------------
@@ -810,9 +801,9 @@ def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
         assert printed.out + printed.err == expected
     made = (tmp_path / "five_bar.urdf.xacro").read_text()
     (shown,) = re.findall(r"```xml\n(<robot.*?)```", page, re.DOTALL)
-    made = re.sub(r"(<origin) [^/]*", r'\1 xyz="…" rpy="…"', made)
-    without_comment = re.sub(r" *<!--.*-->\n", "", made).partition("\n")[2]
-    assert without_comment == shown
+    made = re.sub(r"(<origin) xyz[^/]*", r'\1 xyz="…" rpy="…"', made)
+    without_comments = re.sub(r"\n *<!--.*?-->(?=\n)", "", made, flags=re.DOTALL).partition("\n")[2]
+    assert re.sub(r"\n\n+", "\n", without_comments) == shown
 
 
 def test_the_page_shows_the_sample_of_gepetto():
@@ -823,16 +814,13 @@ def test_the_page_shows_the_sample_of_gepetto():
 
 def test_the_python_of_the_page(monkeypatch):
     monkeypatch.chdir(ROOT)
-    names = run_python("how_to/foreign_loops")
-    assert names["robot"].mobility.platform == 2
-    # messages about its loops name the source
-    assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')
+    assert run_python("how_to/foreign_loops")["robot"].mobility.platform == 2
 
 
 def test_both_frames_of_the_page_are_the_same_and_stand_upright(tmp_path, capsys):
     page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
-    answers = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2"]
-    assert cli.main(["import", str(FIVE_BAR), *answers, "--out", str(tmp_path / "made.urdf.xacro")]) == 0
+    answers = ["--types", "closing_tool=revolute", "--platform-link", "tool", "--actuators", "motor_1", "motor_2"]
+    assert cli.main(["new", "--from", str(FIVE_BAR), *answers, "--out", str(tmp_path / "made.urdf.xacro")]) == 0
     made = (tmp_path / "made.urdf.xacro").read_text()
     poses = []
     for part in re.findall(r"```xml\n(<(?:platform|link).*?)```", page, re.DOTALL):

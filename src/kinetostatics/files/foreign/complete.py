@@ -1,0 +1,194 @@
+"""Loops and actuators of a robot, from its source and from arguments; what neither says is listed in one error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.elements import Loop, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.foreign import onshape
+from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.math.arrays import Array
+
+_X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """The actuators of a source: those that its YAML names, if it does, those with a ``<transmission>``, and a remark."""
+
+    named: tuple[str, ...] | None
+    transmissions: tuple[str, ...]
+    note: str = ""
+
+
+def complete(
+    source: SourceRobot,
+    found: Sequence[ForeignLoop],
+    said: Actuators,
+    platform_link: str | None,
+    types: Mapping[str, str] | str | None,
+    axes: Mapping[str, object] | None,
+    actuators: Iterable[str] | None,
+) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
+    """Return the loops, the driven joints without a ``<transmission>``, and warnings.
+
+    Args:
+        source: the URDF.
+        found: its loops.
+        said: its actuators.
+        platform_link, types, axes, actuators: as :func:`kinetostatics.extend_robot` takes them.
+
+    Raises:
+        ArgumentError: something is said neither by the source nor by an argument (the message lists all of it), or an argument
+            does not fit the source.
+        RobotFileError: two loops have the same name, or a loop and a joint.
+    """
+    _check_names(source, found)
+    warnings: list[str] = []
+    missing: list[str] = []
+    if platform_link is None and source.root.child("platform") is None:
+        links = [link for link in source.links if link in source.parent_joints and not onshape.MARK.fullmatch(link)]
+        missing.append(f"platform_link, one of {', '.join(link for link in links if link not in source.made)}")
+    if isinstance(types, str):  # one type for all loops that have none
+        types = {loop.name: types for loop in found if loop.type is None}
+    names = [loop.name for loop in found]
+    for argument, given in (("types", types), ("axes", axes)):
+        if not isinstance(given, Mapping | None):
+            raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
+        for name in given or ():
+            if name not in names:
+                raise ArgumentError(f"{argument}: there is no loop {name!r}; {near_names(str(name), names)}")
+    loops = [_loop(loop, (types or {}).get(loop.name), (axes or {}).get(loop.name), missing, warnings) for loop in found]
+    closed = [loop for loop in loops if loop is not None]
+    movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
+    untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
+    driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], said, actuators, missing, warnings)
+    if missing:
+        raise ArgumentError(f"{source.path} does not say everything; give also {'; '.join(missing)}")
+    return tuple(closed), driven, [*warnings, *filter(None, (_turned(source, loop) for loop in closed))]
+
+
+def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
+    places = {joint.name: joint.place for joint in source.joints.values()}
+    for loop in found:
+        other = places.setdefault(loop.name, loop.place)
+        if other is not loop.place:
+            raise loop.place.error(f"the loop's name {loop.name!r} is taken already, in {other}; rename one of them")
+        if loop.predecessor == loop.successor:
+            raise loop.place.error(f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}")
+
+
+def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
+    """Return a loop; None where its type or axis is missing."""
+    name, known = found.name, names_of("in_loop")
+    where = f"{name} ({found.place}), which joins {found.predecessor} and {found.successor}"
+    if given is not None and given not in known:
+        raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), known)}")
+    if given is not None and found.type not in (None, given):
+        warnings.append(f"{found.place}: the loop {name!r} is taken as {given}, as asked for; the source says {found.type}.")
+    kind = given or found.type
+    if kind is None:
+        missing.append(f"types: of {where}, one of {', '.join(known)}")
+        return None
+    of_kind = JOINT_TYPES[kind]
+    count = 2 if of_kind.turns is Axes.BOTH else 1
+    vectors: tuple[Vector, ...] = ()
+    if not of_kind.has_axis:
+        if axis is not None:
+            raise ArgumentError(f"axes: the loop {name!r} is {kind} and has no axis")
+    elif axis is not None:
+        vectors = _unit_vectors(name, axis, count, kind)
+        if found.axis is not None and count == 1 and np.abs(np.subtract(vectors[0], found.axis)).max() > 1e-9:
+            warnings.append(f"{found.place}: the loop {name!r} has the axis that was asked for; the source says {found.axis}.")
+    elif found.axis is not None and count == 1:
+        vectors = (found.axis,)
+    else:
+        what = "both axes" if count == 2 else "the normal" if of_kind.slides is Axes.ACROSS else "the axis"
+        second = f" and on {found.successor}" if count == 2 else ""
+        note = f"; {found.note}" if found.note else ""
+        missing.append(f"axes: {what} of the {kind} joint {where}, in its frame on {found.predecessor}{second}{note}")
+        return None
+    ends = (found.predecessor, found.successor, found.predecessor_origin, found.successor_origin)
+    filled = [*vectors, *(_X, _Y)[len(vectors) :]]
+    return Loop(name, kind, *ends, axis=filled[0], axis2=filled[1], place=found.place)
+
+
+def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vector, ...]:
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    if array.shape != ((3,) if count == 1 else (2, 3)) or not np.isfinite(array).all():
+        needed = "three numbers" if count == 1 else "two axes of three numbers each"
+        raise ArgumentError(f"axes: {name!r} is {kind} and needs {needed}, not {value!r}")
+    rows: list[Vector] = []
+    for row in array.reshape(-1, 3):
+        if not row.any():
+            raise ArgumentError(f"axes: an axis of {name!r} is zero; it must point somewhere")
+        scaled: Array = row / np.abs(row).max()
+        x, y, z = (float(item) for item in scaled / math.hypot(*scaled))
+        rows.append((x, y, z))
+    return tuple(rows)
+
+
+def _driven(
+    source: SourceRobot,
+    movable: Sequence[str],
+    said: Actuators,
+    given: Iterable[str] | None,
+    missing: list[str],
+    warnings: list[str],
+) -> tuple[str, ...]:
+    """Return the driven joints without a ``<transmission>``."""
+    if given is not None:
+        chosen = tuple(given) if not isinstance(given, str) else ()
+        if isinstance(given, str):
+            raise ArgumentError(f"actuators must be a list of joints: [{given!r}]")
+        for index, name in enumerate(chosen):
+            if name not in movable:
+                raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(str(name), movable)}")
+            if name in chosen[:index]:
+                raise ArgumentError(f"actuators: {name!r} is given twice")
+        if said.named is not None and set(chosen) != set(said.named):
+            listed = ", ".join(said.named) or "none"
+            warnings.append(f"{source.path}: the driven joints are those that were asked for; the source says {listed}.")
+    elif said.named is not None or said.transmissions:
+        chosen = said.transmissions if said.named is None else said.named
+    else:
+        missing.append(f"actuators, none or some of {', '.join(movable)}{f'; {said.note}' if said.note else ''}")
+        return ()
+    for name in said.transmissions:
+        if name not in chosen:
+            raise ArgumentError(f"actuators: {name!r} is not among them, but the source has a <transmission> for it")
+    return tuple(name for name in chosen if name not in said.transmissions)
+
+
+def _turned(source: SourceRobot, loop: Loop) -> str | None:
+    """Return a warning if the loop's frames are turned against each other at zero by more than a right angle."""
+    frames, kind = source.zero_frames, JOINT_TYPES[loop.type]
+    first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
+    second = frames[loop.successor] @ loop.successor_origin.matrix
+    between = first[:3, :3].T @ second[:3, :3]
+    if kind.has_axis and kind.turns is not Axes.BOTH:
+        cosine, what, apart = (
+            float(np.dot(loop.axis, between @ loop.axis)),
+            "its axis in one frame and in the other are",
+            " apart",
+        )
+    elif kind.is_fixed:
+        cosine, what, apart = float((np.trace(between) - 1) / 2), "its two frames are turned by", ""
+    else:
+        return None
+    if cosine > -1e-9:
+        return None
+    angle = math.degrees(math.acos(max(cosine, -1.0)))
+    return (
+        f"{loop.place}: at the zero of all joints the loop {loop.name!r} is far from closed: {what} {angle:.0f}°{apart}; "
+        "if the robot is assembled at zero, turn one frame with <origin rpy>."
+    )
