@@ -34,7 +34,6 @@ import numpy as np
 import small_robots
 
 import kinetostatics as ks
-from kinetostatics.reports.json import robot_to_dict
 
 TESTS = Path(__file__).parent
 ROBOTS = sorted(path.name.partition(".")[0] for path in (TESTS.parent / "robots").glob("*.xacro"))
@@ -113,7 +112,7 @@ def study(name: str) -> tuple[str, Found]:
     robot = attempt(out, "robot", lambda: robot_named(name))
     if robot is None:
         return name, out
-    facts = robot_to_dict(robot)
+    facts = robot.to_dict()
     out.update(flat(facts, "check"))
     rng = np.random.default_rng(1)
     zero = attempt(out, "zero", robot.assemble)

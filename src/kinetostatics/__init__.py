@@ -7,10 +7,6 @@ parallel manipulators using screw theory, Chinese Journal of Mechanical Engineer
 
 import lazy_loader
 
-from kinetostatics.printing.dispatch import LATE_MODULES
-
-LATE_MODULES.extend(("kinetostatics.results.warnings", "kinetostatics.checks.collect", "kinetostatics.reports"))
-
 _lazy, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 

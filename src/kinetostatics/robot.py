@@ -22,11 +22,11 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.frame_corrections import with_wrong_parent
 from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.layout.report import Reported, late
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
-from kinetostatics.printing.dispatch import Shown, text_of, warnings_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 
 if TYPE_CHECKING:
@@ -70,7 +70,7 @@ def load_robot(
     return robot
 
 
-class Robot(Shown, RobotKinematics):
+class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     """A parallel manipulator: its joints, limbs and beams.
 
     What it knows of its poses is told in :class:`RobotKinematics`; here are its statics and what people call.
@@ -119,9 +119,6 @@ class Robot(Shown, RobotKinematics):
         """
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
-    def __str__(self) -> str:
-        return text_of(self)
-
     @cached_property
     def _static_model(self) -> StaticModel:
         return StaticModel(
@@ -143,7 +140,7 @@ class Robot(Shown, RobotKinematics):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about at any pose, in full sentences: those of :attr:`Result.warnings` that are of the robot."""
-        return warnings_of(self)
+        return late("checks.collect:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property
     def members(self) -> Members:

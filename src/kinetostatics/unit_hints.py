@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.printing.text import listing
+from kinetostatics.layout.numbers import join_words
 
 #: Coordinates are too long from so many times the robot's size on, parameters from so many times their own value.
 FAR, LONG = 10.0, 30.0
@@ -140,7 +140,7 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
             meant = _meant(density, DENSITIES, {"g/cm³": 1e3, "kg/mm³": 1e9, "t/mm³": 1e12})
             found.setdefault(f"a density of {density:.4g} kg/m³; densities are in kg/m³ (steel: 7850){meant}", []).append(name)
     return [
-        f"beam{'s' * (len(names) > 1)} {listing(names, 8)} {'have' if names[1:] else 'has'} {words}"
+        f"beam{'s' * (len(names) > 1)} {join_words(names, 8)} {'have' if names[1:] else 'has'} {words}"
         for words, names in found.items()
     ]
 

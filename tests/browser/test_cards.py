@@ -41,7 +41,7 @@ def nearest_seen(page, path, parts):
 def test_a_click_on_a_beam_tells_what_the_report_does(page, result):
     text = click(page, "Deformed/beams/rod_2", nearest_seen(page, "Deformed/beams/rod_2", np.linspace(0.2, 0.7, 40)))
     assert text.startswith("rod_2") and page.is_visible("#robot-card")
-    for number in row_of(str(result), "rod_2", "Beams"):
+    for number in row_of(str(result.report()), "rod_2", "Beams"):
         assert re.search(rf"(?<![\d.]){re.escape(number)}0? ", text), number
     for words in ("axial force at the base end", "largest von Mises stress", "N/N_Euler", " MPa", " µm"):
         assert words in text
@@ -62,7 +62,7 @@ def test_a_click_on_a_beam_tells_what_the_report_does(page, result):
 def test_a_click_on_a_joint_tells_its_wrench_and_where_it_goes(page, result):
     path = "Deformed/joints/universal_2"
     text = click(page, path, nearest_seen(page, path, np.linspace(0, 0.99, 60)))
-    force, moment = row_of(str(result), "universal_2", "Joints")[-2:]
+    force, moment = row_of(str(result.report()), "universal_2", "Joints")[-2:]
     assert f"force\t{force} N\n" in text and f"moment\t{moment} N·m\n" in text
     components = [float(x) for x in re.search(r"force: x, y, z\t\((.*?)\)", text)[1].split(", ")]
     np.testing.assert_allclose(components, result.joint_wrenches["universal_2"][:3], atol=0.006)

@@ -11,7 +11,6 @@ import pytest
 from check_texts import GOLDEN, NAMES, ROBOTS, facts, report, robot, same, words_and_numbers
 
 from kinetostatics.checks.chains import joints_of
-from kinetostatics.reports import robot_to_dict
 
 # ---- the texts ---------------------------------------------------------------------------------------------------------
 
@@ -111,7 +110,7 @@ def test_odd_robots_are_warned_of(name):
 @pytest.mark.few(12)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_same_as_plain_values(name):
-    found = json.loads(json.dumps(robot_to_dict(robot(name)), allow_nan=False))
+    found = json.loads(json.dumps(robot(name).to_dict(), allow_nan=False))
     mobility = found["mobility"]
     if facts(name).zero.closing_error is None:
         assert mobility is None and found["mass"] is None and found["problems"]

@@ -214,7 +214,7 @@ def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
 
 @pytest.mark.smoke
 def test_analyze_prints_the_paper(capsys):
-    code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2)
+    code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2, "--full")
     assert code == 0 and err == ""
     totals = [line.split()[-1] for line in out.splitlines() if line.startswith(("  x [nm]", "  y [nm]", "  z [nm]"))]
     assert totals[:3] != totals[3:]  # the twist, and behind it what gravity does, which is the same here, with more digits

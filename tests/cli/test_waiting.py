@@ -18,7 +18,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import COMMANDS, main
-from kinetostatics.printing.waiting import pausing, waiting
+from kinetostatics.progress import pausing, waiting
 
 #: For every command that computes: arguments, what is made slow, and what is said.
 SLOW = {
@@ -119,7 +119,7 @@ def test_commands_say_within_two_seconds_what_they_do(command, second, place, mo
     if command == "verify":
         pytest.importorskip("openseespy")
     if not second:
-        monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+        monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     make_slow(monkeypatch, name, 1.3 if second else 0.3)
     with terminal() as read:
         assert main([command, *arguments]) == 0
@@ -135,7 +135,7 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
     arguments, name, words = SLOW[command]
     if command == "verify":
         pytest.importorskip("openseespy")
-    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.02)
+    monkeypatch.setattr("kinetostatics.progress.EVERY", 0.02)
     make_slow(monkeypatch, name, 0.1)
     with_json = ("check", "analyze", "compensate", "verify", "tolerances", "sensitivities", "optimize")
     as_json = ["--json"] * (command in with_json)
@@ -146,7 +146,7 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
 
 
 def test_a_sweep_says_how_many_poses_are_done(place, monkeypatch, capsys):
-    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     make_slow(monkeypatch, "kinetostatics.workspace.run.compute_block", 0.3)
     grid, said = {"x": [0.0, 0.01], "y": 0.3}, "sweeping, 0 of 2 poses done … 0 s"
     with terminal() as read:
@@ -166,7 +166,7 @@ def test_a_sweep_says_how_many_poses_are_done(place, monkeypatch, capsys):
 
 
 def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
-    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     with terminal() as read, warnings.catch_warnings():
         warnings.simplefilter("always")
         warnings.showwarning = lambda message, *_more: print(f"warning: {message}", file=sys.stderr)
@@ -185,7 +185,7 @@ def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
 
 
 def test_a_sign_is_renewed_though_another_threads_sign_that_came_first_is_gone(monkeypatch):
-    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     begun, over = threading.Event(), threading.Event()
 
     def other():
@@ -208,7 +208,7 @@ def test_a_sign_is_renewed_though_another_threads_sign_that_came_first_is_gone(m
 
 
 def test_the_line_is_gone_after_an_error_too(monkeypatch):
-    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.progress.EVERY", 0.1)
     with terminal() as read:
         with pytest.raises(ZeroDivisionError), waiting("dividing"):
             time.sleep(0.3)

@@ -164,7 +164,7 @@ def test_two_rods_in_series(tmp_path):
         assert not estimate.identified and estimate.interval == (0, np.inf)
     seen = [1 / found.estimates[name].value for name in factors]
     assert seen[0] + 0.5 * seen[1] == pytest.approx(1 / 0.5 + 0.5 / 2.0, rel=1e-9)  # what is seen is found
-    assert "cannot be told apart" in str(found) and "1 not told" in repr(found)
+    assert "cannot be told apart" in str(found) and "1 not determined" in repr(found)
     # a payload does not change what differs with the load alone
     found = ks.calibrate(robot, {"Fz": loads[:, 2], "dz": dz}, ["arm_1", "payload.mass"], reference="unloaded")
     assert found.unidentifiable[0].words.startswith("no reading sees payload.mass")

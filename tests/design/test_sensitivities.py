@@ -120,7 +120,7 @@ def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
     np.testing.assert_allclose(found["length"].stiffness, -stiffness, rtol=1e-6, atol=1e-6 * np.abs(stiffness).max())
     assert found.sources["rod"][2] == pytest.approx(-w, rel=1e-9)
     assert found.effect("diameter")[0] == pytest.approx(-0.04 * w, rel=1e-8)
-    assert "the tool's tip moves by" in str(found) and "moves the tool's tip by" in repr(found)
+    assert "the tool's tip moves by" in str(found) and "the tool's tip moves by" in repr(found)
     told = found.to_dict()
     assert told["tool"] == [a, 0, 0] and told["twist"][2] == pytest.approx(-w) and "at the tool's tip" in told["units"]["twist"]
     with pytest.raises(ks.ArgumentError, match=r"tool is \(0, 0.2\); it must be three numbers"):

@@ -430,18 +430,18 @@ def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypa
 
 def test_the_summary_counts_what_is_within_limits():
     """Beyond the limits there may be singular poses, at which numbers are as large as one likes."""
-    from kinetostatics.workspace.summary import summary
+    from kinetostatics.reports.map import map_report
 
     grid = {"z": [0.4], "azimuth": np.radians([-120.0, 0.0]), "tilt": np.radians([0.0, 20.0, 50.0])}
     ds = ks.sweep("3rps", grid, orientation="tilt_torsion")
     assert (ds["status"] == ks.Status.LIMIT_EXCEEDED).any()
-    words = summary(ds)
+    words = str(map_report(ds))
     worst = ks.indices.worst(ds, "linear_sag")
     assert f"worst sag {1e6 * worst.value:.4g} µm at z = 0.4 m, azimuth = -120 deg, tilt = 20 deg" in words
     assert np.degrees([worst.coordinates["azimuth"], worst.coordinates["tilt"]]) == pytest.approx([-120, 20])
     assert f"largest actuator force {float(ks.indices.actuator_force_maxima(ds).max()):.4g} N, prismatic_" in words
     assert "linear theory" not in words
-    outside = summary(ds.isel(azimuth=[0], tilt=[2]))
+    outside = str(map_report(ds.isel(azimuth=[0], tilt=[2])))
     assert "no pose is within the joints' limits; beyond them:\nworst sag " in outside
     assert "linear theory does not cover that: the pose is nearly singular" in outside
 

@@ -32,7 +32,7 @@ def facts(name):
 
 
 def report(name):
-    return facts_report(facts(name)).replace(f"{ROOT}/", "")
+    return str(facts_report(facts(name))).replace(f"{ROOT}/", "")
 
 
 def words_and_numbers(line):

@@ -41,7 +41,7 @@ def texts_of(robot):
     from kinetostatics.checks.collect import robot_facts
     from kinetostatics.reports.robot import facts_report
 
-    yield facts_report(robot_facts(robot))
+    yield str(facts_report(robot_facts(robot)))
     try:
         poses = {"zero pose": robot.zero_poses, "generic pose": robot.generic_poses}
     except ks.KinetostaticsError as error:
@@ -58,7 +58,7 @@ def texts_of(robot):
             yield f"---- {name}\n{type(error).__name__}: {error}"
             return
         labels = (f"{limb}: {', '.join(item.labels)}" for limb, item in found.limbs.items())
-        yield "\n".join([f"---- {name}", str(pose), ks.Status(int(found.status)).name, *labels, str(found)])
+        yield "\n".join([f"---- {name}", str(pose), ks.Status(int(found.status)).name, *labels, str(found.report())])
         if found.status != ks.Status.OK:
             yield _said(lambda pose=pose: ks.analyze(pose).status)
         if name == "zero pose":

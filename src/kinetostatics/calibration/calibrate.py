@@ -21,8 +21,8 @@ from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, Mask, frozen
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
 

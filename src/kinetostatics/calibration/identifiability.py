@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.calibration.unknowns import Unknown
+from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.printing.mappings import Named
-from kinetostatics.printing.text import listing
 from kinetostatics.results.calibration import Unidentifiable
 
 #: Part of the largest change of a direction below which an unknown takes no part in it.
@@ -67,5 +67,5 @@ def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
 
 def _called(unknown: Unknown) -> str:
     if unknown.kind == "stiffness":
-        return f"the compliance of {listing([name for _, name in unknown.parts])}"
+        return f"the compliance of {join_words([name for _, name in unknown.parts])}"
     return unknown.name

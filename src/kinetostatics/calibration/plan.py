@@ -25,8 +25,8 @@ from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, Index, frozen
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.calibration import MeasurementPlan
 from kinetostatics.robot import Robot
 

@@ -15,7 +15,6 @@ from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics,
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.limbs.basis import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
-from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.robot import Robot
 
 T = TypeVar("T")
@@ -89,7 +88,6 @@ def robot_facts(robot: Robot) -> RobotFacts:
     return facts
 
 
-@warnings_of.register
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
     """Return what keeps a robot from being analysed at most poses, and what to be careful about at any pose."""
     facts = robot_facts(robot)

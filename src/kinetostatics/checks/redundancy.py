@@ -14,10 +14,10 @@ import numpy as np
 
 from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_of
 from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.rotations import skew
-from kinetostatics.printing.text import listing
 from kinetostatics.robot import Robot
 
 #: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
@@ -195,7 +195,7 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
     axes = [axis for axis, is_along in zip("xyz", aligned, strict=True) if is_along]
     if len(axes) == 3:
         return f"{kind}s in all directions"
-    return f"{kind}s {how} {listing(axes)}" if axes[1:] else f"a {kind} {how} {axes[0]}" if axes else ""
+    return f"{kind}s {how} {join_words(axes)}" if axes[1:] else f"a {kind} {how} {axes[0]}" if axes else ""
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:

@@ -15,12 +15,12 @@ from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, pose
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.kinematics.zero_pose import corrections_hint
+from kinetostatics.layout.numbers import CLOSED, LENGTHS, join_words, quantity
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
-from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -57,7 +57,7 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     rigid = [limb.name for limb in facts.limbs if limb.rigid]
     if rigid:
         verb = "have nothing elastic between base and platform and count" if rigid[1:] else "has nothing elastic and counts"
-        found.append(f"{'the limbs ' * bool(rigid[1:])}{listing(rigid)} {verb} as rigid")
+        found.append(f"{'the limbs ' * bool(rigid[1:])}{join_words(rigid)} {verb} as rigid")
     if not facts.limbs:
         found.append("no limb joins base and platform")
     return found
@@ -78,7 +78,7 @@ def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if moved:
         yield (
             "the loops do not close with the actuators at zero: the zero pose, from which all others are reached, has "
-            f"{listing(moved)}"
+            f"{join_words(moved)}"
         )
     yield from _limits(robot, facts)
 
@@ -117,7 +117,7 @@ def zero_loop_gaps(facts: RobotFacts) -> str:
         sizes += [f"{np.degrees(item['rad']):.4g}°"] if item["rad"] > 1e-9 else []
         if sizes:
             alike.setdefault(" and ".join(sizes), []).append(name)
-    return "open by " + ", ".join(f"{size} at {listing(names, len(names))}" for size, names in alike.items())
+    return "open by " + ", ".join(f"{size} at {join_words(names, len(names))}" for size, names in alike.items())
 
 
 def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
@@ -129,7 +129,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         return
     beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]
     if beyond:
-        yield f"at the zero pose {listing(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
+        yield f"at the zero pose {join_words(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
 
 
 def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
@@ -161,7 +161,7 @@ def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -
         forms = {"is": "are", "its": "their", "has": "have", "weighs": "weigh"}
         for one, many in forms.items():
             words = words.replace(f"<{one}>", many if several else one)
-        yield f"beam{'s' * several} {listing(names, 8)} {words}"
+        yield f"beam{'s' * several} {join_words(names, 8)} {words}"
 
 
 def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from kinetostatics.checks.facts import RobotFacts
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.graphs import joined
-from kinetostatics.printing.text import listing
 from kinetostatics.robot import Robot
 
 
@@ -32,11 +32,11 @@ def without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if light:
         weigh, have = ("weigh", "their links have") if light[1:] else ("weighs", "its links have")
         found += [name for limb in light for name in limb.links]
-        yield f"{listing([limb.name for limb in light])} {weigh} nothing: {have} no <inertial>"
+        yield f"{join_words([limb.name for limb in light])} {weigh} nothing: {have} no <inertial>"
     drawn = [name for name in _drawn_without_mass(robot, facts) if name not in found]
     if drawn:
         shape = "have shapes" if drawn[1:] else "has a shape"
-        yield f"{listing(drawn)} {shape} but no mass: an <inertial> is missing, with the mass 0 if that is meant"
+        yield f"{join_words(drawn)} {shape} but no mass: an <inertial> is missing, with the mass 0 if that is meant"
 
 
 def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:

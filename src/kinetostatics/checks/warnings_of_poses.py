@@ -6,7 +6,7 @@ import numpy as np
 
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import SolverState
-from kinetostatics.printing.text import listing
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.results.result import Result
 from kinetostatics.results.warnings import undetermined_parts
 from kinetostatics.robot import Robot
@@ -28,7 +28,7 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
     limbs = [limb.name for limb in result.robot.topology.limbs if limb.name in bad]
     if limbs and np.any(result.basis_degenerate):
         verb = "degenerate" if where else "degenerate at some poses"
-        found.append(f"{where}the canonical wrenches of {listing(limbs)} {verb}: intensities are NaN there")
+        found.append(f"{where}the canonical wrenches of {join_words(limbs)} {verb}: intensities are NaN there")
     return found
 
 

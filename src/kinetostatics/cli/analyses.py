@@ -15,7 +15,7 @@ from kinetostatics.cli.values import GRID_HELP, MOST, VALUES_HELP, parse_coordin
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 
 # ---- analyze -------------------------------------------------------------------------------------------------------------
+
+#: Sections of the report of one pose.
+TABLES = ("pose", "summary", "twist", "gravity", "sag", "parts", "stiffness", "forces", "limbs", "joints", "ground", "beams")
 
 
 def _analyze(args: argparse.Namespace) -> int:
@@ -32,13 +35,10 @@ def _analyze(args: argparse.Namespace) -> int:
         configuration, warnings = pose_of(load_robot(args), args)
         result = ANALYZE.called()(configuration, **options)
         axes, tool = value_of("hinge_axis", args) or {}, value_of("tool", args)
-        seen = None if tool is None else result.at_point(tool)
-        found: dict[str, object] | str = result.to_dict() if args.json else result.report(hinge_axes=axes)
-        if seen is not None:
-            from kinetostatics.reports.tool_point import point_report, point_to_dict
-
-            found = {**found, "tool": point_to_dict(seen)} if isinstance(found, dict) else f"{found}\n{point_report(seen)}"
-    answer(found, warnings)
+        report = (result if tool is None else result.at_point(tool)).report(hinge_axes=axes)
+        if not (args.full or args.json):
+            report = report.only(*args.only) if args.only else report.brief()
+    answer(report.to_dict() if args.json else report, warnings)
     return 0
 
 
@@ -47,9 +47,15 @@ ANALYZE = Command(
     help="compute sag, stiffness, actuator forces, joint reactions and stresses at one pose",
     arguments=(*ROBOT, *POSE, *LOADS, "hinge_axis", "tool", "json"),
     function="analysis:analyze",
+    own={
+        "full": Argument("flag", "all tables, not the summary alone"),
+        "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
+    },
+    exclusive=("full", "only"),
     notes=VALUES_HELP,
     examples="""
 analyze 3rps
+analyze 3rps --only twist forces
 analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
 analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
 analyze panda.urdf --platform-link panda_hand             # a plain URDF, as it is
@@ -70,7 +76,7 @@ def _verify(args: argparse.Namespace) -> int:
         options = {**loads_of(args), **given_of(("within",), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = VERIFY.called()(configuration, **options)
-    answer(found.to_dict() if args.json else str(found), warnings)
+    answer(found.to_dict() if args.json else found.report(), warnings)
     return 0 if found.verified else 1
 
 
@@ -106,7 +112,7 @@ def _compensate(args: argparse.Namespace) -> int:
         found = COMPENSATE.called()(configuration, **options)
         for path in args.out:
             found.save(path, axes)
-        shown = found.to_dict() if args.json else str(found)
+        shown = found.to_dict() if args.json else found.report()
     answer(shown, warnings, args.out)
     return 0
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli.options import FIGURES, ending_of
-from kinetostatics.printing.colour import for_stream
+from kinetostatics.layout.colour import painted, wants_colour
+
+if TYPE_CHECKING:
+    from kinetostatics.layout.report import Report
 
 
 def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
@@ -48,12 +52,13 @@ def _json(value: object, indent: str, ascii_only: bool) -> str:
     return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
 
 
-def print_report(text: str) -> None:
-    """Print a report, in colour where the terminal wants it."""
-    print(for_stream(text, sys.stdout))
+def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
+    """Print a report below warnings, in colour where the terminal wants it."""
+    colour = wants_colour(sys.stdout)
+    print("\n".join([*(painted("warning", f"! {text}", colour) for text in warnings), report.text(colour)]))
 
 
-def answer(found: str | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
+def answer(found: Report | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
     """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
 
     Args:
@@ -61,8 +66,8 @@ def answer(found: str | dict[str, object], warnings: Sequence[str] = (), written
         warnings: of the pose.
         written: files that were written, which are listed below a report.
     """
-    if isinstance(found, str):
-        print_report("\n".join([*(f"! {warning}" for warning in warnings), found]))
+    if not isinstance(found, dict):
+        print_report(found, warnings)
         print(*(f"wrote {file}\n" for file in written), sep="", end="")
         return
     own = found.get("warnings")
@@ -80,4 +85,6 @@ def print_warnings(warnings: Iterable[str]) -> None:
 def print_message(kind: str, text: str) -> None:
     """Print an error or a warning to standard error, in one line."""
     if sys.stderr is not None:
-        print(for_stream(f"kinetostatics: {kind}: {' '.join(text.split())}", sys.stderr), file=sys.stderr)
+        begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), wants_colour(sys.stderr)
+        whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
+        print(whole, file=sys.stderr)

@@ -13,7 +13,7 @@ from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, single_value
 from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
 from kinetostatics.cli.values import VALUES_HELP, number_of, parse_items
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -43,7 +43,7 @@ def _calibrate(args: argparse.Namespace) -> int:
             options |= given_of(("read",), args)
             found = plan_measurements(robot, args.unknowns, planned, over or None, _loads(args.load_case), **options)
         save_files(args.out, "calibration", found)
-        shown = found.to_dict() if args.json else str(found)
+        shown = found.to_dict() if args.json else found.report()
     answer(shown, (), args.out)
     return 0
 

@@ -12,7 +12,7 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, pose_of
 from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
 from kinetostatics.cli.values import VALUES_HELP, parse_parameters
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 # ---- tolerances ----------------------------------------------------------------------------------------------------------
 
@@ -28,7 +28,7 @@ def _tolerances(args: argparse.Namespace) -> int:
         save_files(args.out, "tolerances", found, what=args.what or "displacement")
         if top is not None:
             found = replace(found, effects=dict([*found.effects.items()][:top]))
-        shown = found.to_dict() if args.json else str(found)
+        shown = found.to_dict() if args.json else found.report()
     answer(shown, warnings, args.out)
     return 0
 
@@ -82,7 +82,7 @@ def _sensitivities(args: argparse.Namespace) -> int:
         configuration, warnings = pose_of(load_robot(args), args)
         found = SENSITIVITIES.called()(configuration, **options)
         save_files(args.out, "sensitivities", found)
-        shown = found.to_dict() if args.json else str(found)
+        shown = found.to_dict() if args.json else found.report()
     answer(shown, warnings, args.out)
     return 0
 
@@ -130,7 +130,7 @@ def _optimize(args: argparse.Namespace) -> int:
         else:
             found = OPTIMIZE.called()(args.robot, **options, **given_of(("minimize",), args))
         save_files(args.out, "pareto", found)
-        shown = found.to_dict() if args.json else str(found)
+        shown = found.to_dict() if args.json else found.report()
     answer(shown, (), args.out)
     return 0 if front or found.feasible else 1
 

@@ -15,7 +15,7 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.options import check_folder
 from kinetostatics.cli.values import number_of, parse_items, parse_parameters, unit_of
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 #: Options that one of the two ways to a file has alone.
 OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness", "yaml", "types", "axes")

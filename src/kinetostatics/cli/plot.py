@@ -13,7 +13,7 @@ from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
     import xarray as xr

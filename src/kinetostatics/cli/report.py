@@ -15,7 +15,7 @@ from kinetostatics.cli.inputs import coordinate_kind, load_robot, loads_of, pose
 from kinetostatics.cli.options import check_folder, given_of
 from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_values
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.printing.waiting import pausing, waiting
+from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def _report(args: argparse.Namespace) -> int:
     """Write the page."""
     with waiting("writing the report"):
-        from kinetostatics.printing.html import html_path
+        from kinetostatics.layout.html import html_path
 
         check_folder(html_path(args.out, "a report"))  # a map of the workspace may take long
         loads = loads_of(args)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 
 from kinetostatics.arguments import ROBOT, Argument
-from kinetostatics.cli.answers import answer, print_json, print_report, print_warnings
+from kinetostatics.cli.answers import print_json, print_report, print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import load_robot, near_pose
 from kinetostatics.cli.options import given_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.bundled import copy_robots, robots
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 
 # ---- check ---------------------------------------------------------------------------------------------------------------
 
@@ -19,16 +19,15 @@ from kinetostatics.printing.waiting import waiting
 def _check(args: argparse.Namespace) -> int:
     """Print the report; return 1 if the robot cannot be analysed."""
     with waiting("checking"):
-        from kinetostatics.reports.json import facts_to_dict
         from kinetostatics.reports.robot import facts_report
 
         facts = CHECK.called()(load_robot(args))
-        text = "" if args.json else facts_report(facts)
+        report = facts_report(facts)
     if args.json:
-        print_json(facts_to_dict(facts))
+        print_json(report.to_dict())
         print_warnings([*facts.problems, *facts.warnings])
     else:
-        print_report(text)
+        print_report(report)
     return 1 if facts.problems else 0
 
 
@@ -76,7 +75,7 @@ def _export(args: argparse.Namespace) -> int:
         f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "
         f"{found.work:,} bytes of work on the stack"
     )
-    answer("\n".join(lines))
+    print("\n".join(lines))
     return 0
 
 

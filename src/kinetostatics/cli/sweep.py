@@ -18,7 +18,8 @@ from kinetostatics.cli.options import given_of
 from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_items, parse_quantity, parse_values, typed_units, unit_of
 from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.layout.colour import wants_colour
+from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,9 +44,9 @@ def _sweep(args: argparse.Namespace) -> int:
         if not args.quiet:
             seconds = None if there else time.perf_counter() - begin
             with waiting("summing up"):
-                from kinetostatics.workspace.summary import summary
+                from kinetostatics.reports.map import map_report
 
-                text = summary(found, seconds)
+                text = map_report(found, seconds).text(wants_colour(sys.stdout))
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
         print_warnings(str(found.attrs.get("warnings", "")).splitlines())

@@ -15,7 +15,7 @@ from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loa
 from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_range
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.printing.waiting import pausing, waiting
+from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration

@@ -17,9 +17,9 @@ from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesEr
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
-from kinetostatics.printing.text import listing
 from kinetostatics.results.compensation import Compensation, loaded_frame, target_frame
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import tool_on_robot
@@ -215,8 +215,8 @@ class _Problem:
         regular = sizes[:, -1] > SINGULAR * sizes[:, 0]
         if known.any() and not np.any(regular):
             raise CoordinatesError(
-                f"the actuators of {self.robot.name!r} cannot set {listing(self.controlled.names)} of the tool's tip, each by "
-                f"itself; choose other coordinates, such as {listing(self.commanded.names)}",
+                f"the actuators of {self.robot.name!r} cannot set {join_words(self.controlled.names)} of the tool's tip, each by "
+                f"itself; choose other coordinates, such as {join_words(self.commanded.names)}",
                 self.robot.mobility.platform,
             )
         inverse: Array = np.full((N, n, n), np.nan)

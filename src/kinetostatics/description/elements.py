@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.sections.kinds import Section
 
 Vector = tuple[float, float, float]

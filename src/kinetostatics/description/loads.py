@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.elements import Inertia
-from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.layout.mapping import ShortRepr
 
 
 @dataclass(frozen=True, eq=False, repr=False)

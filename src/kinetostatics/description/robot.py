@@ -27,8 +27,8 @@ from kinetostatics.description.elements import (
 )
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, UnknownNameError, near_names
-from kinetostatics.printing.dispatch import Shown, urdf_of
-from kinetostatics.printing.mappings import mapping_words
+from kinetostatics.layout.mapping import mapping_words
+from kinetostatics.layout.report import Reported, late
 from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
 Item = TypeVar("Item")
@@ -80,7 +80,7 @@ def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint
 
 
 @dataclass(frozen=True, repr=False)
-class RobotDescription(Shown):
+class RobotDescription(Reported, builder="reports.robot:description_report"):
     """A whole robot.
 
     Attributes:
@@ -166,7 +166,7 @@ class RobotDescription(Shown):
     @cached_property
     def urdf(self) -> str:
         """The plain tree URDF, with the additional elements left in (other tools skip them); written anew, xacro expanded."""
-        return urdf_of(self)
+        return late("files.robot_element:robot_text")(self)  # type: ignore[no-any-return]
 
     @property
     def warnings(self) -> tuple[str, ...]:

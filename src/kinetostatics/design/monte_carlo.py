@@ -34,9 +34,8 @@ from kinetostatics.parametric.errors import AssemblyError, together
 from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.rates import varied
 from kinetostatics.parametric.robot import ParametricRobot, same_pose
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import seen
 from kinetostatics.robot import Robot
 
 #: What is computed.
@@ -127,7 +126,7 @@ def _analysed(
     found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
     if errors:
         off = analyze(pose, **{**analysis, "assembly_errors": together(errors, amounts), "on_failure": "nan"})
-        found["twist"] = found["twist"] + seen(off, tool).contributions["assembly_errors"][0]
+        found["twist"] = found["twist"] + off.seen_from(tool).contributions["assembly_errors"][0]
         if "actuator_forces" in found:
             more = np.array([parts["assembly_errors"][0] for parts in off.actuator_contributions.values()])
             found["actuator_forces"] = found["actuator_forces"] + more

@@ -24,9 +24,9 @@ from kinetostatics.design.variables import Choice, Range, Vary, read_variables, 
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.robot import ParametricRobot
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot

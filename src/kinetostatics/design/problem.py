@@ -19,7 +19,6 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.optimum import BROKEN
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import seen
 from kinetostatics.robot import Robot
 
 
@@ -99,7 +98,7 @@ class Problem:
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
             result = self.analyzed(self.sizes.robot(parameters))
-            tip = seen(result, self.tool)
+            tip = result.seen_from(self.tool)
 
             def measured(name: str, argument: float) -> Array:
                 measure = MEASURES[name]

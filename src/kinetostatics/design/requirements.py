@@ -12,7 +12,6 @@ from kinetostatics.description.units import KINDS, parse_number, sized_example, 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import PointResult
 
 _REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(\([^()]*\)|:[^<>=≤≥]*)?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
 
@@ -36,12 +35,12 @@ class Measure:
     is_motion: bool = False
 
 
-def _lengths(part: slice) -> Callable[[Result | PointResult, float], Array]:
+def _lengths(part: slice) -> Callable[[Result, float], Array]:
     return lambda result, _: np.linalg.norm(result.twist[..., part], axis=-1)[..., None]
 
 
-def _largest_compliance(part: slice) -> Callable[[Result | PointResult, float], Array]:
-    def found(result: Result | PointResult, size: float) -> Array:
+def _largest_compliance(part: slice) -> Callable[[Result, float], Array]:
+    def found(result: Result, size: float) -> Array:
         block = result.compliance[..., part, part]
         finite = np.asarray(np.all(np.isfinite(block), axis=(-2, -1)))
         values = np.linalg.eigvalsh(np.where(finite[..., None, None], block, 0.0))[..., -1:]
@@ -50,8 +49,8 @@ def _largest_compliance(part: slice) -> Callable[[Result | PointResult, float], 
     return found
 
 
-def _least_stiffness(part: slice) -> Callable[[Result | PointResult, float], Array]:
-    def found(result: Result | PointResult, _: float) -> Array:
+def _least_stiffness(part: slice) -> Callable[[Result, float], Array]:
+    def found(result: Result, _: float) -> Array:
         with np.errstate(divide="ignore"):
             return np.asarray(1 / _largest_compliance(part)(result, 1.0))
 

@@ -23,14 +23,14 @@ from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.robot import ParametricRobot, opens_loops, same_pose
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
-from kinetostatics.results.tool_point import seen, seen_at, tool_on_robot
+from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1; of a placement, of the
@@ -124,10 +124,7 @@ def sensitivities(
         raise lost[0]
     sources: dict[str, Array] = {}
     if "twist" in asked:
-        sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
-        if place is not None:
-            tip = seen_at(result, place)
-            sources = {name: tip.moved(twist) for name, twist in sources.items()}
+        sources = {name: twist for kind in result.seen_from(place).source_contributions.values() for name, twist in kind.items()}
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
     if by is None:
         whole = numbers_of(configuration, result, place, asked)
@@ -212,7 +209,7 @@ def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, a
     if "actuators" in asked and pose.actuators:
         found["actuators"] = np.stack(list(pose.actuators.values()), axis=-1)
     if result is not None:
-        tip = seen(result, tool)
+        tip = result.seen_from(tool)
         found |= {name: getattr(tip, name) for name in ("twist", "stiffness", "compliance") if name in asked}
         if "actuator_forces" in asked and result.actuator_forces:
             found["actuator_forces"] = np.stack(list(result.actuator_forces.values()), axis=-1)

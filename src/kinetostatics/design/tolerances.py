@@ -24,15 +24,15 @@ from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.ordering import first_largest, ranked
 from kinetostatics.parametric.errors import AssemblyError, together
 from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
-from kinetostatics.results.tool_point import seen, tool_on_robot
+from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
 
@@ -270,7 +270,7 @@ def _by_errors(
     robot = nominal.robot
     given = {**analysis, "assembly_errors": together(errors, np.diag(amounts)), "on_failure": "nan"}
     result = analyze(nominal.configuration, **given)
-    twists = np.array(seen(result, tool).contributions["assembly_errors"])
+    twists = np.array(result.seen_from(tool).contributions["assembly_errors"])
     is_possible = np.all(np.isfinite(twists), axis=1)
     if not np.all(is_possible):
         bad = [item.name for item, possible in zip(errors, is_possible, strict=True) if not possible]
@@ -320,7 +320,7 @@ def _array(item: PoseQuantities, name: str) -> Array:
 def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> PoseQuantities:
     driven = nominal.robot.description.driven
     forces = Named({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(driven)})
-    return quantities(frozen(made["twist"]), frozen(made["stiffness"]), forces, np.asarray(seen(nominal, tool).twist))
+    return quantities(frozen(made["twist"]), frozen(made["stiffness"]), forces, np.asarray(nominal.seen_from(tool).twist))
 
 
 def _worst(effects: Sequence[Effect]) -> PoseQuantities:

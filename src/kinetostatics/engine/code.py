@@ -14,9 +14,9 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
+from kinetostatics.layout.plain import Json
 from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
-from kinetostatics.printing.dispatch import Json
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")

@@ -16,7 +16,7 @@ from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
-from kinetostatics.printing.waiting import waiting
+from kinetostatics.progress import waiting
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 

@@ -10,8 +10,8 @@ from kinetostatics.engine.cache import cache_folder
 from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.printing.dispatch import Json
-from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.layout.mapping import ShortRepr
+from kinetostatics.layout.plain import Json
 from kinetostatics.statics.model import RobotStatics
 
 #: What NumPy does whatever the engine.

@@ -43,7 +43,7 @@ class Robots(dict[str, str]):
         return "\n".join(f"{name:{width}}  {about}" for name, about in self.items())
 
     def _repr_html_(self) -> str:
-        from kinetostatics.printing.html import html_table
+        from kinetostatics.layout.html import html_table
 
         return html_table("", ("name", "robot"), self.items(), "ll")
 

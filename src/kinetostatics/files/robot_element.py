@@ -24,14 +24,12 @@ from kinetostatics.files.element_tables import (
     write_stiffness,
 )
 from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
-from kinetostatics.printing.dispatch import urdf_of
 
 Item = TypeVar("Item")
 
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 
 
-@urdf_of.register(RobotDescription)
 def robot_text(description: RobotDescription, comment: str = "") -> str:
     """Return a description as the text of a plain URDF file with the additional elements, indented."""
     return to_text(robot_element(description), comment, indented=True)

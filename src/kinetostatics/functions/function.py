@@ -27,10 +27,10 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.parametric.numbers import Number, numbers_of_parts
-from kinetostatics.printing.mappings import Named
 from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.robot import Robot

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.mappings import Named
 
 Facts: TypeAlias = dict[str, Any]  # what the texts in C are filled in with, by name
 #: A pose with loads, and what Python says of it: coordinates, load, gravity, outputs, status.

@@ -14,8 +14,8 @@ from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
 from kinetostatics.indices.poses import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of
+from kinetostatics.layout.html import html_table
 from kinetostatics.math.ordering import EQUAL
-from kinetostatics.printing.html import html_table
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
 

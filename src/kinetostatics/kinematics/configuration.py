@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.dispatch import Shown
-from kinetostatics.printing.mappings import Named
 from kinetostatics.status import Status
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class LimitExceeded:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Configuration(Shown):
+class Configuration(Reported, builder="reports.pose:configuration_report"):
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
     Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.

@@ -21,13 +21,13 @@ from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
-from kinetostatics.printing.mappings import Named
 from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
 

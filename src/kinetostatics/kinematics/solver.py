@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import dot, have_one_sign, least_squares, surely_have_one_sign
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.mappings import ShortRepr
 
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
 SHRINKING, _QUADRATIC = 0.4, 0.25

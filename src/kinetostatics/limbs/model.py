@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
-from kinetostatics.printing.mappings import ShortRepr
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.limbs.compliance import (
     RIGID,
     LimbLoads,
@@ -28,7 +29,6 @@ from kinetostatics.limbs.wrenches import limb_wrenches
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.mappings import ShortRepr
 
 #: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
 _WELL_CONDITIONED = 1e-5

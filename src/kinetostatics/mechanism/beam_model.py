@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import dot
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.sections.kinds import beam_compliance_coefficients
 
 if TYPE_CHECKING:

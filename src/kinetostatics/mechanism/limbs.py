@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.mechanism.beam_geometry import BeamSpan
-from kinetostatics.printing.mappings import ShortRepr
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, Mask, is_filled, zeros_for
 from kinetostatics.math.linalg import apply, matmul
 from kinetostatics.math.screws import unit_twist
-from kinetostatics.printing.mappings import ShortRepr
 
 
 @dataclass(frozen=True)

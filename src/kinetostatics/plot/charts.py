@@ -15,7 +15,7 @@ from kinetostatics.results.calibration import Calibration
 from kinetostatics.results.pareto import ParetoFront
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
-from kinetostatics.results.tool_point import named_point
+from kinetostatics.results.tool_point import point_name
 
 #: Bars of each kind of sensitivities, at most, and bars of a histogram.
 MOST, BARS = 12, 60
@@ -41,7 +41,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
     if "twist" not in found.of:
         raise ArgumentError(f"the bars are of the twist, which was not asked for: of={found.of}")
-    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
+    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     if not size > 0:
         raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")
     rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
@@ -89,7 +89,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
     else:
         unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
         off = "from the nominal robot"
-        titles = {"displacement": f"distance of {named_point(found.tool)} {off}", "rotation": f"rotation {off}"}
+        titles = {"displacement": f"distance of {point_name(found.tool)} {off}", "rotation": f"rotation {off}"}
         title = titles.get(what, f"{what} of the twist")
     values = values[np.isfinite(values)]
     size, name = display_unit(unit, [nominal, values.min(), values.max()])

@@ -1,4 +1,4 @@
-"""Bars as SVG, drawn without a library: the page is made wherever the package is."""
+"""Bars of the parts of the platform's motion as SVG, drawn without a library: the page is made wherever the package is."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from html import escape
 
 import numpy as np
 
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, NoiseFloor, NumberFormat
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale
-from kinetostatics.reports.sources import parts_along, ranked, sources
+from kinetostatics.reports.sources import parts_along, ranked, share, sources
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import TIP, PointResult
 
 #: Bars at most; what is behind them is one bar.
 MOST = 14
@@ -22,25 +21,20 @@ WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
 WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
 
 
-def contribution_bars(result: Result, noise: Magnitudes, tip: PointResult | None = None) -> str:
-    """Return bars of what each weight and load contributes to the platform's motion, seen at o or at a tool's tip."""
-    return _bars(list(result.contributions), list(result.contributions.values()), result, noise, tip)
+def contribution_bars(result: Result, noise: NoiseFloor) -> str:
+    """Return bars of the parts of the platform's motion by weight and load."""
+    return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
 
 
-def source_bars(result: Result, noise: Magnitudes, tip: PointResult | None = None) -> str:
-    """Return bars of what each elastic part contributes, the largest first."""
+def source_bars(result: Result, noise: NoiseFloor) -> str:
+    """Return bars of the parts of the platform's motion by elastic part, the largest first."""
     names, twists = sources(result)
-    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, tip, sort=True)
+    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
 
 
-def _bars(
-    names: list[str], twists: list[Array], result: Result, noise: Magnitudes, tip: PointResult | None, sort: bool = False
-) -> str:
-    """Return a bar of the part of the motion of each twist (6,) at o; nothing where nothing moves."""
-    own, whole = np.reshape(twists, (-1, 6)), result.twist
-    if tip is not None:
-        own, whole = tip.moved(own), tip.twist
-    found = parts_along(own, whole, noise)
+def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
+    """Return a bar of the part of the motion of each twist (6,); nothing where nothing moves."""
+    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
     if found is None:
         return ""
     parts, sizes, by = found
@@ -50,12 +44,12 @@ def _bars(
     rows = [(names[k], float(values[k])) for k in shown]
     if rest:
         rows.append((f"{len(rest)} others", float(values[rest].sum())))
-    scale = Scale.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
-    said = WORDS[by].format("o" if tip is None else TIP)
-    return _drawing(rows, scale, float(sizes[by]), f"Parts of the {said}; together {scale.with_unit(sizes[by])}")
+    form = NumberFormat.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
+    said = WORDS[by].format(result.point_name)
+    return _drawing(rows, form, float(sizes[by]), f"Parts of the {said}; together {form.with_unit(sizes[by])}")
 
 
-def _drawing(rows: Sequence[tuple[str, float]], scale: Scale, whole: float, title: str) -> str:
+def _drawing(rows: Sequence[tuple[str, float]], form: NumberFormat, whole: float, title: str) -> str:
     """Return the SVG of names and values [SI], with the number and its part of the whole beside each bar."""
     left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
     low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
@@ -73,8 +67,8 @@ def _drawing(rows: Sequence[tuple[str, float]], scale: Scale, whole: float, titl
         parts += [
             f'<text class="name" x="{left - 6:.1f}" y="{y + 13}" text-anchor="end">{escape(name)}</text>',
             f'<rect class="{colour}" x="{begin:.2f}" y="{y + 3}" width="{length:.2f}" height="{ROW - 6}"/>',
-            f'<text x="{zero + max(0.0, value) * per_unit + 6:.1f}" y="{y + 13}">{escape(scale.with_unit(value))}'
-            f" ({100 * value / whole:.1f} %)</text>",
+            f'<text x="{zero + max(0.0, value) * per_unit + 6:.1f}" y="{y + 13}">{escape(form.with_unit(value))}'
+            f" ({share(value, whole):.1f} %)</text>",
         ]
     parts.append(f'<line x1="{zero:.2f}" x2="{zero:.2f}" y1="24" y2="{height - 2}"/></svg>')
     return "\n".join(parts)

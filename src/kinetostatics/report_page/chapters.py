@@ -10,13 +10,11 @@ import numpy as np
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
+from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.html import html_report
-from kinetostatics.printing.text import Magnitudes, listing
 from kinetostatics.report_page.bars import contribution_bars, source_bars
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import PointResult
 from kinetostatics.verification import verify
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
@@ -40,7 +38,7 @@ def assumptions_html(result: Result) -> str:
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
-    said = [f"Elastic {kind}: {listing(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
+    said = [f"Elastic {kind}: {join_words(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
     if not joints:
         said.append("Joints, bearings and actuators are rigid: the file gives no stiffness of them.")
     said.append(
@@ -53,11 +51,11 @@ def _vector(values: Array) -> str:
     return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(values)) + ")"
 
 
-def sag_html(result: Result, tip: PointResult | None = None) -> str:
-    """Return where the motion of the platform comes from, seen at o or at a tool's tip, as bars."""
-    noise: Magnitudes = magnitudes(result)
+def sag_html(result: Result) -> str:
+    """Return the sources of the platform's motion as bars."""
+    noise = magnitudes(result)
     bars_of = {"By weights and loads": contribution_bars, "By elastic parts": source_bars}
-    parts = {title: bars(result, noise, tip) for title, bars in bars_of.items()}
+    parts = {title: bars(result, noise) for title, bars in bars_of.items()}
     found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
     return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
 
@@ -67,7 +65,7 @@ def compensation_html(
 ) -> str:
     """Return what the actuators are to do so that the loaded platform stands at the pose."""
     try:
-        return html_report(str(compensate(result.configuration, controlled=controlled, tool=tool, **arguments)))
+        return compensate(result.configuration, controlled=controlled, tool=tool, **arguments).report().html()
     except KinetostaticsError as error:
         if controlled is not None and isinstance(error, (ArgumentError, CoordinatesError)):
             raise  # what was asked for makes no sense
@@ -81,7 +79,7 @@ def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
         found = verify(result.configuration, **known)
     except KinetostaticsError as error:
         return f"<p>No verdict: {escape(str(error))}.</p>"
-    return html_report(str(found))
+    return found.report().html()
 
 
 def scene_html(result: Result, title: str) -> str:

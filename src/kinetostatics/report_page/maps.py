@@ -12,9 +12,9 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.numbers import STIFFNESSES, quantity
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.html import html_report
-from kinetostatics.printing.text import STIFFNESSES, quantity
+from kinetostatics.reports.map import map_report, said
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,16 +47,13 @@ def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array
 
 def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
     """Return the worst cases of a map, and figures of it through the pose."""
-    from kinetostatics.workspace.summary import summary
-
     about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
-    return "\n".join([html_report(summary(workspace)), _softest(workspace), about, _figures(workspace, configuration)])
+    return "\n".join([map_report(workspace).html(), _softest(workspace), about, _figures(workspace, configuration)])
 
 
 def _softest(workspace: xr.Dataset) -> str:
     """Return where the platform is softest, which the summary does not tell."""
     from kinetostatics import indices
-    from kinetostatics.workspace.summary import said
 
     what = "least_translational_stiffness"
     try:

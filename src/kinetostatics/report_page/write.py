@@ -15,11 +15,10 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.printing.html import html_path, html_report
+from kinetostatics.layout.html import html_path
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import checked_map, workspace_html
-from kinetostatics.reports.tool_point import point_report
-from kinetostatics.results.tool_point import seen_at, tool_on_robot
+from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.workspace.provenance import versions
 
 if TYPE_CHECKING:
@@ -92,22 +91,21 @@ def report_html(
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
     place = tool_on_robot(tool, result.robot)
-    tip = None if place is None else seen_at(result, place)
+    tip = result.seen_from(place)
     if workspace is not None:
         workspace = checked_map(workspace, configuration, place)
     robot = result.robot
     heading = str(title or robot.name)
     parts = {
-        "In short": result._repr_html_(),
+        "In short": tip.report().brief().html(),
         "The robot at the pose": chapters.scene_html(result, heading),
-        "The tip of the tool": "" if tip is None else html_report(point_report(tip)),
-        "Where the sag comes from": chapters.sag_html(result, tip),
+        "Where the sag comes from": chapters.sag_html(tip),
         "Over the workspace": "" if workspace is None else workspace_html(workspace, configuration),
         "Compensation": chapters.compensation_html(result, arguments, controlled, place),
         "Checked by finite elements": chapters.verification_html(result, arguments),
         "What is assumed": chapters.assumptions_html(result),
-        "The pose in numbers": html_report(str(result)),
-        "The robot": html_report(str(robot)),
+        "The pose in numbers": tip.report().html(),
+        "The robot": robot.report().html(),
     }
     body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
     pieces = {"title": escape(heading), "version": escape(versions()["kinetostatics"]), "body": "\n".join(body)}

@@ -1,58 +1,54 @@
-"""What a person reads of a batch of poses: how many succeeded, and where the extremes lie."""
+"""Report of a batch of poses: how many have numbers, and the extremes of what was found."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import (
+from kinetostatics.layout.blocks import Number, Section, Table, Text, warning_section
+from kinetostatics.layout.numbers import (
     ENERGIES,
     FORCE_KINDS,
     KINDS,
     PER_CENT,
     STIFFNESSES,
     STRESSES,
-    Magnitudes,
-    Scale,
+    NoiseFloor,
+    NumberFormat,
     Units,
-    section,
-    table,
-    warning_lines,
 )
-from kinetostatics.reports.json import actuator_unit
-from kinetostatics.reports.pose import actuator_coordinates, facts_of, platform_coordinates, statuses_of
+from kinetostatics.math.arrays import Array
+from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, facts_of, platform_coordinates, statuses_of
 from kinetostatics.results.result import Result
 from kinetostatics.status import WITHOUT_NUMBERS
 
 
-def batch_report(result: Result) -> str:
-    """Return of how many poses what is true, and the extremes of what was found."""
-    status = result.status
-    lines = [f"Analysis of {result.robot.name!r}: {status.size} poses, batch shape {result.shape}"]
-    lines += section("Status", _statuses(result) if status.size else ["no poses"])
-    if not np.all(np.isin(status, WITHOUT_NUMBERS)):
-        rows = [_row(result, *item) for item in _quantities(result)]
-        lines += section(
-            "Extremes over the valid poses, and at which element of the batch",
-            table(("quantity", "unit", "smallest", "at", "largest", "at"), rows, "llrlrl"),
-        )
-    lines += warning_lines(result.warnings if status.size else ())
-    return "\n".join(lines)
+def batch_sections(result: Result) -> list[Section]:
+    """Return states and extremes; the latter only where a pose has numbers."""
+    known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
+    header = ("quantity", "unit", "smallest", "at", "largest", "at")
+    rows = [_row(result, *item) for item in _quantities(result)] if known else []
+    title = "Extremes over the valid poses, and at which element of the batch"
+    return [
+        Section("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
+        Section(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
+        warning_section(result.warnings if result.status.size else ()),
+    ]
 
 
-def _statuses(result: Result) -> list[str]:
-    """Return what is true of how many poses; a pose counts in every row that is true of it."""
+def _states(result: Result) -> list[Table | Text]:
+    """Return how many poses are in which state; a pose counts in every row that is true of it."""
     ok, *without_numbers = statuses_of(result)
     found = [ok, *facts_of(result), *without_numbers]
-    rows = [(title, f"{int(np.sum(where))}", words) for title, where, words in found if np.any(where)]
+    rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
     several = int(np.sum(np.sum([where for _, where, _ in found], axis=0) > 1))
-    return table(("status", "poses", ""), rows, "lrl") + ([f"{several} of them counted more than once"] if several else [])
+    table = Table.of_rows(("status", "poses", ""), rows, "lrl")
+    return [table, Text(f"{several} of them counted more than once")] if several else [table]
 
 
-def magnitudes(result: Result) -> Magnitudes:
+def magnitudes(result: Result) -> NoiseFloor:
     """Return which numbers of a result are rounding noise."""
     wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
-    return Magnitudes.of(result.contributions.values(), wrenches, result.robot.length)
+    return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
 
 
 def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
@@ -76,13 +72,12 @@ def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
     return found
 
 
-def _row(result: Result, name: str, values: Array, units: Units, noise: float) -> tuple[str, ...]:
+def _row(result: Result, name: str, values: Array, units: Units, noise: float) -> tuple[str | Number, ...]:
     flat = np.broadcast_to(values, result.shape).ravel()
-    scale = Scale.of(flat, units, noise)
-    if np.all(np.isnan(flat)):
-        return (name, scale.unit, scale(np.nan), "", scale(np.nan), "")
-    cells = [name, scale.unit]
-    for number in (int(np.nanargmin(flat)), int(np.nanargmax(flat))):
+    form = NumberFormat.of(flat, units, noise)
+    missing = np.all(np.isnan(flat))
+    cells: list[str | Number] = [name, form.unit]
+    for number in (0, 0) if missing else (int(np.nanargmin(flat)), int(np.nanargmax(flat))):
         where = np.unravel_index(number, result.shape)
-        cells += [scale(flat[number]), "[" + ", ".join(str(int(k)) for k in where) + "]"]
+        cells += [Number(float(flat[number]), form, with_unit=False), "" if missing else f"[{', '.join(map(str, where))}]"]
     return tuple(cells)

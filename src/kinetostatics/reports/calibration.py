@@ -1,15 +1,18 @@
-"""What a person reads of a calibration and of a plan of measurements: ``print`` and ``kinetostatics calibrate``."""
+"""Reports of calibrations and of plans of measurements."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
+from kinetostatics.layout.blocks import Section, Table, Text
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, MISSING, UNITS_OF, in_unit, quantity
+from kinetostatics.layout.plain import attributes
+from kinetostatics.layout.report import Report
 from kinetostatics.math.screws import WRENCH_COMPONENTS
-from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, UNITS_OF, as_told, quantity, section, table, wrapped
-from kinetostatics.reports.json import named
+from kinetostatics.reports.pose import count
 from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Unidentifiable
 
 #: Units of readings.
@@ -30,7 +33,7 @@ def estimate_words(item: Estimate, value: float) -> str:
         return f"× {value:.5g}" if value < RIGID else "rigid"
     if item.kind != "argument" and item.unit in ("m", "rad"):
         return quantity(value, UNITS_OF[item.unit], digits=4)
-    return as_told(value, item.unit)
+    return in_unit(value, item.unit)
 
 
 def interval_words(item: Estimate) -> str:
@@ -38,18 +41,30 @@ def interval_words(item: Estimate) -> str:
     return f"{estimate_words(item, item.interval[0])} to {estimate_words(item, item.interval[1])}" if item.identified else MISSING
 
 
-@text_of.register(Calibration)
-def calibration_report(found: Calibration) -> str:
-    """Return estimates with intervals, what cannot be told, how well readings fit, and which do not."""
-    count = len(found.measured)
-    lines = [f"Calibration of {found.robot.name!r} from {count} readings of {len(set(found.rows.tolist()))} rows"]
+def calibration_report(found: Calibration) -> Report:
+    """Return estimates with intervals, unknowns that are not determined, residuals and outliers."""
+    title = f"Calibration of {found.robot.name!r} from {count(len(found.measured), 'reading')} of "
+    title += count(len(set(found.rows.tolist())), "row")
+    title += f"; {len(found.unidentifiable)} not determined" if found.unidentifiable else ""
+    title += f"; {count(len(found.outliers), 'outlier')}" if found.outliers else ""
+    names = "estimates unidentifiable level sigma_known misfit freedom converged outliers rows gauge_of measured computed used"
+    data = {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite, or not known"}
+    return Report(
+        title,
+        lambda: _sections(found),
+        lambda: {
+            "robot": found.robot.name,
+            "units": data,
+            **attributes(found, (*names.split(), "studentized", "held_out", "sigma", "covariance", "gauges")),
+        },
+    )
+
+
+def _sections(found: Calibration) -> list[Section]:
     rows = [
         (item.name, estimate_words(item, item.start), estimate_words(item, item.value), interval_words(item))
         for item in found.estimates.values()
     ]
-    title = f"Estimates; a stiffness as a factor of the file's (intervals: {100 * found.level:.4g} %)"
-    lines += section(title, table(("unknown", "file", "estimate", "interval"), rows, "lrrl"))
-    lines += _not_told(found.unidentifiable, "what stands above for these is one of many values that fit equally well")
     fits = []
     for kind, units in UNITS_BY_KIND.items():
         residual, foretold = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.held_out))
@@ -57,26 +72,31 @@ def calibration_report(found: Calibration) -> str:
             size = quantity(found.root_mean_square(found.measured, kind), units, digits=4)
             ahead = quantity(foretold, units, digits=4) if math.isfinite(foretold) else MISSING
             fits.append((f"readings of {kind}s", size, quantity(residual, units, digits=4), ahead))
-    header = ("root mean square", "readings", "residuals", "foretold from the other rows")
-    lines += section("Measured less computed", table(header, fits))
-    lines += ["", *(line for text in _sentences(found) for line in wrapped(text))]
-    for item in found.outliers[:MOST]:
-        units = UNITS_BY_KIND[found.gauges[item.gauge].kind]
-        left = "" if not np.all(found.used) else "; look at it, or leave it out"
-        said = f"outlier: row {item.row}, {item.gauge}: measured {quantity(item.measured, units)}, computed "
-        lines += wrapped(
-            f"{said}{quantity(item.computed, units)}, {abs(item.studentized):.3g} times its standard deviation off{left}", "! "
-        )
+    header = ("root mean square", "readings", "residuals", "predicted from the other rows")
+    outliers = [Text(_outlier(found, k), "warning") for k in range(min(len(found.outliers), MOST))]
     if len(found.outliers) > MOST:
-        lines.append(f"! and {len(found.outliers) - MOST} more outliers")
-    return "\n".join(lines)
+        outliers.append(Text(f"and {len(found.outliers) - MOST} more outliers", "warning"))
+    title = f"Estimates; a stiffness as a factor of the file's (intervals: {100 * found.level:.4g} %)"
+    return [
+        Section(title, [Table.of_rows(("unknown", "file", "estimate", "interval"), rows, "lrrl")], "estimates"),
+        _not_determined(found.unidentifiable, "what stands above for these is one of many values that fit equally well"),
+        Section("Measured less computed", [Table.of_rows(header, fits)], "residuals"),
+        Section("", [*map(Text, _sentences(found)), *outliers]),
+    ]
 
 
-def _not_told(items: tuple[Unidentifiable, ...], end: str) -> list[str]:
-    if not items:
-        return []
-    lines = [line for item in items for line in wrapped(f"{item.words}.", "! ", 106)]
-    return section("What these readings cannot tell", [*lines, *wrapped(f"({end})", "  ", 106)])
+def _outlier(found: Calibration, k: int) -> str:
+    item = found.outliers[k]
+    units = UNITS_BY_KIND[found.gauges[item.gauge].kind]
+    measured, computed = quantity(item.measured, units), quantity(item.computed, units)
+    left = "" if not np.all(found.used) else "; look at it, or leave it out"
+    off = f"{abs(item.studentized):.3g} times its standard deviation off{left}"
+    return f"outlier: row {item.row}, {item.gauge}: measured {measured}, computed {computed}, {off}"
+
+
+def _not_determined(items: Sequence[Unidentifiable], end: str) -> Section:
+    texts = [Text(f"{item.words}.", "warning") for item in items]
+    return Section("What these readings cannot tell", [*texts, Text(f"({end})", indent=2)] if items else [], "unidentifiable")
 
 
 def _sentences(found: Calibration) -> list[str]:
@@ -120,51 +140,33 @@ def _rigid(found: Calibration) -> list[Estimate]:
     ]
 
 
-@text_of.register(MeasurementPlan)
-def plan_report(found: MeasurementPlan) -> str:
-    """Return where to measure, and how sure the unknowns will be."""
-    count = len(found.chosen)
-    lines = [f"Plan of {count} measurements of {found.robot.name!r} out of {found.candidates} poses with loads"]
-    if found.left_out:
-        lines.append(f"({found.left_out} more are out of reach, singular or beyond a joint's limit)")
-    numbers = np.flatnonzero(np.any(found.load, axis=0)).tolist()
-    loads = [WRENCH_COMPONENTS[k] for k in numbers]
-    rows = [
-        (
-            str(k + 1),
-            *(f"{values[k]:.5g}" for values in found.coordinates.values()),
-            *(f"{found.load[k, j]:.5g}" for j in numbers),
-        )
-        for k in range(count)
-    ]
-    title = f"Measurements [m, rad, N, N·m]; read {', '.join(found.gauges)} at each"
-    lines += section(title, table(("", *found.coordinates, *loads), rows, "r" * (1 + len(found.coordinates) + len(loads))))
-    cells = [(name, f"{error:.3g}", f"{found.random_standard_errors[name]:.3g}") for name, error in found.standard_errors.items()]
-    lines += section(
-        "Standard errors to be expected (SI; of a stiffness relative)", table(("unknown", "this plan", "random plans"), cells)
+def plan_report(found: MeasurementPlan) -> Report:
+    """Return where to measure, and the standard errors that follow."""
+    title = (
+        f"Plan of {count(len(found.chosen), 'measurement')} of {found.robot.name!r} out of {found.candidates} poses with loads"
     )
-    lines += _not_told(found.unidentifiable, "no pose and load among the candidates tells it")
+    names = "coordinates load gauges standard_errors random_standard_errors gain candidates left_out chosen unidentifiable"
+    return Report(title, lambda: _plan_sections(found), lambda: {"robot": found.robot.name, **attributes(found, names.split())})
+
+
+def _plan_sections(found: MeasurementPlan) -> list[Section]:
+    left = Text(f"({found.left_out} more are out of reach, singular or beyond a joint's limit)")
+    numbers = np.flatnonzero(np.any(found.load, axis=0)).tolist()
+    columns = {name: values for name, values in found.coordinates.items()}
+    columns |= {WRENCH_COMPONENTS[k]: found.load[:, k] for k in numbers}
+    rows = [(str(k + 1), *(f"{values[k]:.5g}" for values in columns.values())) for k in range(len(found.chosen))]
+    cells = [(name, f"{error:.3g}", f"{found.random_standard_errors[name]:.3g}") for name, error in found.standard_errors.items()]
     gain = (
-        f"{found.gain:.3g} times as sure as random plans in the mean."
+        f"Standard errors {found.gain:.3g} times smaller than those of random plans, on average."
         if math.isfinite(found.gain)
         else "No random plan determines the unknowns."
     )
-    return "\n".join([*lines, "", gain])
-
-
-@dict_of.register(Calibration)
-def calibration_to_dict(found: Calibration) -> dict[str, object]:
-    """Return a calibration as plain values: what ``calibrate --json`` prints."""
-    names = "estimates unidentifiable level sigma_known misfit freedom converged outliers rows gauge_of measured computed used"
-    return {
-        "robot": found.robot.name,
-        "units": {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite, or not known"},
-        **named(found, (*names.split(), "studentized", "held_out", "sigma", "covariance", "gauges")),
-    }
-
-
-@dict_of.register(MeasurementPlan)
-def plan_to_dict(found: MeasurementPlan) -> dict[str, object]:
-    """Return a plan as plain values: what ``calibrate --plan --json`` prints."""
-    names = "coordinates load gauges standard_errors random_standard_errors gain candidates left_out chosen unidentifiable"
-    return {"robot": found.robot.name, **named(found, names.split())}
+    title = f"Measurements [m, rad, N, N·m]; read {', '.join(found.gauges)} at each"
+    errors = "Standard errors to be expected (SI; of a stiffness relative)"
+    return [
+        Section(None, [left] if found.left_out else []),
+        Section(title, [Table.of_rows(("", *columns), rows, "r" * (1 + len(columns)))], "measurements"),
+        Section(errors, [Table.of_rows(("unknown", "this plan", "random plans"), cells)], "errors"),
+        _not_determined(found.unidentifiable, "no pose and load among the candidates tells it"),
+        Section("", [Text(gain)]),
+    ]

@@ -1,51 +1,48 @@
-"""What a person reads of forces: actuators, limbs, joints, ground and beams of one pose."""
+"""Report of the forces at one pose: actuators, limbs, joints, ground and beams."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import (
+from kinetostatics.layout.blocks import Block, Column, Facts, Number, Section, Table, Text, once
+from kinetostatics.layout.numbers import (
     FORCE_KINDS,
     MASSES,
     MILLIMETRES,
     MISSING,
     STRESSES,
-    Column,
-    Magnitudes,
-    Scale,
-    column_table,
-    listing,
-    once,
-    table,
+    NoiseFloor,
+    NumberFormat,
+    join_words,
     vector,
-    wrapped,
 )
-from kinetostatics.reports.json import actuator_unit, wrench_units
-from kinetostatics.reports.pose import actuator_coordinates, written
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.limb_joints import compound_joints
+from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, at_pose
 from kinetostatics.reports.sources import actuator_parts
+from kinetostatics.results.limb import wrench_units
 from kinetostatics.results.result import Result
-from kinetostatics.sections.kinds import Section
+from kinetostatics.sections.kinds import Section as BeamSection
 
 
-def force_sections(result: Result, noise: Magnitudes, hinge_axes: Mapping[str, str]) -> dict[str, list[str]]:
-    """Return titles and lines of all forces; without lines where there is nothing to be told."""
+def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[Section]:
+    """Return the tables of all forces."""
+    force, moment = result.base_wrench[:3], result.base_wrench[3:]
+    ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
     magnitudes = "magnitudes about the joint's centre"
-    return {
-        "Actuators, positive along the joint's positive direction": _actuators(result, noise),
-        "Limbs: wrenches of the platform acting on the limb": _limbs(result, noise, hinge_axes),
-        "Limbs that are networks: what their beams and their joints to the platform carry": _networks(result, noise),
-        f"Joints: wrench of the base side acting on the platform side, {magnitudes}": _joints(result, noise),
-        "Ground: its reaction, acting on the robot, about the base link's origin": [
-            f"force   {vector(result.base_wrench[:3], noise.scale('force', result.base_wrench[:3]))}",
-            f"moment  {vector(result.base_wrench[3:], noise.scale('moment', result.base_wrench[3:]))}",
-        ],
-        "Beams": _beams(result, noise),
+    found: dict[tuple[str, str], list[Block]] = {
+        ("forces", "Actuators, positive along the joint's positive direction"): _actuators(result, noise),
+        ("limbs", "Limbs: wrenches of the platform acting on the limb"): _limbs(result, noise, hinge_axes),
+        ("limbs", "Limbs that are networks: what their beams and their joints to the platform carry"): _networks(result, noise),
+        ("joints", f"Joints: wrench of the base side acting on the platform side, {magnitudes}"): _joints(result, noise),
+        ("ground", "Ground: its reaction, acting on the robot, about the base link's origin"): [Facts(ground)],
+        ("beams", "Beams"): _beams(result, noise),
     }
+    return [Section(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
 
 
 def sizes(wrenches: Iterable[Array]) -> Array:
@@ -53,27 +50,26 @@ def sizes(wrenches: Iterable[Array]) -> Array:
     return np.linalg.norm(np.reshape([*wrenches], (-1, 2, 3)), axis=2).T
 
 
-def _force_scales(values: Iterable[ArrayLike], units: Iterable[str], noise: Magnitudes) -> dict[str, Scale]:
-    """Return one scale for the forces and one for the moments among some values."""
-    pairs = list(zip(values, units, strict=True))
-    return {unit: noise.scale(kind, [float(np.asarray(v)) for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
+def force_formats(values: Iterable[ArrayLike], units: Iterable[str], noise: NoiseFloor) -> list[NumberFormat]:
+    """Return the format of each value: one for all forces, one for all moments."""
+    pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
+    found = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
+    return [found[unit] for _, unit in pairs]
 
 
-def _actuators(result: Result, noise: Magnitudes) -> list[str]:
+def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
     forces = result.actuator_forces
     if not forces:
         return []
     units = [actuator_unit(result.robot, name) for name in forces]
-    found = _force_scales(forces.values(), units, noise)
-    scales = [found[unit] for unit in units]
+    formats = force_formats(forces.values(), units, noise)
+    places = [at_pose(item) for item in actuator_coordinates(result.configuration).values()]
 
     def column(title: str, values: Iterable[Array]) -> Column:
-        return Column(title, [scale(value) for scale, value in zip(scales, values, strict=True)], "r")
+        return Column(title, [Number(float(v), form, with_unit=False) for form, v in zip(formats, values, strict=True)], "r")
 
-    places = [written(item) for item in actuator_coordinates(result.configuration).values()]
-    parts = [column(name, part) for name, part in actuator_parts(result).items()]
     first = [Column("joint", list(forces)), Column("position", places, "r"), column("force", forces.values()), Column("", units)]
-    return column_table([*first, *parts])
+    return [Table([*first, *(column(name, part) for name, part in actuator_parts(result).items())])]
 
 
 # ---- limbs and joints ----------------------------------------------------------------------------------------------
@@ -106,31 +102,28 @@ def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
     return label.replace("limb y", "limb x"), intensity
 
 
-def _limbs(result: Result, noise: Magnitudes, hinge_axes: Mapping[str, str]) -> list[str]:
+def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[Block]:
     entries: list[tuple[str, str, str, Array, str]] = []
     for limb in result.limbs.values():
-        axis = hinge_axes.get(limb.name, "y")
         for kind, labels, wrenches, intensities in (
             ("constraint", limb.labels, limb.constraint_wrenches, limb.intensities),
             ("attached", limb.attached_labels, limb.attached_wrenches, limb.attached_intensities),
         ):
             for label, value, unit in zip(labels, intensities, wrench_units(labels, wrenches), strict=True):
-                words, number = _named(label, value, axis)
+                words, number = _named(label, value, hinge_axes.get(limb.name, "y"))
                 entries.append((limb.name, words, kind, number, unit))
-    scales = _force_scales([entry[3] for entry in entries], [entry[4] for entry in entries], noise)
-    names = once(entry[0] for entry in entries)
-    rows = [
-        (name, label, kind, scales[unit](value), unit) for name, (_, label, kind, value, unit) in zip(names, entries, strict=True)
-    ]
-    lines = table(("limb", "wrench", "", "intensity", ""), rows, "lllrl")
+    names, labels, kinds, values, units = zip(*entries, strict=True) if entries else ((),) * 5
+    cells = [Number(float(v), form, with_unit=False) for form, v in zip(force_formats(values, units, noise), values, strict=True)]
+    columns = [Column("limb", once(names)), Column("wrench", labels), Column("", kinds), Column("intensity", cells, "r")]
+    found: list[Block] = [Table([*columns, Column("", units)])]
     networks = [limb.name for limb in result.limbs.values() if limb.is_network]
     if networks:
         verb = "are networks: their" if networks[1:] else "is a network: its"
-        lines += wrapped(f"{listing(networks)} {verb} components are coordinates in a basis, not forces in beams or joints")
-    return lines
+        found.append(Text(f"{join_words(networks)} {verb} components are coordinates in a basis, not forces in beams or joints"))
+    return found
 
 
-def _networks(result: Result, noise: Magnitudes) -> list[str]:
+def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
     """Return the axial forces of beams and the sizes of joint wrenches at the platform of limbs that are networks."""
     entries: list[tuple[str, str, str, ArrayLike, ArrayLike | None]] = []
     for limb in result.limbs.values():
@@ -145,34 +138,56 @@ def _networks(result: Result, noise: Magnitudes) -> list[str]:
         return []
     names, parts, kinds, forces, moments = zip(*entries, strict=True)
     columns = [Column("limb", once(names)), Column("part", parts), Column("", kinds)]
-    columns.append(Column.of("force", forces, noise.scale("force", forces)))
-    return column_table([*columns, Column.of("moment", moments, noise.scale("moment", [m for m in moments if m is not None]))])
+    columns.append(Column.of("force", forces, noise.format("force", forces)))
+    columns.append(Column.of("moment", moments, noise.format("moment", np.array([m for m in moments if m is not None]))))
+    return [Table(columns)]
 
 
-def _joints(result: Result, noise: Magnitudes) -> list[str]:
-    forces, moments = sizes(result.joint_wrenches.values())
-    joints = [result.robot.mechanism.connections[name] for name in result.joint_wrenches]
-    return column_table(
-        [
-            Column("joint", [joint.name for joint in joints]),
-            Column("kind", [joint.kind + ", driven" * joint.driven for joint in joints]),
-            Column.of("force", forces, noise.scale("force", forces)),
-            Column.of("moment", moments, noise.scale("moment", moments)),
-        ]
-    )
+def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
+    """Return the sizes of all joint wrenches; revolutes that make one universal or spherical joint are one row."""
+    mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
+    compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
+    whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}
+    inner = {name for item in whole.values() for name in item.joints[1:]}
+    names = [name for name in wrenches if name not in inner]
+    forces, moments = sizes(wrenches[name] for name in names)
+    kinds = [
+        f"{whole[name].kind}, {len(whole[name].joints)} revolutes"
+        if name in whole
+        else mechanism.connections[name].kind + ", driven" * mechanism.connections[name].driven
+        for name in names
+    ]
+    return [
+        Table(
+            [
+                Column("joint", [whole[name].label if name in whole else name for name in names]),
+                Column("kind", kinds),
+                Column.of("force", forces, noise.format("force", forces)),
+                Column.of("moment", moments, noise.format("moment", moments)),
+            ]
+        )
+    ]
+
+
+def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
+    """Return whether joints about one point carry the same wrench, as nothing between them weighs anything."""
+    if not all(name in wrenches for name in joints):
+        return False
+    gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
+    return bool(np.all(gaps[:, :3] <= noise.force) and np.all(gaps[:, 3:] <= noise.moment))
 
 
 # ---- beams ---------------------------------------------------------------------------------------------------------
 
 
-def _beams(result: Result, noise: Magnitudes) -> list[str]:
+def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     beams = list(result.beams.values())
     if not beams:
         return []
     axial = [beam.section_wrenches[..., 0] for beam in beams]
-    ends = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
-    most = [np.linalg.norm(beam.deflections, axis=-1).max() for beam in beams]
-    force, shift = noise.scale("force", axial), noise.scale("displacement", [ends, most])
+    ends: list[ArrayLike] = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
+    most: list[ArrayLike] = [beam.deflection for beam in beams]
+    force, shift = noise.format("force", axial), noise.format("displacement", np.array([*ends, *most]))
     ratios = [f"{100 * float(beam.euler_ratio):.3g}" if np.isfinite(beam.euler_ratio) else MISSING for beam in beams]
     columns = [
         Column("beam", list(result.beams)),
@@ -186,7 +201,7 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
         Column.of("largest", most, shift),
     ]
     notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
-    if any(type(beam.description.section) is Section for beam in beams):
+    if any(type(beam.description.section) is BeamSection for beam in beams):
         notes.append(f"stress {MISSING}: <section> does not say the outline; give a circle, tube, rectangle or rectangular_tube")
     notes.append("N/N_Euler: forces over those at which the beam buckles, by itself or with others: 100 % buckles")
-    return [*column_table(columns), *notes]
+    return [Table(columns), *map(Text, notes)]

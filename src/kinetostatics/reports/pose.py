@@ -1,4 +1,4 @@
-"""Poses in words, as all reports tell them: what is true of them, where platform and actuators are, what loads them."""
+"""Reports of poses: their state, the coordinates of platform and actuators, and the loads."""
 
 from __future__ import annotations
 
@@ -8,27 +8,58 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import DEGREES, FORCES, MILLIMETRES, MOMENTS, NOISE, Scale, Units, vector, wrapped
+from kinetostatics.layout.blocks import Facts, Number, Section, Table, Word
+from kinetostatics.layout.numbers import DEGREES, FORCES, MILLIMETRES, MOMENTS, NOISE, NumberFormat, Units, vector
+from kinetostatics.layout.plain import attributes
+from kinetostatics.layout.report import Report
+from kinetostatics.math.arrays import Array, Values
 from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
-#: What may be true of poses: title, of which poses (…), and words.
-Truth: TypeAlias = tuple[str, NDArray[np.bool_], str]
-#: Values (…), the unit they are written in, and what is rounding noise.
+#: A state: title, of which poses (…) it is true, and words.
+State: TypeAlias = tuple[Word, NDArray[np.bool_], str]
+#: Values (…), their units, and what is rounding noise.
 Coordinate: TypeAlias = tuple[Array, Units, float]
 
 _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and torsion"}
 
 
-def statuses_of(poses: Configuration | Result) -> list[Truth]:
+def statuses_of(poses: Configuration | Result) -> list[State]:
     """Return which poses are OK, and which have no numbers."""
-    return [(item.name, poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
+    return [(status_word(item), poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
 
 
-def facts_of(poses: Configuration | Result) -> list[Truth]:
+def facts_of(poses: Configuration | Result) -> list[State]:
     """Return of which poses each fact is true."""
-    return [(fact.title, getattr(poses, name), fact.words) for name, fact in FACTS.items() if hasattr(poses, name)]
+    return [
+        (Word(fact.title, "bad" if fact.status is None else "doubtful"), getattr(poses, name), fact.words)
+        for name, fact in FACTS.items()
+        if hasattr(poses, name)
+    ]
+
+
+def status_word(status: Status) -> Word:
+    """Return the name of a status."""
+    return Word(status.name, "good" if status == Status.OK else "bad" if status in WITHOUT_NUMBERS else "doubtful")
+
+
+def state_title(poses: Configuration | Result) -> list[str]:
+    """Return the states of a pose, the worst first, or the shape of a batch and how many of its poses are in which state."""
+    one, (ok, *worse), facts = poses.shape == (), statuses_of(poses), facts_of(poses)
+    states = [
+        (title, where) for title, where, _ in ((*worse, *reversed(facts)) if one else (ok, *worse, *facts)) if np.any(where)
+    ]
+    states = states or [ok[:2]] * one
+    pieces = [] if one else [f"{count(poses.status.size, 'pose')}, batch shape {poses.shape}" + ": " * bool(states)]
+    for k, (title, where) in enumerate(states):
+        pieces += [", " * (k > 0) + ("" if one else f"{int(np.sum(where))} "), title]
+    return pieces
+
+
+def count(number: int, noun: str) -> str:
+    """Return how many there are."""
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def platform_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
@@ -42,32 +73,68 @@ def actuator_coordinates(configuration: Configuration) -> dict[str, Coordinate]:
     return {name: _coordinate(configuration, value, connections[name].type.is_slide) for name, value in values.items()}
 
 
+def actuator_unit(robot: Robot, name: str) -> str:
+    """Return the unit of an actuator's force."""
+    return robot.mechanism.connections[name].type.force_unit
+
+
 def _coordinate(configuration: Configuration, value: Array, is_length: bool) -> Coordinate:
     return (value, MILLIMETRES, NOISE * configuration.robot.length) if is_length else (value, DEGREES, NOISE)
 
 
-def written(coordinate: Coordinate, with_unit: bool = True) -> str:
-    """Write a coordinate of one pose with four decimals."""
+def at_pose(coordinate: Coordinate, with_unit: bool = True) -> Number:
+    """Return a coordinate of one pose with four decimals."""
     value, ((unit, factor),), noise = coordinate
-    scale = Scale(unit, factor, 4, noise)
-    return scale.with_unit(value) if with_unit else scale(value)
+    return Number(float(value), NumberFormat(unit, factor, 4, noise), with_unit=with_unit)
 
 
-def pose_lines(configuration: Configuration, gravity: Array, load: Array, *more: tuple[str, str]) -> list[str]:
-    """Return where one pose is and what loads it, and ``more`` names with texts."""
+def pose_facts(configuration: Configuration, gravity: Array, load: Array, *more: tuple[str, str]) -> Facts:
+    """Return coordinates, gravity and load of one pose, and ``more`` names with texts."""
     found = platform_coordinates(configuration)
     orientation = configuration.orientation
-    angles = "  ".join(f"{name} {written(found[name])}" for name in orientation.names)
-    force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
-    rows = [
-        ("o", "  ".join(f"{name} {written(found[name], False)}" for name in "xyz") + " mm"),
-        ("orientation", f"{angles}  ({_ORIENTATIONS.get(orientation.name, f'angles {orientation.name!r}')})"),
-        (
-            "actuators",
-            ", ".join(f"{name} {written(item)}" for name, item in actuator_coordinates(configuration).items()) or "none",
-        ),
-        ("gravity", vector(gravity, Scale.of(gravity, (("m/s²", 1.0),), digits=4))),
-        ("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"),
-        *more,
-    ]
-    return [line for name, text in rows for line in wrapped(text, f"{name:13}")]
+    angles = "  ".join(f"{name} {at_pose(found[name])}" for name in orientation.names)
+    force, moment = NumberFormat.of(load[:3], FORCES), NumberFormat.of(load[3:], MOMENTS)
+    actuators = ", ".join(f"{name} {at_pose(item)}" for name, item in actuator_coordinates(configuration).items())
+    return Facts(
+        [
+            ("o", "  ".join(f"{name} {at_pose(found[name], False)}" for name in "xyz") + " mm"),
+            ("orientation", f"{angles}  ({_ORIENTATIONS.get(orientation.name, f'angles {orientation.name!r}')})"),
+            ("actuators", actuators or "none"),
+            ("gravity", vector(gravity, NumberFormat.of(gravity, (("m/s²", 1.0),), digits=4))),
+            ("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"),
+            *more,
+        ]
+    )
+
+
+def configuration_report(configuration: Configuration) -> Report:
+    """Return the coordinates of a pose, or their ranges over a batch."""
+    both = {**platform_coordinates(configuration), **actuator_coordinates(configuration)}
+    rows = [(name, Number.range_of(*item)) for name, item in both.items()]
+    title = [f"Configuration of {configuration.robot.name!r}: ", *state_title(configuration)]
+    title.append("; " + ", ".join(f"{name} {number}" for name, number in rows[:6]))
+    header = ("coordinate", "value" if configuration.shape == () else "range")
+    return Report(title, lambda: [Section("", [Table.of_rows(header, rows)])], lambda: configuration_data(configuration))
+
+
+def configuration_data(configuration: Configuration) -> dict[str, object]:
+    """Return coordinates, frames and state of poses; arrays keep their shapes, batch axes first."""
+    shape = configuration.shape
+    return {
+        "shape": shape,
+        "status": status_names(configuration.status),
+        "limit_exceeded": configuration.limit_exceeded,
+        "orientation": configuration.orientation.name,
+        **attributes(configuration, ("platform", "platform_frame", "actuators", "q", "residual")),
+        "loop_gaps": {
+            name: {"m": metres.reshape(shape), "rad": radians.reshape(shape)}
+            for name, (metres, radians) in configuration.loop_gaps.items()
+        },
+        "limits_exceeded": configuration.limits_exceeded,
+    }
+
+
+def status_names(status: Values) -> object:
+    """Return statuses as their names, in nested lists for a batch."""
+    names = np.array([item.name for item in Status], dtype=object)
+    return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name

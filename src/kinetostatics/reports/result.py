@@ -1,101 +1,108 @@
-"""What a person reads of an analysis: ``print(result)`` and ``kinetostatics analyze``."""
+"""Report of an analysis: a summary of one pose with tables in detail, or the extremes over a batch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from kinetostatics.analysis import free_twists
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import EQUAL, first_largest
-from kinetostatics.math.screws import COMPONENTS, describe_twist
-from kinetostatics.printing.dispatch import text_of
-from kinetostatics.printing.text import (
+from kinetostatics.layout.blocks import Block, Facts, Number, Section, Text, warning_section
+from kinetostatics.layout.numbers import (
     CLOSED,
     ENERGIES,
     FORCES,
+    KINDS,
     MASSES,
     MILLIMETRES,
     MOMENTS,
-    STIFFNESSES,
-    TURNING_STIFFNESSES,
-    Magnitudes,
-    Scale,
+    NoiseFloor,
+    NumberFormat,
     quantity,
-    section,
-    table,
     vector,
-    warning_lines,
-    wide_table,
-    wrapped,
 )
-from kinetostatics.reports.batch import batch_report, magnitudes
+from kinetostatics.layout.report import Report
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import describe_twist
+from kinetostatics.reports.batch import batch_sections, magnitudes
 from kinetostatics.reports.forces import checked_axes, force_sections
-from kinetostatics.reports.pose import facts_of, pose_lines, statuses_of
-from kinetostatics.reports.sources import gravity_twists, source_lines
+from kinetostatics.reports.pose import facts_of, pose_facts, state_title, statuses_of
+from kinetostatics.reports.result_data import result_data
+from kinetostatics.reports.sources import gravity_twists, source_table
+from kinetostatics.reports.stiffness import component_table, stiffness_blocks
+from kinetostatics.reports.summary import summary_facts
 from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 
-@text_of.register(Result)
-def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> str:
-    """Return what an analysis found: tables with units for one pose, a summary for a batch of poses.
+def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> Report:
+    """Return the report of an analysis.
 
     Args:
         result: of :func:`kinetostatics.analyze`.
         hinge_axes: as in :meth:`kinetostatics.Result.report`.
     """
     hinge_axes = checked_axes(hinge_axes or {}, result.limbs)
+    title = [f"Analysis of {result.robot.name!r}: ", *state_title(result), *_motion(result)]
     if result.shape != ():
-        return batch_report(result)
-    sections = {"Pose": _pose(result)}
+        return Report(title, lambda: batch_sections(result), lambda: result_data(result))
+    return Report(title, lambda: _sections(result, hinge_axes), lambda: result_data(result))
+
+
+def _motion(result: Result) -> Iterator[str]:
+    """Yield how far the platform moves, if it does anywhere."""
+    noise = NoiseFloor.of([*result.contributions.values(), result.twist], [], result.robot.length)
+    if np.any(np.isfinite(result.twist)):
+        moves, turns = (
+            Number.range_of(np.linalg.norm(result.twist[..., part], axis=-1), KINDS[kind], getattr(noise, kind))
+            for kind, part in (("displacement", slice(3)), ("rotation", slice(3, 6)))
+        )
+        yield f"; {result.point_name} moves by {moves}, the platform turns by {turns}"
+
+
+def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[Section]:
+    states = [*statuses_of(result)[1:], *reversed(facts_of(result))]
+    yield Section(None, [Text(f", {words}", lead=word) for word, where, words in states if where])
+    yield Section("Pose", [_pose(result)], "pose")
     if result.status == Status.SINGULAR:
-        sections["What can still move"] = _free_motions(result)
-    closing = warning_lines(result.warnings)
+        yield Section("What can still move", _free_motions(result), "motions")
     if result.status not in WITHOUT_NUMBERS:
         noise = magnitudes(result)
-        sections |= {**_motion_sections(result, noise), **force_sections(result, noise, hinge_axes)}
+        yield Section("Summary", [summary_facts(result, noise)], "summary")
+        yield from _motion_sections(result, noise)
+        yield from force_sections(result, noise, hinge_axes)
         if result.beams:
             what = "beams and elastic joints" if result.robot.description.joint_stiffness else "beams"
-            closing = ["", f"Strain energy of the {what}  {quantity(result.strain_energy, ENERGIES)}", *closing]
-    lines = [f"Analysis of {result.robot.name!r}: {_status_words(result)}"]
-    lines += [line for title, part in sections.items() if part for line in section(title, part)]
-    return "\n".join([*lines, *closing])
+            energy = (f"Strain energy of the {what}", Number.of(result.strain_energy, ENERGIES))
+            yield Section("", [Facts([energy])], "energy", detail=True)
+    yield warning_section(result.warnings)
 
 
 # ---- the pose ------------------------------------------------------------------------------------------------------
 
 
-def _status_words(result: Result) -> str:
-    """Return everything that is true of a pose, the worst first."""
-    ok, *without_numbers = statuses_of(result)
-    found = [*without_numbers, *reversed(facts_of(result))]
-    return "\n  also ".join(f"{title}, {words}" for title, where, words in found if where) or f"{ok[0]}, {ok[2]}"
-
-
-def _pose(result: Result) -> list[str]:
+def _pose(result: Result) -> Facts:
     configuration, more = result.configuration, _acting(result)
     if configuration.loop_gaps and np.isfinite(configuration.residual):
         open_by = float(configuration.residual)
         more.append(("loops", "closed" if open_by <= CLOSED else f"open by at most {open_by:.1e} (m or rad)"))
-    return pose_lines(configuration, result.gravity, result.load, *more)
+    return pose_facts(configuration, result.gravity, result.load, *more)
 
 
 def _acting(result: Result) -> list[tuple[str, str]]:
-    """Return names and texts of the payload and the loads on links."""
+    """Return names and texts of the payload, the loads on links and the springs."""
     found = []
     if result.payload is not None:
         frame = "o-xyz" if result.payload.link is None else result.payload.link
         center = np.broadcast_to(np.asarray(result.payload.center, dtype=float), (3,))
-        place = vector(center, Scale.of(center, MILLIMETRES, digits=4))
+        place = vector(center, NumberFormat.of(center, MILLIMETRES, digits=4))
         found.append(("payload", f"{quantity(result.payload.mass, MASSES)} at {place} of {frame}"))
     for name, wrench in result.link_loads.items():
         if name != PAYLOAD:
-            noise = 1e-12 * float(np.linalg.norm(wrench[:3]))
-            force, moment = Scale.of(wrench[:3], FORCES), Scale.of(wrench[3:], MOMENTS, noise * result.robot.length)
+            noise = 1e-12 * float(np.linalg.norm(wrench[:3])) * result.robot.length
+            force, moment = NumberFormat.of(wrench[:3], FORCES), NumberFormat.of(wrench[3:], MOMENTS, noise)
             text = f"{name.removeprefix('load ')}: force {vector(wrench[:3], force)}, moment about o {vector(wrench[3:], moment)}"
             found.append(("load", text))
     if result.spring_forces:
@@ -104,7 +111,7 @@ def _acting(result: Result) -> list[tuple[str, str]]:
     return found
 
 
-def _free_motions(result: Result) -> list[str]:
+def _free_motions(result: Result) -> list[Block]:
     robot, solution = result.robot, result.solutions[0]
     found = [
         f"{owner}: its passive joints {', '.join(robot.statics.passive_joints(owner))} do not carry all of its weight"
@@ -112,14 +119,14 @@ def _free_motions(result: Result) -> list[str]:
         if part[0] > UNBALANCED
     ]
     found += [f"the platform: {describe_twist(twist, robot.length)}" for twist in free_twists(robot, solution, 0).T]
-    return [line for text in found or ["the pose is too close to a singular one"] for line in wrapped(text, "- ")]
+    return [Text(text, "item") for text in found or ["the pose is too close to a singular one"]]
 
 
 # ---- the platform --------------------------------------------------------------------------------------------------
 
 
-def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
-    """Return titles and lines of what the platform does; without lines where there is nothing to be told."""
+def _motion_sections(result: Result, noise: NoiseFloor) -> list[Section]:
+    """Return the tables of the platform's twist and stiffness."""
     kinds = {kind: np.sum(list(named.values()), axis=0) for kind, named in result.source_contributions.items()}
     parts = {
         f"{limb.name}: {part.start} → {part.end}": twist
@@ -127,68 +134,24 @@ def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
         for part, twist in zip(limb.parts, result.part_contributions.get(limb.name, ()), strict=False)
     }
     gravity = gravity_twists(result) if result.robot.topology.limbs else {}
-    total = {"total": result.twist}
-    return {
-        "Twist of the platform at o, world axes": _twists({**result.contributions, **total}, noise),
-        "What gravity does, by the ways in which it acts": _twists(gravity, noise),
-        "Elastic displacement by source: the same twist by beams, elastic joints, actuators and assembly errors": _twists(
-            {**kinds, **total} if {"joints", "actuators", "assembly_errors"} & {*kinds} else {}, noise
-        ),
-        "Where the sag comes from: parts along the whole displacement and rotation": source_lines(result, noise),
-        "Elastic displacement of the parts of the limbs": _twists(parts, noise),
-        "Stiffness of the platform at o, world axes, actuators locked": _stiffness(result),
+    total, at = {"total": result.twist}, f"at {result.point_name}, world axes"
+    by_kind = {**kinds, **total} if {"joints", "actuators", "assembly_errors"} & {*kinds} else {}
+    found: dict[tuple[str, str], list[Block]] = {
+        ("twist", f"Twist of the platform {at}"): _twists({**result.contributions, **total}, noise),
+        ("gravity", "What gravity does, by the ways in which it acts"): _twists(gravity, noise),
+        (
+            "sag",
+            "Elastic displacement by source: the same twist by beams, elastic joints, actuators and assembly errors",
+        ): _twists(by_kind, noise),
+        ("sag", "Where the sag comes from: parts along the whole displacement and rotation"): source_table(result, noise),
+        ("parts", "Elastic displacement of the parts of the limbs"): _twists(parts, noise),
+        ("stiffness", f"Stiffness of the platform {at}, actuators locked"): stiffness_blocks(result),
     }
+    return [Section(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
 
 
-def component_rows(linear: Scale, angular: Scale, *columns: Array) -> list[list[str]]:
-    """Return the rows of a table of the six components, with their units, of all columns (6,)."""
-    scales = [linear] * 3 + [angular] * 3
-    return [
-        [f"{name} [{scale.unit}]", *(scale(column[k]) for column in columns)]
-        for k, (name, scale) in enumerate(zip(COMPONENTS, scales, strict=True))
-    ]
-
-
-def _twists(twists: Mapping[str, Array], noise: Magnitudes) -> list[str]:
+def _twists(twists: Mapping[str, Array], noise: NoiseFloor) -> list[Block]:
     """Return a table of twists (6,), a column for each; nothing if there is none."""
-    shift = noise.scale("displacement", [twist[:3] for twist in twists.values()], digits=6)
-    turn = noise.scale("rotation", [twist[3:] for twist in twists.values()], digits=6)
-    return wide_table(["", *twists], component_rows(shift, turn, *twists.values())) if twists else []
-
-
-def _stiffness(result: Result) -> list[str]:
-    held, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
-    linear = Scale.of([held[:3], free[:3]], STIFFNESSES, digits=6)
-    angular = Scale.of([held[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
-    lines = table(("", "constrained", "free"), component_rows(linear, angular, held, free))
-    values, axes = np.linalg.eigh(result.compliance[:3, :3])
-    sizes = _reciprocal(values, result)
-    for word, k in (("softest", 2), ("stiffest", 0)):
-        alike = axes[:, np.abs(values - values[k]) <= EQUAL * abs(values[k])]
-        found = "rigid" if np.isinf(sizes[k]) else f"{quantity(sizes[k], STIFFNESSES)} {_directions(alike)}"
-        lines.append(f"{word} against a force at o: {found}")
-    return lines
-
-
-def _reciprocal(compliances: Array, result: Result) -> Array:
-    """Return 1/C; infinite where rigid limbs leave no more than rounding noise."""
-    C = np.abs(result.compliance)
-    length = result.robot.length
-    small = 1e-12 * max(float(C[:3, :3].max()), length**2 * float(C[3:, 3:].max()))
-    return np.where(np.abs(compliances) > small, 1 / np.where(compliances == 0, 1.0, compliances), np.inf)
-
-
-def _directions(axes: Array) -> str:
-    """Say along which directions something is that orthonormal axes (3, 1 … 3) span."""
-    if axes.shape[1] == 3:
-        return "in every direction"
-    if axes.shape[1] == 1:
-        return f"along {_direction(axes[:, 0])}"
-    normal = np.cross(axes[:, 0], axes[:, 1])
-    planes = [plane for plane, part in zip(("yz", "xz", "xy"), np.abs(normal), strict=True) if part > 1 - EQUAL**2]
-    return f"in every direction of the {planes[0]} plane" if planes else f"in every direction across {_direction(normal)}"
-
-
-def _direction(axis: Array) -> str:
-    axis = axis * np.sign(axis[first_largest(np.abs(axis))])
-    return "(" + ", ".join("0" if abs(value) < 5e-4 else f"{value:.3f}" for value in axis) + ")"
+    shift = noise.format("displacement", [twist[:3] for twist in twists.values()], digits=6)
+    turn = noise.format("rotation", [twist[3:] for twist in twists.values()], digits=6)
+    return [component_table(shift, turn, twists)] if twists else []

@@ -1,11 +1,15 @@
-"""What a person reads of a robot: ``print(robot)`` and ``kinetostatics check``."""
+"""Report of a robot, and of its file: limbs, mobility, wrenches, beams, warnings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+import math
+from collections.abc import Iterator, Sequence, Sized
+from dataclasses import replace
+from functools import cache
 from math import degrees, isinf
 
-from kinetostatics.checks.chains import Graph, chain_lines
+from kinetostatics.checks.chains import Body, Graph, JointStep, Network, Ways, chain_lines
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
@@ -13,49 +17,118 @@ from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_loop_gaps
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.files.bundled import shown_path
-from kinetostatics.printing.dispatch import text_of
-from kinetostatics.printing.text import CLOSED, MASSES, MISSING, Scale, listing, quantity, section, table, warning_lines, wrapped
+from kinetostatics.layout.blocks import Block, Column, Facts, Lines, Section, Table, Text, warning_section
+from kinetostatics.layout.numbers import CLOSED, MASSES, MILLIMETRES, join_words, quantity
+from kinetostatics.layout.plain import attributes, plain
+from kinetostatics.layout.report import Report
+from kinetostatics.reports.pose import count
 from kinetostatics.robot import Robot
 
 UNKNOWN = "not known"
+#: Units and meaning of the numbers.
+UNITS = {
+    "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
+    "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
+    "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
+    "mass": "kg at the zero pose",
+    "graph": "chain from base to platform: bodies, joints, parallel ways, networks; hanging: what hangs on a body",
+    "depth": "m, the section's larger side or diameter",
+    "shear_areas": "m², null: no shear deformation",
+    "thermal_expansion": "1/K",
+    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about axes of the joint's frame; drive: its actuator; null: rigid",
+    "springs": "between links: stiffness N/m, free_length m, preload N: the tension at the free length",
+    "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
+}
+#: Data of springs between links: not where their ends are.
+_SPRING = ("name", "predecessor", "successor", "stiffness", "free_length", "preload")
+#: Types of the parts of a limb's graph.
+_TYPES = {Body: "body", JointStep: "joint", Ways: "ways", Network: "network"}
 
 
-@text_of.register(Robot)
-def robot_report(robot: Robot) -> str:
-    """Return what there is to know about a robot: mobility, masses, limbs, beams and warnings.
+def robot_report(robot: Robot) -> Report:
+    """Return the report of a robot; one whose loops cannot be closed still has one, which says so."""
+    found = cache(robot_facts)
+    return Report(
+        _title(robot.name, robot.topology.limbs, robot.description.driven, robot.description.beams),
+        lambda: facts_sections(found(robot)),
+        lambda: facts_data(found(robot)),
+    )
 
-    A robot whose loops cannot be closed still gets a report, which says so.
-    """
-    return facts_report(robot_facts(robot))
+
+def facts_report(facts: RobotFacts) -> Report:
+    """Return the report of a robot by its facts."""
+    title = _title(facts.name, facts.limbs, facts.drives, facts.beams)
+    return Report(title, lambda: facts_sections(facts), lambda: facts_data(facts))
 
 
-def facts_report(facts: RobotFacts) -> str:
-    """Write the facts about a robot down."""
-    lines = [f"Robot {facts.name!r}", *(f"  {line}" for line in _summary(facts))]
-    lines += section("Limbs, from base to platform", _limbs(facts))
-    if facts.beams:
-        lines += section("Beams, at the zero pose", _beams(facts))
-    if facts.elastic_joints:
-        lines += section("Elastic joints, along and about the axes of their frames", _elastic_joints(facts.elastic_joints))
-    if facts.springs:
-        lines += section("Springs between links", _springs(facts.springs))
-    if facts.followers:
-        lines += section("Joints that follow others", [_follower(item) for item in facts.followers])
+def _title(name: str, limbs: Sized, actuators: Sized, beams: Sized) -> str:
+    counts = ((limbs, "limb"), (actuators, "actuator"), (beams, "beam"))
+    return f"Robot {name!r}: " + ", ".join(count(len(some), noun) for some, noun in counts)
+
+
+def facts_sections(facts: RobotFacts) -> Iterator[Section]:
+    """Yield the sections of the report."""
+    yield Section(None, [_summary(facts)])
+    yield Section("Limbs, from base to platform", _limbs(facts), "limbs")
+    yield Section("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
+    title = "Elastic joints, along and about the axes of their frames"
+    yield Section(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
+    yield Section("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
+    yield Section("Joints that follow others", [Text(_follower(item)) for item in facts.followers], "followers")
     for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
         if weight is not None and (role == "platform" or weight.mass or weight.graph.hanging):
-            lines += section(f"On the {role}", _dead_weight(weight))
-    if facts.problems:
-        lines += section("Cannot be analysed", [line for item in facts.problems for line in wrapped(item, "! ")])
-    lines += warning_lines(facts.warnings)
-    return "\n".join(lines)
+            yield Section(f"On the {role}", _dead_weight(weight), "attached")
+    yield Section("Cannot be analysed", [Text(item, "warning") for item in facts.problems], "problems")
+    yield warning_section(facts.warnings)
+
+
+def facts_data(facts: RobotFacts) -> dict[str, object]:
+    """Return the facts about a robot; what stands in a chain says its ``type``."""
+    found: dict[str, object] = plain(facts)
+    found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
+    found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
+    for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
+        if weight is not None:
+            found[role] = {**plain(weight), "graph": _graph(weight.graph)}
+    return {**found, "units": UNITS}
+
+
+def _graph(part: object) -> object:
+    if isinstance(part, tuple):
+        return [_graph(item) for item in part]
+    if not dataclasses.is_dataclass(part):
+        return part
+    kind = {"type": _TYPES[type(part)]} if type(part) in _TYPES else {}
+    return {**kind, **{item.name: _graph(getattr(part, item.name)) for item in dataclasses.fields(part)}}
+
+
+def description_report(description: RobotDescription) -> Report:
+    """Return how many parts of which kind a file describes, and their names."""
+    names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
+    nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
+    found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
+    counts = ", ".join(count(len(some), noun) for some, noun in found if some or noun in ("link", "joint"))
+    rows = [(f"{noun}s", f"{len(some)}", join_words(some, 12)) for some, noun in found if some]
+    rows.append(("platform", "1", description.platform))
+    table = Table.of_rows(("", "number", "names"), rows)
+    return Report(
+        f"RobotDescription {description.name!r} from {shown_path(description.path)!r}: {counts}",
+        lambda: [Section("", [table])],
+        lambda: {"name": description.name, "platform": description.platform, **{f"{noun}s": some for some, noun in found}},
+    )
 
 
 # ---- the summary -----------------------------------------------------------------------------------------------------
 
 
-def _summary(facts: RobotFacts) -> list[str]:
-    rows = [("file", [shown_path(facts.file)]), ("base", [facts.base]), ("platform", [facts.platform])]
+def _summary(facts: RobotFacts) -> Facts:
+    rows: list[tuple[str, list[str]]] = [
+        ("file", [shown_path(facts.file)]),
+        ("base", [facts.base]),
+        ("platform", [facts.platform]),
+    ]
     mobility = facts.mobility
     if mobility is None:
         rows += [("mobility", [UNKNOWN]), ("redundant constraints", [UNKNOWN])]
@@ -69,14 +142,9 @@ def _summary(facts: RobotFacts) -> list[str]:
         rows.append(("elastic joints", ["none: bearings and actuators count as rigid"]))
     rows.append(("mass", [_mass(facts)]))
     if facts.massless:
-        rows.append(("without mass", [listing(facts.massless, 8)]))
+        rows.append(("without mass", [join_words(facts.massless, 8)]))
     rows.append(("zero pose", [_zero(facts)]))
-    width = max(len(name) for name, _ in rows)
-    lines = []
-    for name, texts in rows:
-        for number, text in enumerate(texts):
-            lines += wrapped(text, f"{'' if number else name:{width}}  ")
-    return lines
+    return Facts(rows)
 
 
 def _mobility(mobility: MobilityFacts) -> str:
@@ -90,7 +158,7 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
     spinning = [item for item in freedoms if item.kind == "spin" and not item.drives]
     lines = []
     if spinning:
-        names = listing([" with ".join(item.links) for item in spinning], 12)
+        names = join_words([" with ".join(item.links) for item in spinning], 12)
         several = len(spinning) > 1 or len(spinning[0].links) > 1
         own = "their own axes" if len(spinning) > 1 else "their common axis" if several else "its own axis"
         lines.append(f"{names} spin{'s' * (not several)} about {own}")
@@ -98,7 +166,7 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
         if item in spinning:
             continue
         several = len(item.links) > 1
-        text = listing(item.links, 8)
+        text = join_words(item.links, 8)
         if item.kind == "move":
             text += f" can move in {item.count} way{'s' * (item.count > 1)}"
         elif item.kind == "slide":
@@ -106,7 +174,7 @@ def _local_freedoms(freedoms: list[LocalFreedom]) -> list[str]:
         else:
             axis = item.joint or f"{'their' if several else 'its'} own axis"
             text += f" turn{'s' * (not several)} about {axis}"
-        lines.append(text + (f", with the actuators {listing(item.drives)}" if item.drives else ""))
+        lines.append(text + (f", with the actuators {join_words(item.drives)}" if item.drives else ""))
     return lines
 
 
@@ -135,18 +203,18 @@ def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]
         if len(item.limbs) == 1:
             name = item.limbs[0]
             inside.setdefault((item.count, like.get(name, name), len(item.joints)), []).append(item)
-    for (count, _, _), items in inside.items():
+    for (number, _, _), items in inside.items():
         names = [item.limbs[0] for item in items]
-        where = f"{count} inside {'each of ' * (len(items) > 1)}{listing(names)}"
+        where = f"{number} inside {'each of ' * (len(items) > 1)}{join_words(names)}"
         where = where.replace("inside base", "in rings on the base").replace("inside platform", "in rings on the platform")
-        rings = [listing(item.beams or item.joints) for item in items]
+        rings = [join_words(item.beams or item.joints) for item in items]
         lines.append(f"{where}: in the ring{'s' * (len(items) > 1)} of {'; '.join(rings)}")
     for item in redundancies:
         if len(item.limbs) > 1:
-            text = f"{item.count} between {listing(item.limbs)}"
-            lines.append(text + (f": they brace by {listing(item.wrenches)}" if item.wrenches else ""))
+            text = f"{item.count} between {join_words(item.limbs)}"
+            lines.append(text + (f": they brace by {join_words(item.wrenches)}" if item.wrenches else ""))
         elif not item.limbs and item.joints:
-            lines.append(f"{item.count} in the loops {listing(item.joints)}, which join links that are welded to one another")
+            lines.append(f"{item.count} in the loops {join_words(item.joints)}, which join links that are welded to one another")
         elif not item.limbs:
             lines.append(f"{item.count} through joints that follow others")
     return lines
@@ -176,25 +244,26 @@ def _zero(facts: RobotFacts) -> str:
 # ---- limbs -----------------------------------------------------------------------------------------------------------
 
 
-def _limbs(facts: RobotFacts) -> list[str]:
+def _limbs(facts: RobotFacts) -> list[Block]:
     if not facts.limbs:
-        return ["none"]
-    lines: list[str] = []
+        return [Text("none")]
+    found: list[Block] = []
     for number, limb in enumerate(facts.limbs):
-        lines += [""] * bool(number and not (limb.like and facts.limbs[number - 1].like))
-        lines.append(f"{limb.name}: {limb.word}" + (f", like {limb.like}" if limb.like else ""))
+        gap = [""] * bool(number and not (limb.like and facts.limbs[number - 1].like))
+        lines = [*gap, f"{limb.name}: {limb.word}" + (f", like {limb.like}" if limb.like else "")]
         lines += chain_lines(facts.base, limb.graph.chain, facts.platform, "  ")
-        lines += _hanging(limb.graph, "  ")
+        found.append(Lines([*lines, *_hanging(limb.graph, "  ")]))
         if limb.like:
             continue
-        rows = [("beams", "; ".join(_spans(facts, limb)) or ("none: rigid" if limb.rigid else "none"))]
+        rows: list[tuple[str, str | list[str]]] = []
+        rows.append(("beams", "; ".join(_spans(facts, limb)) or ("none: rigid" if limb.rigid else "none")))
         if limb.parts:
             rows.append(("parts", ", ".join(f"{start} to {end}" for start, end in limb.parts)))
         rows.append(("mass", UNKNOWN if limb.mass is None else quantity(limb.mass, MASSES)))
-        rows += _wrenches("constraint", limb.constraint_wrenches)
-        rows += _wrenches("attached", limb.attached_wrenches)
-        lines += [line for name, text in rows for line in wrapped(text, f"  {name:11}")]
-    return [*lines, *_legend(facts.limbs)]
+        for kind, labels in (("constraint", limb.constraint_wrenches), ("attached", limb.attached_wrenches)):
+            rows.append((kind, UNKNOWN if labels is None else list(labels) or "none"))
+        found.append(Facts(rows, indent=2))
+    return [*found, *_legend(facts.limbs)]
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
@@ -209,16 +278,10 @@ def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
         if before and after and before is not after:
             spans[spans.index(before)] = ([*before[0], *after[0]], before[1], after[2])
             spans.remove(after)
-    return [f"{listing(names)} from {start} to {end}" for names, start, end in spans]
+    return [f"{join_words(names)} from {start} to {end}" for names, start, end in spans]
 
 
-def _wrenches(kind: str, labels: tuple[str, ...] | None) -> list[tuple[str, str]]:
-    if labels is None:
-        return [(kind, UNKNOWN)]
-    return [(kind if k == 0 else "", label) for k, label in enumerate(labels or ("none",))]
-
-
-#: What the words of wrenches mean, by what is in them.
+#: Meaning of the words of wrenches, by what is in them.
 _LEGEND = {
     "": "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight",
     "limb ": "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
@@ -229,11 +292,11 @@ _LEGEND = {
 }
 
 
-def _legend(limbs: list[LimbFacts]) -> list[str]:
-    """Say what the words mean that are used."""
+def _legend(limbs: list[LimbFacts]) -> list[Block]:
+    """Return the meaning of the words that are used."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
-    known = [text for word, text in _LEGEND.items() if labels and word in labels]
-    return [""] * bool(known) + [line for text in known for line in wrapped(text)]
+    known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
+    return [Lines([""]), *known] if known else []
 
 
 def _hanging(graph: Graph, indent: str) -> list[str]:
@@ -248,46 +311,44 @@ def _hanging(graph: Graph, indent: str) -> list[str]:
 # ---- tables ----------------------------------------------------------------------------------------------------------
 
 
-def _beams(facts: RobotFacts) -> list[str]:
+def _beams(facts: RobotFacts) -> list[Block]:
+    """Return a table of the beams; those of equal properties are one row."""
     beams = facts.beams
-    length = Scale.of([beam.length or 0.0 for beam in beams], (("mm", 1e-3),))
-    mass = Scale.of([beam.mass or 0.0 for beam in beams], MASSES)
-    warm = any(beam.thermal_expansion for beam in beams)
-    rows: dict[tuple[str, ...], list[str]] = {}
-    for beam in beams:
-        row = (
-            beam.section,
-            MISSING if beam.length is None else length(beam.length),
-            "telescopic" if beam.telescopic else "",
-            f"{beam.youngs_modulus / 1e9:.5g}",
-            f"{beam.shear_modulus / 1e9:.5g}",
-            "link's mass" if beam.density is None else f"{beam.density:.6g}",
-            MISSING if beam.mass is None else mass(beam.mass),
-            *([f"{1e6 * beam.thermal_expansion:.4g}"] if warm else []),
+    columns = [
+        Column("section", [beam.section for beam in beams]),
+        Column.of("length", [math.nan if beam.length is None else beam.length for beam in beams], MILLIMETRES, digits=5),
+        Column("", ["telescopic" if beam.telescopic else "" for beam in beams]),
+        Column("E [GPa]", [f"{beam.youngs_modulus / 1e9:.5g}" for beam in beams], "r"),
+        Column("G [GPa]", [f"{beam.shear_modulus / 1e9:.5g}" for beam in beams], "r"),
+        Column("ρ [kg/m³]", ["link's mass" if beam.density is None else f"{beam.density:.6g}" for beam in beams], "r"),
+        Column.of("mass", [math.nan if beam.mass is None else beam.mass for beam in beams], MASSES, digits=5),
+    ]
+    if any(beam.thermal_expansion for beam in beams):
+        columns.append(Column("α [10⁻⁶/K]", [f"{1e6 * beam.thermal_expansion:.4g}" for beam in beams], "r"))
+    alike: dict[tuple[str, ...], list[int]] = {}
+    for k, row in enumerate(zip(*(column.texts for column in columns), strict=True)):
+        alike.setdefault(row, []).append(k)
+    names = Column("beam", [join_words([beams[k].name for k in some], 3) for some in alike.values()])
+    return [Table([names, *(replace(column, cells=[column.cells[some[0]] for some in alike.values()]) for column in columns)])]
+
+
+def _springs(springs: Sequence[Spring]) -> list[Block]:
+    names = [
+        Column(title, [getattr(item, name) for item in springs])
+        for title, name in zip(("spring", "from", "to"), _SPRING, strict=False)
+    ]
+    numbers = (("stiffness [N/m]", "stiffness", 1.0), ("free length [mm]", "free_length", 1e3), ("preload [N]", "preload", 1.0))
+    return [
+        Table(
+            [*names, *(Column(title, [f"{k * getattr(item, name):.6g}" for item in springs], "r") for title, name, k in numbers)]
         )
-        rows.setdefault(row, []).append(beam.name)
-    header = ("beam", "section", f"length [{length.unit}]", "", "E [GPa]", "G [GPa]", "ρ [kg/m³]", f"mass [{mass.unit}]")
-    return table(
-        (*header, *(["α [10⁻⁶/K]"] if warm else [])),
-        [(listing(names, 3), *row) for row, names in rows.items()],
-        "llrlrrrr" + "r" * warm,
-    )
+    ]
 
 
-def _springs(springs: Sequence[Spring]) -> list[str]:
-    rows = []
-    for item in springs:
-        numbers = (f"{value:.6g}" for value in (item.stiffness, 1e3 * item.free_length, item.preload))
-        rows.append((item.name, item.predecessor, item.successor, *numbers))
-    return table(("spring", "from", "to", "stiffness [N/m]", "free length [mm]", "preload [N]"), rows, "lllrrr")
-
-
-def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:
+def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[Block]:
     has_linear = not all(isinf(v) for item in joints for v in item.linear)
     has_angular = not all(isinf(v) for item in joints for v in item.angular)
-    header = ["joint"]
-    header += ["x [N/µm]", "y", "z"] if has_linear else []
-    header += ["rx [N·m/mrad]", "ry", "rz"] if has_angular else []
+    header = ["joint", *["x [N/µm]", "y", "z"] * has_linear, *["rx [N·m/mrad]", "ry", "rz"] * has_angular, "actuator"]
     rows: dict[tuple[str, ...], list[str]] = {}
     for item in joints:
         row = [_stiffness(value, 1e6) for value in item.linear] if has_linear else []
@@ -296,7 +357,7 @@ def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:
         unit = "N/µm" if slides else "N·m/mrad"
         row.append("" if item.drive is None else f"{_stiffness(item.drive, 1e6 if slides else 1e3)} {unit}")
         rows.setdefault(tuple(row), []).append(item.joint)
-    return table([*header, "actuator"], [(listing(names, 4), *row) for row, names in rows.items()])
+    return [Table.of_rows(header, [(join_words(names, 4), *row) for row, names in rows.items()])]
 
 
 def _stiffness(value: float, unit: float) -> str:
@@ -312,8 +373,7 @@ def _follower(item: FollowerFacts) -> str:
     return text
 
 
-def _dead_weight(weight: AttachedBodiesFacts) -> list[str]:
+def _dead_weight(weight: AttachedBodiesFacts) -> list[Block]:
     mass = UNKNOWN if weight.mass is None else quantity(weight.mass, MASSES)
-    rows = [("links", ", ".join(weight.links)), ("mass", mass)]
-    lines = [line for name, text in rows for line in wrapped(text, f"{name:8}")]
-    return [*lines, *_hanging(weight.graph, "")]
+    facts = Facts([("links", ", ".join(weight.links)), ("mass", mass)])
+    return [facts, *([Lines(hanging)] if (hanging := _hanging(weight.graph, "")) else [])]

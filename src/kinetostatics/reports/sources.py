@@ -1,14 +1,15 @@
-"""Where sag and actuator forces come from: elastic parts, ranked by their share of the platform's motion, and how gravity acts.
+"""Sources of sag and actuator forces: elastic parts, ranked by their share of the platform's motion, and mechanisms of gravity.
 
-It acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
+Gravity acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from kinetostatics.layout.blocks import Block, Column, Table
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, NoiseFloor, NumberFormat
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale, table
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
@@ -21,30 +22,42 @@ ALIKE = 1e-6
 _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
 
 
-def source_lines(result: Result, noise: Magnitudes) -> list[str]:
-    """Rank beams, elastic joints, actuators and assembly errors by their parts of o's displacement; of the turn where o stays.
+def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
+    """Rank beams, elastic joints, actuators and assembly errors by their parts of the displacement; of the turn where o stays.
 
-    A part is what one of them alone moves o, along the whole displacement, or turns, about the axis of the whole rotation: the
-    parts add up to these. The last column tells the part of what is ranked.
+    A part is the projection of one source's displacement on the whole displacement, and of its rotation on the axis of the whole
+    rotation: the parts sum to these. The last column is the share of what is ranked.
     """
     names, twists = sources(result)
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return []
     parts, sizes, by = found
-    matters = np.isfinite(parts[0])
     order = ranked(parts[:, by])
-    count = len(order) if len(order) <= MOST + 1 else MOST
-    rows = [(*names[k], parts[k]) for k in order[:count]]
-    if count < len(order):
-        rows.append((f"{len(order) - count} others", "", parts[order[count:]].sum(axis=0)))
-    rows.append(("total", "", np.where(matters, sizes, np.nan)))
-    shift, turn = Scale.of(parts[:, 0], LENGTHS, noise.displacement), Scale.of(parts[:, 1], ANGLES, noise.rotation)
-    cells = [(name, kind, *map(_cell, (shift, turn), part), f"{100 * part[by] / sizes[by]:.1f}") for name, kind, part in rows]
-    return table(("what", "", f"moves o [{shift.unit}]", f"turns [{turn.unit}]", "part [%]"), cells, "llrrr")
+    number = len(order) if len(order) <= MOST + 1 else MOST
+    rows = [(*names[k], parts[k]) for k in order[:number]]
+    if number < len(order):
+        rows.append((f"{len(order) - number} others", "", parts[order[number:]].sum(axis=0)))
+    rows.append(("total", "", np.where(np.isfinite(parts[0]), sizes, np.nan)))
+    values = np.nan_to_num(np.array([part for *_, part in rows]))
+    formats = (
+        NumberFormat.of(parts[:, 0], LENGTHS, noise.displacement),
+        NumberFormat.of(parts[:, 1], ANGLES, noise.rotation),
+    )
+    titles = (f"moves {result.point_name}", "turns")
+    moves = [Column.of(title, list(values[:, k]), formats[k]) for k, title in enumerate(titles)]
+    shares = [f"{share(value, float(sizes[by])):.1f}" for value in values[:, by].tolist()]
+    texts = [Column(title, [row[k] for row in rows]) for k, title in enumerate(("what", ""))]
+    return [Table([*texts, *moves, Column("part [%]", shares, "r")])]
 
 
-def parts_along(twists: Array, whole: Array, noise: Magnitudes) -> tuple[Array, Array, int] | None:
+def share(part: float, whole: float) -> float:
+    """Return a part of a whole [%], rounding errors as 0."""
+    found = 100 * part / whole
+    return found if abs(found) >= 0.05 else 0.0
+
+
+def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
     """Return what each of several twists is along a whole one.
 
     Args:
@@ -86,10 +99,6 @@ def ranked(values: Array) -> list[int]:
         found += sorted(alike)
         left = left[len(alike) :]
     return found
-
-
-def _cell(scale: Scale, part: float) -> str:
-    return "0" if np.isnan(part) else scale(part)
 
 
 # ---- gravity ---------------------------------------------------------------------------------------------------------------

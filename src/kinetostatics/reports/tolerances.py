@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import (
+from kinetostatics.layout.blocks import Column, Number, Section, Table, Text
+from kinetostatics.layout.numbers import (
     ANGLES,
     FORCES,
     LENGTHS,
@@ -19,20 +18,17 @@ from kinetostatics.printing.text import (
     STIFFNESSES,
     TURNING_STIFFNESSES,
     UNITS_OF,
-    Column,
     Units,
-    as_told,
-    column_table,
+    in_unit,
     largest,
     quantity,
-    section,
-    table,
-    wrapped,
 )
-from kinetostatics.reports.json import named, plain
-from kinetostatics.reports.tool_point import said_of
+from kinetostatics.layout.plain import attributes
+from kinetostatics.layout.report import Report
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.reports.result_data import units_at
 from kinetostatics.results.tolerances import Tolerance, Tolerances
-from kinetostatics.results.tool_point import named_point
+from kinetostatics.results.tool_point import point_name
 
 #: What the numbers mean.
 UNITS = {
@@ -46,16 +42,19 @@ UNITS = {
 }
 
 
-@text_of.register(Tolerances)
-def tolerances_report(found: Tolerances) -> str:
+def tolerances_report(found: Tolerances) -> Report:
     """Return two tables: the effects of the parameters, and nominal values with worst case and deviations."""
-    size, who = float(found.nominal.displacement), named_point(found.tool)
-    lines = [f"Tolerances of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}, nominally"]
+    size, who = quantity(float(found.nominal.displacement), LENGTHS), point_name(found.tool)
+    title = f"Tolerances of {found.result.robot.name!r}: {who} moves by {size}, nominally"
+    return Report(title, lambda: _sections(found, who), lambda: _data(found))
+
+
+def _sections(found: Tolerances, who: str) -> list[Section]:
     names, effects = list(found.effects), list(found.effects.values())
     items = [found.parameters[name] for name in names]
     columns = [Column("parameter", names)]
     if any(item.value for item in items):
-        columns.append(Column("value", [as_told(item.value, item.unit) if item.value else MISSING for item in items], "r"))
+        columns.append(Column("value", [in_unit(item.value, item.unit) if item.value else MISSING for item in items], "r"))
     columns += [
         Column("±", [_amount(item) for item in items], "r"),
         Column.of(f"moves {who}", [float(item.displacement) for item in effects], LENGTHS),
@@ -70,8 +69,8 @@ def tolerances_report(found: Tolerances) -> str:
         ]
     columns.append(Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"))
     title = f"Effect of each alone, to first order, ranked by {found.ranked_by}"
-    more = [f"and {len(found.parameters) - len(names)} more"] if len(names) < len(found.parameters) else []
-    lines += section(title, [*column_table(columns), *more])
+    more = [Text(f"and {len(found.parameters) - len(names)} more")] if len(names) < len(found.parameters) else []
+    ranked = Section(title, [Table(columns), *more], "effects")
     three = found.nominal, found.worst_case, found.standard_deviation
     rows = [
         _row(title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
@@ -83,28 +82,28 @@ def tolerances_report(found: Tolerances) -> str:
             rows.append(_row(f"stiffness {name}", [item.stiffness[k, k] for item in three], sampled, units))
     header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
     title = f"Variation: first order (worst case, standard deviation), and {len(found.samples.displacement):,} random samples"
-    lines += section(title, table(header, rows, "lrrrrrr"))
-    return "\n".join([*lines, "", *(line for text in _sentences(found, locks) for line in wrapped(text))])
+    variation = Section(title, [Table.of_rows(header, rows)], "variation")
+    return [ranked, variation, Section("", [Text(text) for text in _sentences(found, locks)])]
 
 
 def _amount(item: Tolerance) -> str:
     known = item.unit in ("m", "rad", "K") and not item.value
-    return quantity(item.tolerance, UNITS_OF[item.unit], digits=3) if known else as_told(item.tolerance, item.unit, 4)
+    return quantity(item.tolerance, UNITS_OF[item.unit], digits=3) if known else in_unit(item.tolerance, item.unit, 4)
 
 
 def _quantities(found: Tolerances) -> list[tuple[str, str, Units]]:
     connections = found.result.robot.mechanism.connections
-    where = f"displacement of {named_point(found.tool)}"
+    where = f"displacement of {point_name(found.tool)}"
     rows: list[tuple[str, str, Units]] = [(where, "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
     rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
     actuators = found.nominal.actuator_forces
     return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
 
 
-def _row(title: str, first_order: Sequence[ArrayLike], sampled: Sequence[float], units: Units) -> tuple[str, ...]:
+def _row(title: str, first_order: Sequence[ArrayLike], sampled: Sequence[float], units: Units) -> tuple[str | Number, ...]:
     """Return nominal, worst and deviation of first order, and deviation and limits of the samples, formatted."""
     noise = 1e-9 * largest([first_order[0], *sampled[2:]])
-    return (title, *(quantity(value, units, noise, digits=4) for value in (*first_order, *sampled[1:])))
+    return (title, *(Number.of(value, units, noise, digits=4) for value in (*first_order, *sampled[1:])))
 
 
 def _sentences(found: Tolerances, locks: bool) -> list[str]:
@@ -127,23 +126,22 @@ def _sentences(found: Tolerances, locks: bool) -> list[str]:
     return said
 
 
-@dict_of.register(Tolerances)
-def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
-    """Return tolerances as plain values: what ``tolerances --json`` prints."""
+def _data(found: Tolerances) -> dict[str, object]:
     numbers = ("twist", "displacement", "rotation", "stiffness", "actuator_forces")
     names = [name for _, name, _ in _quantities(found)]
     return {
         "robot": found.result.robot.name,
-        **said_of(found.tool, UNITS),
+        **units_at(found.tool, UNITS),
         "ranked_by": found.ranked_by,
         "parameters": {
-            name: named(item, ("value", "unit", "tolerance", "standard_deviation")) for name, item in found.parameters.items()
+            name: attributes(item, ("value", "unit", "tolerance", "standard_deviation"))
+            for name, item in found.parameters.items()
         },
-        "nominal": named(found.nominal, numbers),
-        "effects": {name: named(item, (*numbers, "force", "at", "moment")) for name, item in found.effects.items()},
-        "worst_case": named(found.worst_case, numbers),
-        "standard_deviation": named(found.standard_deviation, numbers),
-        "random": {name: [plain(value) for value in found.sampled(name)] for name in names},
+        "nominal": attributes(found.nominal, numbers),
+        "effects": {name: attributes(item, (*numbers, "force", "at", "moment")) for name, item in found.effects.items()},
+        "worst_case": attributes(found.worst_case, numbers),
+        "standard_deviation": attributes(found.standard_deviation, numbers),
+        "random": {name: found.sampled(name) for name in names},
         "samples": len(found.samples.displacement),
         "distribution": found.distribution,
         "seed": found.seed,

@@ -8,7 +8,6 @@ from .payload import PayloadCoefficients
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity
 from .tolerances import Effect, PoseQuantities, Tolerance, Tolerances
-from .tool_point import PointResult
 
 __all__ = [
     "BeamResult",
@@ -23,7 +22,6 @@ __all__ = [
     "Outlier",
     "ParetoFront",
     "PayloadCoefficients",
-    "PointResult",
     "PoseQuantities",
     "Result",
     "Sensitivities",

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
-from kinetostatics.printing.mappings import Named
 
 
 @dataclass(frozen=True, eq=False)

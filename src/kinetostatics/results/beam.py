@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.description.elements import Beam
+from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.report import Reported
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.dispatch import Shown
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
@@ -24,7 +24,7 @@ FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamResult(Shown):
+class BeamResult(Reported, builder="reports.parts:beam_report"):
     """One beam from its base end (towards the base) to its platform end, at n stations.
 
     Attributes:

@@ -11,10 +11,9 @@ import numpy as np
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.files.writer import save_robot, write_text
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.screws import WRENCH_COMPONENTS
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.robot import Robot
 
 #: What is never negative, by its SI unit.
@@ -91,7 +90,7 @@ class Outlier:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Told, ShortRepr):
+class Calibration(Reported, builder="reports.calibration:calibration_report"):
     """What :func:`kinetostatics.calibrate` found.
 
     Attributes:
@@ -160,7 +159,7 @@ class Calibration(Told, ShortRepr):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasurementPlan(Told, ShortRepr):
+class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
     """What :func:`kinetostatics.plan_measurements` found.
 
     Attributes:

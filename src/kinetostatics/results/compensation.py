@@ -17,12 +17,12 @@ from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.writer import write_text
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.linalg import matmul
 from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import Named
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
 from kinetostatics.results.uncorrectable import uncorrectable_directions
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Compensation(Told):
+class Compensation(Reported, builder="reports.compensation:compensation_report"):
     """Feedforward forces and corrected actuator positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
 
     Arrays are read-only, batch axes first; NaN where no correction was found.

@@ -9,11 +9,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from kinetostatics.layout.mapping import Named
 from kinetostatics.limbs.group import carried_wrench
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.limbs import LimbSegment
-from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import FRACTIONS
 from kinetostatics.robot import Robot

@@ -8,11 +8,11 @@ from typing import Protocol
 
 import numpy as np
 
+from kinetostatics.layout.report import Reported
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky
-from kinetostatics.printing.dispatch import Shown
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.chunk import Chunk
 from kinetostatics.statics.joint_wrenches import limb_wrench
@@ -34,7 +34,7 @@ class Found(Protocol):
     def _of_chunks(self, pick: Callable[[Chunk], Array]) -> list[Array]: ...
 
 
-class LimbResult(Shown):
+class LimbResult(Reported, builder="reports.parts:limb_report"):
     """One limb's wrenches, compliance and sag; wrenches are those of the platform acting on the limb, about o, world axes.
 
     Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
@@ -153,3 +153,14 @@ def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
     """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
     unknown = np.any(solution.undetermined[number][:, position], axis=0)
     return np.where(unknown, np.nan, limb_wrench(solution, number, position))
+
+
+def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
+    """Return the unit of each intensity: N·m of a couple, by its label or without a force part, else N."""
+    units = []
+    for k, label in enumerate(labels):
+        forces = np.abs(wrenches[..., :3, k])
+        known = forces[np.isfinite(forces)]
+        couple = label.startswith("couple") or (known.size > 0 and bool(np.all(known < 1e-12)))
+        units.append("N·m" if couple else "N")
+    return units

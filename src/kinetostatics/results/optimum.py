@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from kinetostatics.files.writer import save_robot
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.layout.report import Reported
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 
@@ -63,7 +62,7 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Optimum(Told, ShortRepr):
+class Optimum(Reported, builder="reports.optimum:optimum_report"):
     """What :func:`kinetostatics.optimize` found.
 
     Attributes:

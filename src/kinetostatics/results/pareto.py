@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.files.writer import write_text
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.dispatch import Told
 from kinetostatics.results.optimum import Optimum
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParetoFront(Told):
+class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
     """Designs of which none is better than another in both of two quantities.
 
     Attributes:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.layout.mapping import Named, ShortRepr
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads

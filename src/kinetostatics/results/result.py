@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
 from functools import cached_property
 from typing import TypeVar
 
@@ -15,17 +16,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.report import Report, Reported, late
 from kinetostatics.math.arrays import Array, Index, Mask, frozen
+from kinetostatics.math.screws import Kind, move
 from kinetostatics.math.threads import in_threads
-from kinetostatics.printing.dispatch import Told, text_of, warnings_of
-from kinetostatics.printing.mappings import Named
+from kinetostatics.quantities import QUANTITIES
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
 from kinetostatics.results.chunk import Chunk, CompiledChunk
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.tool_point import PointResult, point_on_robot, seen_at
+from kinetostatics.results.tool_point import point_name, point_on_robot
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
@@ -34,9 +37,14 @@ from kinetostatics.statics.solution import Solution, by_mechanism, of_deformatio
 from kinetostatics.status import FACTS, TOLD, Status, status_of
 
 Found = TypeVar("Found", Array, Mask)
+#: Properties that depend on the reference point.
+_ABOUT_POINT = (
+    *("twist", "contributions", "mechanism_contributions", "by_mechanism"),
+    *("stiffness", "compliance", "source_contributions", "part_contributions"),
+)
 
 
-class Result(Told):
+class Result(Reported, builder="reports.result:result_report"):
     """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
 
     Attributes:
@@ -44,6 +52,7 @@ class Result(Told):
         robot: the robot.
         shape: batch shape of all results, the configuration's broadcast against loads and gravity.
         payload: what the robot carries, None if nothing.
+        point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
 
     def __init__(
@@ -60,10 +69,11 @@ class Result(Told):
         self.shape: tuple[int, ...] = shape
         self.chunks = chunks
         self.payload: Payload | None = payload
-        self._which, self._reached = which, reached
+        self.point: Array | None = None
+        self._at_o, self._which, self._reached = self, which, reached
 
-    def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> str:
-        """Return the tables that ``print(result)`` shows.
+    def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> Report:
+        """Return the whole report, with all tables; ``print(result)`` shows it in brief.
 
         Args:
             hinge_axes: of which limbs x, not y, lies along the first hinge: ``{"limb_1": "x"}``. The paper's PRU limbs have it
@@ -72,7 +82,7 @@ class Result(Told):
         Raises:
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
         """
-        return text_of(self, hinge_axes=hinge_axes)
+        return late(self._builder)(self, hinge_axes)  # type: ignore[no-any-return]
 
     # ---- turning chunks into batches --------------------------------------------------------------------------------
 
@@ -113,7 +123,18 @@ class Result(Told):
 
     def _of(self, name: str) -> Array:
         """Return an output (…, *dims), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
-        return self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
+        values = self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
+        kind = QUANTITIES[name].moves_as
+        return values if kind is None else self._moved(values, kind)
+
+    def _moved(self, values: Array, kind: Kind = "twist") -> Array:
+        """Return a quantity (…, *dims) at o as that at the reference point."""
+        if self.point is None:
+            return values
+        frames = self.configuration.platform_frame[..., :3, :3]
+        arm = np.broadcast_to(frames @ self.point, (*self.shape, 3))
+        own = values.ndim - len(self.shape) - (2 if kind in ("stiffness", "compliance") else 1)
+        return frozen(move(kind, values, arm.reshape(*self.shape, *(1,) * own, 3), components_last=True))
 
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
         """Return such a quantity by the labels of its first axis."""
@@ -161,15 +182,17 @@ class Result(Told):
     @cached_property
     def twist(self) -> Array:
         """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
-        return self._batch.public(self._of_chunks(lambda chunk: chunk["contributions"].sum(axis=0)))
+        return self._moved(self._batch.public(self._of_chunks(lambda chunk: chunk["contributions"].sum(axis=0))))
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """Parts of the twist (…, 6) [m, rad]: load, platform weight, each limb's, loads on links, payload, assembly errors."""
         return self._by("contributions", self.sources)
 
-    def at_point(self, point: ArrayLike) -> PointResult:
-        """Return twist, contributions, stiffness and compliance as a point of the platform sees them, such as a tool's tip.
+    def at_point(self, point: ArrayLike) -> Result:
+        """Return the result with another reference point on the platform, such as a tool's tip.
+
+        Twist, its contributions, stiffness and compliance are those of the point; wrenches stay about o.
 
         Args:
             point: (3,) from o in the platform's axes [m].
@@ -184,7 +207,22 @@ class Result(Told):
             >>> [round(1e6 * float(d), 2) for d in tip.twist[:3]]  # [µm]
             [2.44, 0.17, -0.01]
         """
-        return seen_at(self, point_on_robot("point", point, self.robot))
+        return self.seen_from(point_on_robot("point", point, self.robot))
+
+    def seen_from(self, tool: Array | None) -> Result:
+        """Return the result with a point of the platform, which is known to be one, as its reference point; None: o."""
+        if tool is None:
+            return self._at_o
+        found = copy(self._at_o)  # with all that is computed already, and does not depend on the point
+        for name in _ABOUT_POINT:
+            found.__dict__.pop(name, None)
+        found.point = tool
+        return found
+
+    @property
+    def point_name(self) -> str:
+        """The reference point in sentences: "o", or "the tool's tip"."""
+        return point_name(self.point)
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -206,7 +244,8 @@ class Result(Told):
         cause in the limb to the second.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
-        return Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
+        found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
+        return found.seen_from(self.point)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -393,7 +432,8 @@ class Result(Told):
         makes, P_sᵀ c_s w_s with P_s its wrenches under unit loads of the platform; together they are the twist (the method page,
         section 6). Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
-        return contributions.source_contributions(*self._motions)
+        found = contributions.source_contributions(*self._motions)
+        return Named({kind: Named({name: self._moved(twist) for name, twist in own.items()}) for kind, own in found.items()})
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
@@ -409,7 +449,7 @@ class Result(Told):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
-        return warnings_of(self)
+        return late("results.warnings:result_warnings")(self._at_o)  # type: ignore[no-any-return]
 
 
 def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:

@@ -11,11 +11,10 @@ from typing import Literal, overload
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.layout.mapping import ShortRepr
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import PointResult, seen
 
 #: Numbers of parts that tell where something is: a per cent of their value means nothing.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
@@ -94,7 +93,7 @@ class Sensitivity(ShortRepr):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sensitivities(Told):
+class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_report"):
     """Derivatives with respect to parameters of the robot, and to the stiffness of every elastic part.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
@@ -129,9 +128,9 @@ class Sensitivities(Told):
         return len(self.parameters)
 
     @cached_property
-    def seen(self) -> Result | PointResult:
+    def seen(self) -> Result:
         """Twist and stiffness about which it is differentiated: those of the tool's tip, or of o."""
-        return seen(self.result, self.tool)
+        return self.result.seen_from(self.tool)
 
     @cached_property
     def worst(self) -> tuple[int, ...]:

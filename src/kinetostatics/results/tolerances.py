@@ -9,12 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.layout.mapping import ShortRepr
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import seen
 
 #: Lengths of parts of a twist, and where these are in it.
 LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
@@ -93,7 +92,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tolerances(Told):
+class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
     """Pose errors and forces by tolerances of parameters, to first order and of random samples.
 
     Attributes:
@@ -132,7 +131,7 @@ class Tolerances(Told):
     @cached_property
     def nominal(self) -> PoseQuantities:
         """The quantities of the nominal robot."""
-        tip = seen(self.result, self.tool)
+        tip = self.result.seen_from(self.tool)
         return quantities(tip.twist, tip.stiffness, self.result.actuator_forces, np.zeros(6))
 
     def sampled(self, name: str) -> tuple[float, float, float, float]:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
-from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import Solution
@@ -28,7 +27,6 @@ NOTHING = 1e-9
 OPEN_LOOPS = 1e-9
 
 
-@warnings_of.register
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot, of its poses, and of what happens there under the loads."""
     found = [

@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics, with_loads
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.model import RobotStatics

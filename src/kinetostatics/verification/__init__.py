@@ -4,7 +4,6 @@ The frame is built from the robot's file and the frames of its links, not from l
 cannot hide. What both share, and what therefore is not checked, is said in the page on how we know it is right.
 """
 
-import kinetostatics.verification.report  # noqa: F401 - through which a verification prints
 from kinetostatics.verification.compare import Verification, verify
 from kinetostatics.verification.opensees import FrameSolution, OpenSeesError
 

@@ -13,9 +13,9 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.layout.mapping import Named, ShortRepr
+from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import Told
-from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution
@@ -36,7 +36,7 @@ STIFF = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Verification(ShortRepr, Told):
+class Verification(ShortRepr, Reported, builder="reports.verification:verification_report"):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are relative and of whole twists, wrenches and matrices, since single components may vanish by symmetry. A length

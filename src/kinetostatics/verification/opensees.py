@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.layout.mapping import Named, ShortRepr
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.mappings import Named
 from kinetostatics.verification.frame import Actuator, FrameModel
 from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, series
 from kinetostatics.verification.turning import geometric_stiffness

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.printing.html import html_path
-from kinetostatics.printing.waiting import in_notebook, pausing, waiting
+from kinetostatics.layout.html import html_path
+from kinetostatics.progress import in_notebook, pausing, waiting
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import fitting_page, iframe_html

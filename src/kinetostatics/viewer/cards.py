@@ -8,11 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.layout.numbers import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, NumberFormat, Units
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale, Units
 from kinetostatics.reports.batch import magnitudes
-from kinetostatics.reports.json import actuator_unit
-from kinetostatics.reports.pose import actuator_coordinates
+from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.viewer.joints import Joint
 from kinetostatics.viewer.packing import Packing, plain_scale
@@ -25,7 +24,7 @@ class Row:
     """A number, or the components of a vector, in every frame: words, how it is written, and SI values (F,) or (F, w)."""
 
     words: str
-    scale: Scale
+    scale: NumberFormat
     values: Array
 
     def plain(self, packing: Packing) -> dict[str, object]:
@@ -69,7 +68,7 @@ class Quantity:
 
     key: str
     words: str
-    scale: Scale
+    scale: NumberFormat
     largest: float
     signed: bool = False
 
@@ -91,7 +90,7 @@ def quantities_of(cards: Iterable[Card]) -> list[Quantity]:
         values = [card.lines[key] for card in cards if key in card.lines]
         known = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
         if known.size:
-            found.append(Quantity(key, words, Scale.of(known, units, digits=digits), float(known.max()), signed))
+            found.append(Quantity(key, words, NumberFormat.of(known, units, digits=digits), float(known.max()), signed))
     return found
 
 
@@ -121,18 +120,18 @@ class Cards:
 
     def _spring(self, spring: DrawnSpring) -> Card:
         found, none = spring.description, np.zeros(self.poses.count)
-        lengths = Scale.of([*spring.length, found.free_length], MILLIMETRES)
-        force = Scale.of([*spring.tension, found.preload], FORCES)
+        lengths = NumberFormat.of([*spring.length, found.free_length], MILLIMETRES)
+        force = NumberFormat.of([*spring.tension, found.preload], FORCES)
         rows = [
             Row("force, tension positive", force, spring.tension), Row("length", lengths, spring.length),
             Row("free length", lengths, none + found.free_length), Row("force at the free length", force, none + found.preload),
-            Row("stiffness", Scale.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
+            Row("stiffness", NumberFormat.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
         ]  # fmt: skip
         return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before the robot deforms.")
 
     def _mass(self, name: str) -> Card:
         mass = self.result.robot.description.links[name].mass
-        return Card("mass at a point", [Row("mass", Scale.of(mass, MASSES), np.full(self.poses.count, mass))], "")
+        return Card("mass at a point", [Row("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
 
     # ---- beams ------------------------------------------------------------------------------------------------------
 
@@ -141,10 +140,10 @@ class Cards:
         take, noise = self.poses.take, self.noise
         axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
         shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]
-        force, shift = noise.scale("force", axial), noise.scale("displacement", shifts)
+        force, shift = noise.format("force", axial), noise.format("displacement", shifts)
 
-        def scaled(values: ArrayLike, units: Units, digits: int = 5) -> Scale:
-            return Scale.of(values, units, digits=digits)
+        def scaled(values: ArrayLike, units: Units, digits: int = 5) -> NumberFormat:
+            return NumberFormat.of(values, units, digits=digits)
 
         columns = [
             ("length", scaled([b.length for b in beams], MILLIMETRES), [take(b.length) for b in beams]),
@@ -184,7 +183,7 @@ class Cards:
             told.append(wrench)
             of = f" of {name}" if told[1:] else ""
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
-                scale = self.noise.scale(kind, part)
+                scale = self.noise.format(kind, part)
                 rows += [Row(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)), Row(f"{kind}{of}: x, y, z", scale, part)]
             if name in self.actuators:
                 rows += self._actuator(name)
@@ -199,6 +198,6 @@ class Cards:
         ((unit, factor),) = units
         words = "force" if kind == "force" else "torque"
         return [
-            Row(f"position of {name}", Scale(unit, factor, 4, noise), along),
-            Row(f"{words} of {name}", self.noise.scale(kind, force), force),
+            Row(f"position of {name}", NumberFormat(unit, factor, 4, noise), along),
+            Row(f"{words} of {name}", self.noise.format(kind, force), force),
         ]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, NumberFormat, largest
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import ANGLES, LENGTHS, Scale, largest
 from kinetostatics.reports.pose import facts_of, platform_coordinates
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.loads import about_point, loads_on_links
@@ -35,8 +35,8 @@ class Facts:
     on_links: dict[str, Array]
     payload: tuple[Array, Array, str | None] | None
     status: list[str]
-    displacement: Scale
-    rotation: Scale
+    displacement: NumberFormat
+    rotation: NumberFormat
 
     def plain(self, packing: Packing) -> dict[str, object]:
         """Return it as JSON wants it."""
@@ -73,7 +73,8 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> Facts:
     return Facts(
         pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),
         ["; ".join(words[: max(1, len(words) - 1)]) for words in status],
-        Scale.of(shift, LENGTHS, digits=4), Scale.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
+        NumberFormat.of(shift, LENGTHS, digits=4),
+        NumberFormat.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
     )  # fmt: skip
 
 

@@ -25,8 +25,8 @@ from kinetostatics.argument_checks import Keyword
 from kinetostatics.engine.programs import check_engine, compiled_statics
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.plain import Json
 from kinetostatics.math.screws import WRENCH_COMPONENTS
-from kinetostatics.printing.dispatch import Json
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
 from kinetostatics.viewer.description import Scene

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.printing.text import Scale
+from kinetostatics.layout.numbers import NumberFormat
 
 #: Numbers that stand beside larger ones are kept to a part of their own size only if they have at least this part of the largest.
 SMALL = 0.05
@@ -97,6 +97,6 @@ def _less(numbers: NDArray[np.int32], times: int) -> NDArray[np.int32]:
     return numbers
 
 
-def plain_scale(scale: Scale) -> dict[str, object]:
+def plain_scale(scale: NumberFormat) -> dict[str, object]:
     """Return how numbers are written, as JSON wants it."""
     return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}

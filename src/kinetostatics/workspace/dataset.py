@@ -13,8 +13,8 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_along
-from kinetostatics.reports.json import wrench_units
 from kinetostatics.results.gravity_ways import WAYS
+from kinetostatics.results.limb import wrench_units
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
 from kinetostatics.workspace.plan import SweepPlan

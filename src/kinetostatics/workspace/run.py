@@ -15,7 +15,7 @@ from kinetostatics.argument_checks import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.threads import in_threads, threads
-from kinetostatics.printing.waiting import in_notebook, waiting
+from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots

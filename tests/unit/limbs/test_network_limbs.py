@@ -7,7 +7,6 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.reports import robot_report
 from kinetostatics.viewer.scene import describe_scene
 
 PAR4 = "tests/cases/par4_articulated.urdf.xacro"
@@ -34,7 +33,7 @@ def test_labels_say_what_intensities_are(result):
         assert limb.is_network
         for label in (*limb.labels, *limb.attached_labels):
             assert label.startswith(("force component ", "couple component ", "complementary wrench"))
-    report = " ".join(robot_report(result.robot).split())
+    report = " ".join(str(result.robot).split())
     assert "components: coordinates, in a basis, of what the platform puts on a limb that is a network" in report
 
 
@@ -49,14 +48,18 @@ def test_serial_limbs_have_no_components():
     result = ks.analyze(package_robots.robot("2pru_upr").assemble())
     for limb in result.limbs.values():
         assert not limb.is_network and not any("component" in label for label in (*limb.labels, *limb.attached_labels))
-    assert "component" not in str(result) and "networks" not in str(result) and "component" not in robot_report(result.robot)
+    assert (
+        "component" not in str(result.report())
+        and "networks" not in str(result.report())
+        and "component" not in str(result.robot)
+    )
     assert not FORCES & {arrow.group for arrow in describe_scene(result).arrows}
 
 
 def test_a_parallelograms_rods_pull_alike():
     """100 N hang on four pairs of rods: each rod pulls with about an eighth of what hangs, over the cosine of its slope."""
     result = ks.analyze(ks.load_robot(PAR4).assemble(), load=[0, 0, -100, 0, 0, 0])
-    report = str(result)
+    report = str(result.report())
     table = report[report.index("Limbs that are networks") : report.index("\n\nJoints:")]
     shown = dict(re.findall(r"(rod_\w\w) +axial force at the platform end +([-\d.]+)", table))
     assert len(shown) == 8

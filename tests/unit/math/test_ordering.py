@@ -68,7 +68,7 @@ def test_spaces_of_equal_coordinates_have_one_basis_whatever_the_rounding():
     ],
 )
 def test_equal_stiffnesses_have_no_direction_of_their_own(name, softest, stiffest):
-    text = str(ks.analyze(package_robots.robot(name).assemble()))
+    text = str(ks.analyze(package_robots.robot(name).assemble()).report())
     for word, where in (("softest", softest), ("stiffest", stiffest)):
         (line,) = (line for line in text.splitlines() if f"{word} against a force" in line)
         assert line.endswith(f"/mm {where}") or line.endswith(f"/µm {where}")

@@ -65,14 +65,13 @@ def test_the_texts_are_the_same_but_for_the_joint_of_limb_1(pair):
     assert changed == [
         limb.format("spherical_1_{x,y,z}"),
         limb.format("spherical_1"),
-        "  links   socket_1, platform",
-        "  links   platform",
+        "  links  socket_1, platform",
+        "  links  platform",
     ]
     assert pair[0].mobility == pair[1].mobility
-    tables = [str(ks.analyze(robot.assemble(), load=LOAD)) for robot in pair]
-    tables = [sorted(" ".join(line.split()) for line in table.splitlines() if "spherical_1_" not in line) for table in tables]
-    ours = [line for line in tables[1] if line not in tables[0]]
-    assert [line.split()[0] for line in ours] == ["spherical_1"] and set(tables[0]) <= set(tables[1]), ours
+    tables = [str(ks.analyze(robot.assemble(), load=LOAD).report()) for robot in pair]
+    tables = [sorted(" ".join(line.split()) for line in table.splitlines()) for table in tables]
+    assert [line.replace(", 3 revolutes", "") for line in tables[0]] == tables[1]
 
 
 def test_it_is_no_limb_and_no_drive(pair):

@@ -19,7 +19,7 @@ def test_the_axial_force_at_both_ends_of_a_hanging_rod():
     )  # fmt: skip
     found = ks.analyze(machine.assemble(), gravity=(0, 0, -10))
     np.testing.assert_allclose(found.beams["rod"].points[[0, 10, -1]], [[0, 0, 0], [0, 0, -0.5], [0, 0, -1]], atol=1e-12)
-    lines = str(found).splitlines()
+    lines = str(found.report()).splitlines()
     at = next(k for k, line in enumerate(lines) if "N platform end [N]" in line)
     header, row = (
         lines[k].replace(" [", "[").replace("N base end", "N-inner").replace("N platform end", "N-outer").split()

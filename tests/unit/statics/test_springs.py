@@ -14,7 +14,6 @@ from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import JointStiffness, Link, Spring
 from kinetostatics.description.robot import Items
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.reports.json import robot_to_dict
 from kinetostatics.statics.link_loads import _joint_around
 from kinetostatics.statics.springs import placed_springs
 
@@ -304,7 +303,7 @@ def test_reports_tell_of_springs():
     found = result.to_dict()
     assert found["spring_forces"] == {"balance": pytest.approx(float(result.spring_forces["balance"]))}
     assert found["payload"]["mass"] == 2.0 and len(found["payload"]["coefficients"]["twist"][0]) == 4
-    assert list(found["link_loads"]) == ["payload"] and robot_to_dict(one)["springs"][0]["name"] == "balance"
+    assert list(found["link_loads"]) == ["payload"] and one.to_dict()["springs"][0]["name"] == "balance"
 
 
 def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it():

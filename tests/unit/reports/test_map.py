@@ -5,7 +5,11 @@ import xarray as xr
 from small_maps import map_of
 
 import kinetostatics as ks
-from kinetostatics.workspace.summary import summary
+from kinetostatics.reports.map import map_report
+
+
+def summary(ds, seconds=None):
+    return str(map_report(ds, seconds))
 
 
 def sized_map(twist, forces, status=None):
@@ -27,9 +31,10 @@ def test_the_worst_is_told_for_each_value_of_a_parameter():
     twist[..., 4] = [[1e-3, 2e-3, 5e-4], [3e-5, 8e-5, 2e-5]]
     lines = summary(sized_map(twist, {"motor": [[1.0, -7.0, 2.0], [3.0, 4.0, 5.0]], "slide": np.zeros((2, 3))})).splitlines()
     assert lines[2:] == [
-        "worst sag 2 mm at diameter = 0.04 m, z = 0.2 m",
-        "worst turn 2 mrad at diameter = 0.04 m, z = 0.2 m",
-        "largest actuator torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
+        "  worst sag 2 mm at diameter = 0.04 m, z = 0.2 m",
+        "  worst turn 2 mrad at diameter = 0.04 m, z = 0.2 m",
+        "  largest actuator torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
+        "",
         "by diameter, each over all other axes:",
         "  diameter  worst sag  worst turn  largest actuator torque",
         "  0.04 m         2 mm      2 mrad                    7 N·m",
@@ -50,7 +55,7 @@ def test_a_value_without_any_pose_within_the_limits_has_no_numbers():
 
 def test_zeros_are_no_findings():
     said = summary(sized_map(np.zeros((2, 3, 6)), {"slide": np.zeros((2, 3))}))
-    assert said.splitlines()[2:] == ["the platform neither sags nor turns: no elastic part deforms"]
+    assert said.splitlines()[2:] == ["  the platform neither sags nor turns: no elastic part deforms"]
     assert "worst" not in said and " 0 " not in said.split("\n", 1)[1]
 
 
@@ -58,7 +63,7 @@ def test_a_long_axis_of_parameters_is_not_listed_and_pieces_make_no_difference(m
     twist = np.random.default_rng(1).normal(size=(2, 3, 6)) * 1e-4
     ds = sized_map(twist, {"slide": np.ones((2, 3))})
     whole = summary(ds)
-    monkeypatch.setattr("kinetostatics.workspace.summary.AT_ONCE", 1)
+    monkeypatch.setattr("kinetostatics.reports.map.AT_ONCE", 1)
     assert summary(ds) == whole and "by diameter" in whole
     many = xr.concat([ds.isel(diameter=[0]).assign_coords(diameter=[0.01 * k]) for k in range(1, 30)], "diameter")
     assert "by diameter" not in summary(many)

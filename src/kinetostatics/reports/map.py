@@ -1,4 +1,4 @@
-"""A few lines about a map."""
+"""Report of a map: how many poses are reached, worst sag and largest actuator force, and where."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.layout.blocks import Block, Section, Table, Text
+from kinetostatics.layout.numbers import MISSING
+from kinetostatics.layout.report import Report
 from kinetostatics.math.ordering import EQUAL, first_largest
-from kinetostatics.printing.text import MISSING, table
 from kinetostatics.status import FACTS, Status, in_map
 
 if TYPE_CHECKING:
@@ -30,8 +32,8 @@ UNITS = {"sag": (("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)), "turn": (("mrad", 1
 WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULAR: "singular"}
 
 
-def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
-    """Return what a map says: how many poses are reached, the worst sag and the largest actuator force and where, in words.
+def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
+    """Return how many poses of a map are reached, the worst sag and the largest actuator force and where.
 
     Poses beyond the joints' limits count only where no other has numbers.
 
@@ -39,14 +41,19 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         ds: of :func:`kinetostatics.sweep`; it is read piece by piece.
         seconds: how long it took, if that is to be said.
     """
-    dims = ds["status"].dims
-    size = int(ds["status"].size)
+    dims, size = ds["status"].dims, int(ds["status"].size)
+    sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
+    title = f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
+    return Report(title, lambda: _sections(ds, seconds))
+
+
+def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[Section]:
+    dims, size = ds["status"].dims, int(ds["status"].size)
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
     several = 0
-    # within the limits, and beyond them: the largest of each kind
+    # the largest of each kind: within the limits, beyond them, and within them by each value of a parameter
     within: dict[str, Found] = {}
     outside: dict[str, Found] = {}
-    # the same within the limits, by each value of a parameter
     parameters = [str(name) for name in ds["characteristic_length"].dims if 1 < ds.sizes[name] <= MOST_ROWS]
     by_value: dict[str, list[dict[str, Found]]] = {name: [{} for _ in range(ds.sizes[name])] for name in parameters}
     for piece in _pieces(ds):
@@ -64,23 +71,15 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
             first = piece[name].start if name in piece else 0
             for k in range(part.sizes[name]):
                 _look_at(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
-    sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
-    lines = [
-        f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
-    ]
-    lines += [f"  {count:>10d} {word}" for word, count in counts.items() if count]
-    if several:
-        lines.append(f"  {several:>10d} of them counted more than once")
+    told = [*((number, word) for word, number in counts.items()), (several, "of them counted more than once")]
+    yield Section(None, [Text(f"{number:>10d} {word}") for number, word in told if number])
     if within:
-        lines += _said_of(within, ds)
-        for name, rows in by_value.items():
-            lines += _by_value(ds, name, rows)
+        yield Section(None, _extremes(within, ds))
+        yield from (_by_value(ds, name, rows) for name, rows in by_value.items())
     elif outside:
-        lines += ["no pose is within the joints' limits; beyond them:", *_said_of(outside, ds)]
-    if seconds is not None:
-        # of fewer poses it says how long Python takes to start
-        lines.append(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))
-    return "\n".join(lines)
+        yield Section(None, [Text("no pose is within the joints' limits; beyond them:"), *_extremes(outside, ds)])
+    if seconds is not None:  # of fewer poses it says how long Python takes to start
+        yield Section(None, [Text(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))])
 
 
 def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
@@ -104,34 +103,30 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
             found[kind] = value, ", ".join(words) or "the only pose", actuator
 
 
-def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
+def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
     """Return the largest values in words."""
-    lines = []
+    lines: list[Block] = []
     if "sag" in found and "turn" in found:
         (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
-        lines += [f"worst sag {_written('sag', sag)} at {sags}"] if sag > NOTHING else []
-        lines += [f"worst turn {_written('turn', turn)} at {turns}"] if turn > NOTHING else []
+        lines += [Text(f"worst sag {_written('sag', sag)} at {sags}")] if sag > NOTHING else []
+        lines += [Text(f"worst turn {_written('turn', turn)} at {turns}")] if turn > NOTHING else []
         if max(sag, turn) <= NOTHING:
-            lines.append("the platform neither sags nor turns: no elastic part deforms")
+            lines.append(Text("the platform neither sags nor turns: no elastic part deforms"))
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
-            lines.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
+            said = "linear theory does not cover that: the pose is nearly singular, or units in the file are wrong"
+            lines.append(Text(said, "warning"))
     return lines + [
-        f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}"
+        Text(f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}")
         for unit, (value, where, actuator) in found.items()
         if unit not in ("sag", "turn") and value > NOTHING
     ]
 
 
-def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[str]:
-    """Return a table of the largest values, by the values of a parameter; kinds that are nothing everywhere are left out."""
+def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> Section:
+    """Return a table of the largest values, by the values of a parameter; kinds that are zero everywhere are left out."""
     named = dict.fromkeys(kind for row in rows for kind in row)
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
-    if not kinds:
-        return []
-    header = [
-        name,
-        *(f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds),
-    ]
+    titles = [f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds]
     cells = [
         [
             said(ds[name], value).partition(" = ")[2],
@@ -139,7 +134,7 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[s
         ]
         for value, row in zip(ds[name].values, rows, strict=True)
     ]
-    return [f"by {name}, each over all other axes:", *(f"  {line}" for line in table(header, cells))]
+    return Section(f"by {name}, each over all other axes:", [Table.of_rows([name, *titles], cells)] if kinds else [])
 
 
 def _actuator_word(unit: str) -> str:

@@ -1,9 +1,8 @@
-"""Numbers with units and tables of fixed width: how reports write things down."""
+"""Units and decimals of numbers: all numbers of a kind in one unit, rounding errors as 0."""
 
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,9 +15,6 @@ from kinetostatics.math.ordering import EQUAL
 NOISE = 1e-9
 #: How far loops may stay open [m, rad] by rounding alone: no more than an assembled pose may.
 CLOSED = 1e-10
-#: Lines are kept this short where their content allows it.
-WIDTH = 110
-
 Units = tuple[tuple[str, float], ...]
 
 LENGTHS: Units = (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))
@@ -44,7 +40,7 @@ MISSING = "–"
 
 
 @dataclass(frozen=True)
-class Scale:
+class NumberFormat:
     """How all numbers of one kind are written: in one unit, with the same decimals, so that a column can be compared.
 
     Attributes:
@@ -60,7 +56,7 @@ class Scale:
     noise: float
 
     @classmethod
-    def of(cls, values: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> Scale:
+    def of(cls, values: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> NumberFormat:
         """Choose unit and decimals so that the largest of the values (SI) has ``digits`` digits.
 
         Args:
@@ -110,7 +106,7 @@ FORCE_KINDS = {"N": "force", "N·m": "moment"}
 
 
 @dataclass(frozen=True)
-class Magnitudes:
+class NoiseFloor:
     """Which displacements, rotations, forces and moments are rounding noise, SI.
 
     Linear and angular quantities are of one kind, made comparable by a characteristic length: a twist that is a pure
@@ -123,117 +119,34 @@ class Magnitudes:
     moment: float
 
     @classmethod
-    def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> Magnitudes:
+    def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> NoiseFloor:
         """Find what is noise beside the largest of all twists (…, 6) and of all wrenches (…, 6)."""
         twists, wrenches = list(twists), list(wrenches)
         displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
         force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
         return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
 
-    def scale(self, kind: str, values: ArrayLike, digits: int = 5) -> Scale:
+    def format(self, kind: str, values: ArrayLike, digits: int = 5) -> NumberFormat:
         """Choose unit and decimals of values [SI], which are of the ``kind`` displacement, rotation, force or moment."""
-        return Scale.of(values, KINDS[kind], getattr(self, kind), digits)
+        return NumberFormat.of(values, KINDS[kind], getattr(self, kind), digits)
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
     """Write one number with the unit that suits it."""
-    return Scale.of(value, units, noise, digits).with_unit(value)
+    return NumberFormat.of(value, units, noise, digits).with_unit(value)
 
 
-def as_told(value: float, unit: str, digits: int = 6) -> str:
+def in_unit(value: float, unit: str, digits: int = 6) -> str:
     """Write one number in the very unit that it is told in, such as ``N m``; without one where it has none."""
     return f"{value:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
 
 
-def vector(values: Iterable[ArrayLike], scale: Scale) -> str:
+def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:
     """Write the components of a vector in brackets, with the unit."""
     return "(" + ", ".join(scale(value) for value in values) + f") {scale.unit}"
 
 
-def table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> list[str]:
-    """Return the lines of a table.
-
-    Args:
-        header: titles of the columns.
-        rows: cells.
-        align: a letter for each column, ``l`` or ``r``; default: the first to the left, the others to the right.
-    """
-    cells = [list(header), *(list(row) for row in rows)]
-    align = align or "l" + "r" * (len(header) - 1)
-    widths = [max(len(row[k]) for row in cells) for k in range(len(header))]
-    sides = ["<" if side == "l" else ">" for side in align]
-    lines = ([f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)] for row in cells)
-    return ["  ".join(line).rstrip() for line in lines]
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column of a table: title, cells, and whether they stand to the left (``l``) or to the right (``r``)."""
-
-    title: str
-    cells: Sequence[str]
-    side: str = "l"
-
-    @classmethod
-    def of(
-        cls, title: str, values: Sequence[ArrayLike | None], scale: Scale | Units, with_unit: bool = True, digits: int = 4
-    ) -> Column:
-        """Make a column of numbers in one unit, which its title tells; empty cells for None.
-
-        ``scale`` may be units to choose from, so that the largest of the values has ``digits`` digits.
-        """
-        if not isinstance(scale, Scale):
-            scale = Scale.of(largest(value for value in values if value is not None), scale, digits=digits)
-        cells = ["" if value is None else scale(value) for value in values]
-        return cls(f"{title} [{scale.unit}]" if with_unit else title, cells, "r")
-
-
-def column_table(columns: Sequence[Column]) -> list[str]:
-    """Return the lines of a table of columns."""
-    rows = zip(*(column.cells for column in columns), strict=True)
-    return table([column.title for column in columns], rows, "".join(column.side for column in columns))
-
-
-def once(names: Iterable[str]) -> list[str]:
-    """Return names without those that repeat the one before: cells of a column that is ordered by them."""
-    found = list(names)
-    return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]
-
-
-def wide_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return the lines of a table that goes on below, with its first column repeated, where it is too wide."""
-    widths = [max(len(row[k]) for row in [header, *rows]) + 2 for k in range(len(header))]
-    blocks: list[list[int]] = [[]]
-    for column in range(1, len(header)):
-        if blocks[-1] and widths[0] + sum(widths[k] for k in blocks[-1]) + widths[column] > WIDTH:
-            blocks.append([])
-        blocks[-1].append(column)
-    lines: list[str] = []
-    for number, block in enumerate(blocks):
-        lines += [""] * (number > 0)
-        which = [0, *block]
-        lines += table([header[k] for k in which], [[row[k] for k in which] for row in rows])
-    return lines
-
-
-def section(title: str, lines: Iterable[str]) -> list[str]:
-    """Return a titled, indented part of a report, with an empty line before it."""
-    return ["", title, *(f"  {line}".rstrip() for line in lines)]
-
-
-def wrapped(text: str, first: str = "", width: int = WIDTH) -> list[str]:
-    """Return a text in lines; those after the first are indented by the length of ``first``."""
-    wrapper = textwrap.TextWrapper(width, first, " " * len(first), break_long_words=False, break_on_hyphens=False)
-    return wrapper.wrap(text) or [first.rstrip()]
-
-
-def warning_lines(warnings: Iterable[str]) -> list[str]:
-    """Return the closing part of a report: its warnings, or that there are none."""
-    lines = [line for warning in warnings for line in wrapped(warning, "! ", WIDTH - 2)]
-    return section("Warnings", lines or ["none"])
-
-
-def listing(names: Sequence[str], limit: int = 6) -> str:
+def join_words(names: Sequence[str], limit: int = 6) -> str:
     """Return names in words, ``a, b and c``; of more than ``limit`` the first and the last ones, and how many they are."""
     if len(names) > limit:
         return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"

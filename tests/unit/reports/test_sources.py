@@ -8,8 +8,9 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.printing.text import Magnitudes
-from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_lines
+from kinetostatics.layout.numbers import NoiseFloor
+from kinetostatics.layout.text import block_lines
+from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_table
 from kinetostatics.sections import Tube
 
 pytestmark = pytest.mark.smoke
@@ -24,7 +25,7 @@ def in_root(monkeypatch, request):
 
 def ranking(result):
     """The rows of the report's table: name, kind, numbers."""
-    report = str(result)
+    report = str(result.report())
     assert report.count(TITLE) == 1
     lines = report[report.index(TITLE) :].split("\n\n")[0].splitlines()[1:]
     assert lines[0].split() == "what moves o [nm] turns [µrad] part [%]".split() or "moves o [" in lines[0]
@@ -69,27 +70,32 @@ def test_many_sources_are_summed_up():
 def fake(beams, twist):
     """What the table is made of, for beams of some names."""
     robot = SimpleNamespace(description=SimpleNamespace(beams=dict.fromkeys(beams)), mechanism=SimpleNamespace(connections={}))
-    return SimpleNamespace(robot=robot, twist=np.array(twist, dtype=float), source_contributions={"beams": beams})
+    return SimpleNamespace(robot=robot, point_name="o", twist=np.array(twist, dtype=float), source_contributions={"beams": beams})
+
+
+def lines_of(result, noise):
+    (table,) = source_table(result, noise)
+    return block_lines(table)
 
 
 def test_one_more_than_shown_is_shown():
     for count, rows in ((MOST + 1, MOST + 1), (MOST + 2, MOST + 1)):
         beams = {f"b{k}": np.array([count - k, 0, 0, 0, 0, 0.0]) for k in range(count)}
-        lines = source_lines(fake(beams, sum(beams.values())), Magnitudes(1e-9, 1e-9, 0, 0))
+        lines = lines_of(fake(beams, sum(beams.values())), NoiseFloor(1e-9, 1e-9, 0, 0))
         assert len(lines) == rows + 2 and ("others" in lines[-2]) == (count > MOST + 1)
 
 
 def test_where_o_stays_the_rotation_is_ranked():
     beams = {"a": np.array([1e-12, 0, 0, 0, 0, 1e-3]), "b": np.array([-1e-12, 0, 0, 0, 0, 3e-3])}
-    lines = source_lines(fake(beams, [1e-13, 0, 0, 0, 0, 4e-3]), Magnitudes(1e-10, 1e-9, 0, 0))
+    lines = lines_of(fake(beams, [1e-13, 0, 0, 0, 0, 4e-3]), NoiseFloor(1e-10, 1e-9, 0, 0))
     assert [line.split()[0] for line in lines] == ["what", "b", "a", "total"]
     assert [line.split()[-1] for line in lines[1:]] == ["75.0", "25.0", "100.0"] and lines[1].split()[2] == "0"
 
 
 def test_nothing_moves_nothing_is_ranked():
     pose = package_robots.robot("3rps").assemble()
-    assert TITLE not in str(ks.analyze(pose, gravity=[0, 0, 0]))
-    assert source_lines(fake({}, np.ones(6)), Magnitudes(0, 0, 0, 0)) == []
+    assert TITLE not in str(ks.analyze(pose, gravity=[0, 0, 0]).report())
+    assert source_table(fake({}, np.ones(6)), NoiseFloor(0, 0, 0, 0)) == []
 
 
 def test_ties_keep_the_order_of_the_file():

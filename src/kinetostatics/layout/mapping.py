@@ -62,7 +62,7 @@ class Named(Mapping[Key, Item]):
         return mapping_words(self)
 
     def _repr_html_(self) -> str:
-        from kinetostatics.printing.html import html_table
+        from kinetostatics.layout.html import html_table
 
         return html_table("", ("", ""), [(str(key), words) for key, words in items_words(self)])
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.printing.mappings import Named
+from kinetostatics.layout.mapping import Named
 
 
 @pytest.fixture(scope="module")

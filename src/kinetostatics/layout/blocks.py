@@ -1,0 +1,193 @@
+"""Parts of a report: tables, facts, sentences and drawings, whose numbers are SI values with the format they are written in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.layout.numbers import NumberFormat, Units, largest
+
+Tone: TypeAlias = Literal["good", "doubtful", "bad"]
+
+
+class Word(str):
+    """A word of a report that tells a state, such as ``SINGULAR``; renderers colour it by its ``tone``."""
+
+    tone: Tone
+
+    def __new__(cls, text: str, tone: Tone) -> Word:
+        """Return the word."""
+        word = super().__new__(cls, text)
+        word.tone = tone
+        return word
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number [SI] and its format; with ``upper`` a range. It is written with its unit, but for ``with_unit=False``."""
+
+    value: float
+    format: NumberFormat
+    upper: float | None = None
+    with_unit: bool = True
+
+    @classmethod
+    def of(cls, value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> Number:
+        """Return one number in the unit that suits it."""
+        return cls(float(np.asarray(value)), NumberFormat.of(value, units, noise, digits))
+
+    @classmethod
+    def range_of(cls, values: ArrayLike, units: Units, noise: float = 0.0) -> Number:
+        """Return one number, or of several the smallest and the largest that are finite; NaN without any."""
+        known = np.asarray(values, dtype=float).ravel()
+        known = known[np.isfinite(known)]
+        if not known.size:
+            return cls(math.nan, NumberFormat("", 1.0, 0, 0.0), with_unit=False)
+        form = NumberFormat.of(known, units, noise, digits=4)
+        return cls(float(known.min()), form, float(known.max()))
+
+    def __str__(self) -> str:
+        low = self.format(self.value)
+        if self.upper is None or self.format(self.upper) == low:
+            return self.format.with_unit(self.value) if self.with_unit else low
+        return f"{low} to {self.format.with_unit(self.upper)}"
+
+
+Cell: TypeAlias = "str | Number | float | None"
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    Attributes:
+        title: without the unit.
+        cells: texts; numbers with formats of their own; SI values, written in ``format``; None: empty.
+        side: ``l`` or ``r``, where the cells are aligned.
+        format: of SI values.
+        with_unit: whether the title names the unit of ``format``.
+    """
+
+    title: str
+    cells: Sequence[Cell]
+    side: str = "l"
+    format: NumberFormat | None = None
+    with_unit: bool = True
+
+    @classmethod
+    def of(
+        cls,
+        title: str,
+        values: Sequence[ArrayLike | None],
+        form: NumberFormat | Units,
+        with_unit: bool = True,
+        digits: int = 4,
+    ) -> Column:
+        """Return a column of numbers [SI] in one unit; of units to choose from, the largest value has ``digits`` digits."""
+        if not isinstance(form, NumberFormat):
+            form = NumberFormat.of(largest(value for value in values if value is not None), form, digits=digits)
+        cells = [None if value is None else float(np.asarray(value)) for value in values]
+        return cls(title, cells, "r", form, with_unit)
+
+    @property
+    def heading(self) -> str:
+        """Title and unit."""
+        return f"{self.title} [{self.format.unit}]" if self.format is not None and self.with_unit else self.title
+
+    @property
+    def texts(self) -> list[str]:
+        """The cells as they are written."""
+        return [self._text(cell) for cell in self.cells]
+
+    def _text(self, cell: Cell) -> str:
+        if isinstance(cell, str):
+            return cell
+        if isinstance(cell, float):
+            return self.format(cell) if self.format is not None else f"{cell:.6g}"
+        return "" if cell is None else str(cell)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length; a ``wide`` one is continued below, with its first column repeated, where lines are full."""
+
+    columns: Sequence[Column]
+    wide: bool = False
+
+    @classmethod
+    def of_rows(cls, header: Sequence[str], rows: Iterable[Sequence[Cell]], align: str = "", wide: bool = False) -> Table:
+        """Return a table by its rows; ``align``: a letter for each column, default the first left, the others right."""
+        found = [list(row) for row in rows]
+        align = align or "l" + "r" * (len(header) - 1)
+        return cls(
+            [Column(title, [row[k] for row in found], side) for k, (title, side) in enumerate(zip(header, align, strict=True))],
+            wide,
+        )
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names with what is told of each: one text or number, or several texts one below the other."""
+
+    rows: Sequence[tuple[str, str | Number | Sequence[str]]]
+    indent: int = 0
+
+
+@dataclass(frozen=True)
+class Text:
+    """A sentence, or a few.
+
+    Attributes:
+        text: without what leads it.
+        kind: "warning", "item" of a list, or a plain sentence.
+        lead: begins it, and tells a state.
+        indent: in columns of text.
+    """
+
+    text: str
+    kind: Literal["", "warning", "item"] = ""
+    lead: Word | None = None
+    indent: int = 0
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines of a drawing, such as the chain of a limb, in a font of equal widths."""
+
+    lines: Sequence[str]
+
+
+Block: TypeAlias = "Table | Facts | Text | Lines"
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a report.
+
+    Attributes:
+        title: of the part; "": it stands at the margin; None: it follows the report's title, whatever sections are selected.
+        blocks: without any the section is left out.
+        key: by which it is selected.
+        detail: whether it is left out where the report is shown in brief.
+    """
+
+    title: str | None
+    blocks: Sequence[Block]
+    key: str = ""
+    detail: bool = False
+
+
+def warning_section(warnings: Iterable[str]) -> Section:
+    """Return the section of warnings, or that there are none."""
+    return Section("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
+
+
+def once(names: Iterable[str]) -> list[str]:
+    """Return names without those that repeat the one before: cells of a column that is ordered by them."""
+    found = list(names)
+    return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]

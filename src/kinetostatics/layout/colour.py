@@ -1,0 +1,27 @@
+"""Colour of terminals: bold titles, warnings in yellow, states in the colour of what they mean."""
+
+from __future__ import annotations
+
+import os
+from typing import TextIO
+
+#: Codes of Select Graphic Rendition (ECMA-48) by what is said.
+CODES = {"title": "1", "warning": "33", "error": "1;31", "good": "32", "doubtful": "33", "bad": "31"}
+
+
+def wants_colour(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal with colours.
+
+    ``NO_COLOR`` forbids colour, ``FORCE_COLOR`` demands it (https://no-color.org, https://force-color.org), if not empty.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return os.environ.get("TERM") != "dumb" and stream is not None and bool(stream.isatty())
+
+
+def painted(meaning: str, text: str, colour: bool = True) -> str:
+    """Return a text in the colour of a meaning, its indentation without it."""
+    bare = text.lstrip()
+    return f"{text[: len(text) - len(bare)]}\033[{CODES[meaning]}m{bare}\033[0m" if colour and bare else text

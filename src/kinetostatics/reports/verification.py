@@ -1,0 +1,139 @@
+"""Report of a verification: both solutions beside each other, their differences, and the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from kinetostatics.layout.blocks import Block, Cell, Column, Number, Section, Table, Text, Word
+from kinetostatics.layout.numbers import STIFFNESSES, TURNING_STIFFNESSES, NoiseFloor, NumberFormat
+from kinetostatics.layout.plain import attributes
+from kinetostatics.layout.report import Report
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.quantities import QUANTITIES
+from kinetostatics.reports.forces import sizes
+from kinetostatics.reports.pose import pose_facts
+from kinetostatics.verification.compare import Verification
+
+UNITS = {
+    "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
+    **{name: QUANTITIES[name].said for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
+    "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its base and its platform end",
+    "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
+    "forces relative to the largest joint wrench",
+    "scatter": "how far the finite elements' own numbers are sure, as `differences`",
+}
+
+WORDS = {
+    "twist": "twist of the platform",
+    "compliance": "compliance",
+    "stiffness": "stiffness",
+    "joint_wrenches": "joint wrenches",
+    "beam_wrenches": "wrenches in beams",
+    "actuator_forces": "actuator forces",
+}
+
+#: Digits of the largest number of a table.
+DIGITS = 8
+HEADER = ("", "kinetostatics", "finite elements", "difference")
+
+
+def verification_report(found: Verification) -> Report:
+    """Return the report of a verification."""
+    robot = found.configuration.robot
+    verdict, _, more = (found.verdict[0].upper() + found.verdict[1:]).partition(":")
+    lead = Word(verdict, "good" if found.verified else "bad" if found.conclusive else "doubtful")
+    title = [f"Check of {robot.name!r} by finite elements (OpenSees): ", Word(found.verdict.partition(":")[0], lead.tone)]
+    return Report(title, lambda: [*_sections(found), Section("", [Text(f":{more}", lead=lead)])], lambda: _data(found))
+
+
+def _sections(found: Verification) -> Iterator[Section]:
+    theirs, result = found.finite_elements, found.result
+    yield Section("Pose", [pose_facts(found.configuration, result.gravity, result.load)], "pose")
+    noise = NoiseFloor.of([theirs.twist], theirs.joint_wrenches.values(), found.length)
+    formats = noise.format("displacement", theirs.twist[:3], DIGITS), noise.format("rotation", theirs.twist[3:], DIGITS)
+    twist = _components(found.ours.twist, theirs.twist, *formats)
+    yield Section("Twist of the platform at o, world axes", [twist], "twist")
+    title = "Stiffness of the platform at o, world axes, actuators locked: the diagonal"
+    yield Section(title, [_stiffness(found)], "stiffness")
+    title = "Actuators, positive along the joint's positive direction"
+    yield Section(title, _actuators(found, noise) if theirs.actuator_forces else [], "forces")
+    title = "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre"
+    yield Section(title, [_joints(found, noise)], "joints")
+    rows = [
+        (
+            WORDS[name],
+            f"{value:.1e}",
+            f"{found.scatter.get(name, np.nan):.1e}",
+            Word("ok", "good") if value <= found.within else Word("DIFFERS", "bad"),
+        )
+        for name, value in found.differences.items()
+    ]
+    table = Table.of_rows(("", "difference", "finite elements' own scatter", ""), rows, "lrrl")
+    missing = [Text(f"{name}: not compared: {why}") for name, why in found.not_compared.items()]
+    yield Section("Differences, relative", [table, *missing], "differences")
+
+
+def _rows(names: Iterable[str], ours: Iterable[float], theirs: Iterable[float], formats: Iterable[NumberFormat]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for name, own, other, form in zip(names, ours, theirs, formats, strict=True):
+        gap = (own - other) / form.factor
+        numbers = (Number(float(value), form, with_unit=False) for value in (own, other))
+        rows.append((f"{name} [{form.unit}]", *numbers, f"{gap:.0e}" if np.isfinite(gap) else "–"))
+    return Table.of_rows(HEADER, rows)
+
+
+def _components(ours: Array, theirs: Array, linear: NumberFormat, angular: NumberFormat) -> Table:
+    return _rows(COMPONENTS, ours, theirs, [linear] * 3 + [angular] * 3)
+
+
+def _stiffness(found: Verification) -> Block:
+    ours, theirs = np.diag(found.ours.stiffness), np.diag(found.finite_elements.stiffness)
+    if np.any(np.isnan(ours)):
+        return Text("infinite: rigid limbs")
+    linear = NumberFormat.of(theirs[:3], STIFFNESSES, digits=DIGITS)
+    return _components(ours, theirs, linear, NumberFormat.of(theirs[3:], TURNING_STIFFNESSES, digits=DIGITS))
+
+
+def _actuators(found: Verification, noise: NoiseFloor) -> list[Block]:
+    ours, theirs, torques = found.ours.actuator_forces, found.finite_elements.actuator_forces, found.finite_elements.torques
+    force = noise.format("force", [value for name, value in theirs.items() if name not in torques], DIGITS)
+    torque = noise.format("moment", [theirs[name] for name in torques], DIGITS)
+    formats = [torque if name in torques else force for name in theirs]
+    return [_rows(theirs, [ours[name] for name in theirs], theirs.values(), formats)]
+
+
+def _joints(found: Verification, noise: NoiseFloor) -> Table:
+    ours, theirs = found.ours.joint_wrenches, found.finite_elements.joint_wrenches
+    names = [name for name in theirs if name in ours]
+    (force, moment), (force_fe, moment_fe) = (sizes(side[name] for name in names) for side in (ours, theirs))
+    forces, moments = noise.format("force", force_fe), noise.format("moment", moment_fe)
+    gaps = [f"{found.joint_differences.get(name, np.nan):.0e}" for name in names]
+    return Table(
+        [
+            Column("joint", names),
+            Column.of("force", force, forces),
+            Column.of("finite el.", force_fe, forces, with_unit=False),
+            Column.of("moment", moment, moments),
+            Column.of("finite el.", moment_fe, moments, with_unit=False),
+            Column("difference, rel.", gaps, "r"),
+        ]
+    )
+
+
+def _data(found: Verification) -> dict[str, object]:
+    arrays = ("twist", "compliance", "stiffness", "joint_wrenches", "beam_wrenches", "actuator_forces")
+    robot = found.configuration.robot
+    return {
+        "robot": robot.name,
+        "file": robot.description.path,
+        **attributes(found, ("verified", "conclusive", "verdict", "within", "length")),
+        **attributes(found.configuration, ("platform", "actuators")),
+        **attributes(found.result, ("load", "gravity")),
+        **attributes(found, ("differences", "scatter", "joint_differences", "not_compared")),
+        "ours": attributes(found.ours, arrays),
+        "finite_elements": attributes(found.finite_elements, arrays),
+        "units": UNITS,
+    }
