@@ -329,7 +329,7 @@ def test_files_datasets_and_words(table, tmp_path):
     read_back = json.loads(json.dumps(from_file.to_dict()))
     assert read_back["estimates"]["rod_1"]["value"] == pytest.approx(0.8)
     text = str(from_file)
-    assert "× 0.8" in text and "foretold from the other rows" in text and "41 readings of 14 rows" in text
+    assert "× 0.8" in text and "predicted from the other rows" in text and "41 readings of 14 rows" in text
     assert "Calibration of '3rps'" in repr(from_file) and "<table" in from_file._repr_html_()
 
 
