@@ -7,6 +7,7 @@ import hashlib
 import os
 import shlex
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import metadata
 
 from kinetostatics.description.robot import RobotDescription
@@ -21,6 +22,7 @@ LONGEST = 64
 PACKAGES = {"kinetostatics": "kinetostatics", "pinocchio": "pin", "numpy": "numpy"}
 
 
+@cache
 def versions() -> dict[str, str]:
     """Return the versions of the packages that compute."""
     found = {}
