@@ -284,8 +284,10 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
     yield "round_3rps", ks.plot.slice(tilts, "linear_sag", x="azimuth", y="tilt", z=0.65)
     yield "lines_3rps", ks.plot.line(rps, actuators, x="rx", at={"z": 0.65, "ry": np.radians(20)})
     way = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(np.linspace(0, 40, 21))}  # configuration 2 is at 10°
-    ways = ks.sweep("3rps", way, orientation="tilt_torsion", gravity=(0, 0, -9.8), ways=True, progress=False)
-    parts = [f"gravity_way:{name}:z" for name in ("platform_weight", "attached", "deformation")]
+    ways = ks.sweep(
+        "3rps", way, orientation="tilt_torsion", gravity=(0, 0, -9.8), outputs=["twist", "gravity_mechanisms"], progress=False
+    )
+    parts = [f"gravity_mechanism:{name}:z" for name in ("platform_weight", "attached", "deformation")]
     yield "ways_3rps", ks.plot.line(ways, [*parts, "twist:z"], x="tilt", unit="nm")
     body = sweep("3rps", np.linspace(0.2, 0.95, 8 if coarse else 31), np.linspace(-60, 60, 9 if coarse else 33))
     yield "workspace_3rps", ks.plot.workspace(body, "linear_sag", limits=(0, 10))

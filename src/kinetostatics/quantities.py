@@ -49,7 +49,7 @@ class Entry:
         moves_as: as what it comes to be about another point, if it is about o.
         varies: kinds of axes of a grid along which it does.
         variable: its name in a Dataset, if it has one.
-        extra: the argument of :func:`kinetostatics.sweep` without which it is left out; "always": it never is.
+        group: of the outputs of :func:`kinetostatics.sweep` to which the variable belongs; "always": of every map.
         symbol, equation: of the paper, or a section of the method page.
         dtype: of its numbers.
     """
@@ -61,7 +61,7 @@ class Entry:
     moves_as: Kind | None = None
     varies: tuple[str, ...] = EVERYTHING
     variable: str = ""
-    extra: str = ""
+    group: str = "default"
     symbol: str = ""
     equation: str = ""
     dtype: type[np.generic] = np.float64
@@ -98,21 +98,24 @@ _WRENCH, _TWIST = "wrench_component_unit", "m, rad"
 # fmt: off
 #: All quantities, in the order of a Dataset, by their paths from a result; what begins with "sweep" is of maps alone.
 QUANTITIES: Mapping[str, Entry] = {
-    "status": Entry("what became of the pose, the worst of it", variable="status", extra="always", dtype=np.int8),
-    **{name: Entry(fact.words, variable=name, extra="always" * (name in TOLD), dtype=np.bool_) for name, fact in FACTS.items()},
-    "sweep.mode": Entry("assembly mode that reaches the pose", varies=POSES, variable="mode", extra="always", dtype=np.int8),
+    "status": Entry("what became of the pose, the worst of it", variable="status", group="always", dtype=np.int8),
+    **{name: Entry(fact.words, variable=name, group="always" if name in TOLD else "default", dtype=np.bool_)
+        for name, fact in FACTS.items()},
+    "sweep.mode": Entry("assembly mode that reaches the pose", varies=POSES, variable="mode", group="always", dtype=np.int8),
     "twist": Entry("displacement of o and rotation of the platform, world axes", _COMPONENT, "component_unit",
         lambda robot, solution: solution.twists.sum(axis=1), "twist", variable="twist", symbol="Δ", equation="(12)"),
     "contributions": Entry("what load, platform weight and each limb's weight add to the twist", ("source", "component"),
         "component_unit", lambda robot, solution: np.swapaxes(solution.twists, 0, 1), "twist", variable="contribution"),
-    "sweep.gravity_ways": Entry("what gravity adds to the twist in each of its ways, all limbs together", ("way", "component"),
-        "component_unit", moves_as="twist", variable="gravity_way", extra="ways"),
+    "sweep.gravity_mechanisms": Entry("what gravity adds to the twist by each mechanism, all limbs together",
+        ("mechanism", "component"),
+        "component_unit", moves_as="twist", variable="gravity_mechanism", group="gravity_mechanisms"),
     "actuator_forces": Entry("force or torque of the actuator, positive along its joint", _ACTUATOR, "actuator_force_unit",
         _actuator_forces, variable="actuator_force", symbol="f", equation="(17)"),
-    "sweep.actuator_gravity_ways": Entry("what gravity adds to the actuator's force in each of its ways", ("actuator", "way"),
-        "actuator_force_unit", variable="actuator_gravity_way", extra="ways"),
+    "sweep.actuator_gravity_mechanisms": Entry("what gravity adds to the actuator's force by each mechanism",
+        ("actuator", "mechanism"),
+        "actuator_force_unit", variable="actuator_gravity_mechanism", group="gravity_mechanisms"),
     "actuator_contributions": Entry("what each contribution to the twist adds to the actuator's force", ("actuator", "source"),
-        "actuator_force_unit", variable="actuator_contribution", extra="ways"),
+        "actuator_force_unit", variable="actuator_contribution", group="gravity_mechanisms"),
     "limbs.intensities": Entry("intensity of the constraint wrench", ("wrench",), "wrench_unit",
         variable="intensity", symbol="W_ic", equation="(11)"),
     "limbs.attached_intensities": Entry("intensity of the gravity-attached constraint wrench", ("attached_wrench",),
@@ -124,22 +127,22 @@ QUANTITIES: Mapping[str, Entry] = {
     "configuration.actuators": Entry("coordinate of the driven joint", _ACTUATOR, "actuator_position_unit",
         varies=POSES, variable="actuator_position"),
     "sweep.corrections": Entry("correction of the actuator, which brings the loaded platform in place", _ACTUATOR,
-        "actuator_position_unit", variable="actuator_correction", extra="compensate"),
+        "actuator_position_unit", variable="actuator_correction", group="compensation"),
     "sweep.residual_error": Entry("how the loaded platform misses its place at the corrected actuators", _COMPONENT,
-        "component_unit", moves_as="twist", variable="residual_error", extra="compensate"),
+        "component_unit", moves_as="twist", variable="residual_error", group="compensation"),
     "spring_forces": Entry("tension of the spring, negative where it pushes", ("spring",), "N", _spring_forces,
         varies=POSES, variable="spring_force"),
     "sweep.platform_pose": Entry("coordinates of the platform before it deforms", ("platform_coordinate",),
-        "platform_coordinate_unit", varies=POSES, variable="platform_pose", extra="always"),
+        "platform_coordinate_unit", varies=POSES, variable="platform_pose", group="always"),
     "configuration.q": Entry("coordinates of the model, as Robot.configuration takes them", ("joint_coordinate",),
-        "joint_coordinate_unit", varies=POSES, variable="q", extra="always"),
+        "joint_coordinate_unit", varies=POSES, variable="q", group="always"),
     "robot.length": Entry("mean distance of the limbs' outer joints from o", (), "m",
-        varies=ROBOTS, variable="characteristic_length", extra="always"),
-    "beams.stress": Entry("largest von Mises stress of the beam", ("beam",), "Pa", variable="beam_stress", extra="beams"),
+        varies=ROBOTS, variable="characteristic_length", group="always"),
+    "beams.stress": Entry("largest von Mises stress of the beam", ("beam",), "Pa", variable="beam_stress", group="beams"),
     "beams.euler_ratio": Entry("forces over those at which the member buckles", ("beam",), "1",
-        variable="beam_euler_ratio", extra="beams"),
+        variable="beam_euler_ratio", group="beams"),
     "beams.deflection": Entry("largest displacement of the beam's centre line", ("beam",), "m",
-        variable="beam_deflection", extra="beams"),
+        variable="beam_deflection", group="beams"),
     "beams.section_wrenches": Entry("N, V_y, V_z, T, M_y, M_z in beam axes: of the outer part, acting on the inner one",
         ("beam", "station", "component"), _WRENCH),
     "configuration.residual": Entry("how far the worst loop is open", (), _TWIST, varies=POSES),
@@ -156,13 +159,13 @@ QUANTITIES: Mapping[str, Entry] = {
         ("joint", "component"), _WRENCH),
     "strain_energy": Entry("strain energy of all beams and elastic joints", (), "J"),
     "mechanism_contributions": Entry("what the limb's weight adds to the twist by attached wrenches and by deformation, Eq. (12)",
-        ("limb", "way", "component"), _TWIST),
+        ("limb", "mechanism", "component"), _TWIST),
     "source_contributions": Entry("the twist by what deforms: beams, elastic joints, actuators, assembly errors; they sum to it",
         ("kind", "part", "component"), _TWIST),
     "part_contributions": Entry("the same for the parts of a limb that is split by pieces through which everything passes",
         ("limb", "part", "component"), _TWIST),
     "actuator_mechanism_contributions": Entry("what the limb's weight adds to the actuator's force in the two ways",
-        ("actuator", "limb", "way"), "actuator_force_unit"),
+        ("actuator", "limb", "mechanism"), "actuator_force_unit"),
     "paper_forces": Entry("f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end, tension positive",
         ("limb", "force"), "wrench_unit"),
     "beam_contributions": Entry("what each contribution does to the beam's stations: displacement and rotation, world axes",

@@ -103,7 +103,7 @@ def maps():
         items = [item for item in MEASURES if not item.startswith("actuator") or item == drives]
         best = ks.optimize(name, vary, "mass", [asked(item) for item in items], over, load=LOAD)
         assert best.feasible
-        ds = ks.sweep(name, over, load=LOAD, parameters=dict(best.parameters), beams=True, progress=False)
+        ds = ks.sweep(name, over, load=LOAD, parameters=dict(best.parameters), outputs=["default", "beams"], progress=False)
         found[drives] = {item.name: item.worst for item in best.requirements}, of_the_map(ds, best.result, drives)
     return found
 

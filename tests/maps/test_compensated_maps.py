@@ -16,7 +16,7 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
         [[0, 0, 0, 0, 0, 0], [50, 0, -300, 0, 0, 0]], dims=("case", "component"), coords={"case": ["idle", "cut"]}
     )
     grid = {"z": [0.45, 0.55], "rx": [-0.1, 0.0, 0.1], "ry": 0.05}
-    ds = ks.sweep(robot, platform=grid, load=loads, compensate=True)
+    ds = ks.sweep(robot, platform=grid, load=loads, outputs=["default", "compensation"])
     assert ds.residual_error.dims == ("case", "z", "rx", "component") and ds.actuator_correction.dims[-1] == "actuator"
     pose = robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": 0.05})
     one, there = ks.compensate(pose, loads.values[1]), {"case": "cut", "z": 0.55, "rx": 0.1}
@@ -42,12 +42,15 @@ def test_maps_over_drives_and_maps_without_corrections(tmp_path, capsys):
     pytest.importorskip("h5netcdf")
     path = tmp_path / "map.nc"
     drives = ["prismatic_1=-10mm,10mm", "prismatic_2=0", "prismatic_3=0"]
-    assert main(["sweep", "3rps", "--actuators", *drives, "--compensate", "--quiet", "--out", str(path)]) == 0
+    assert (
+        main(["sweep", "3rps", "--actuators", *drives, "--outputs", "default", "compensation", "--quiet", "--out", str(path)])
+        == 0
+    )
     with xr.open_dataset(path, engine="h5netcdf") as ds:
         assert np.isfinite(ds.residual_error).all() and float(abs(ds.residual_error.sel(component=["z", "rx"])).max()) < 1e-7
         assert float(abs(ds.residual_error.sel(component="z")).max()) < 1e-12
     ds = ks.sweep(package_robots.robot("3rps"), actuators=dict.fromkeys(("prismatic_1", "prismatic_2", "prismatic_3"), 0.0))
     assert "residual_error" not in ds and "actuator_correction" not in ds
-    with pytest.raises(ks.ArgumentError, match="compensate=True"):
+    with pytest.raises(ks.ArgumentError, match="'compensation' among"):
         ks.indices.quantity(ds, "remaining_linear_sag")
     assert "remaining_linear_sag" not in ks.indices.names(ds)

@@ -320,7 +320,7 @@ def test_every_name_is_a_number_per_pose_with_a_unit():
         ("stiffness_along:w", "no direction 'w'"),
         ("status", "no quantity 'status': there are the indices linear_sag, angular_sag, .*, and numbers of twist, "),
         ("sag", "no quantity 'sag': did you mean 'linear_sag' or 'angular_sag'?"),
-        ("beam_stress:rod", r"the map has no 'beam_stress'; sweep with beams=True \(--beams\)"),
+        ("beam_stress:rod", r"the map has no 'beam_stress'; sweep with 'beams' among the outputs"),
         ("compliance:x", "form compliance:COMPONENT:COMPONENT_2, where components are x, y, z, rx, ry, rz$"),
         ("characteristic_length:x", "not of the form characteristic_length"),
     ],

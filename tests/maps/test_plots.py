@@ -382,9 +382,9 @@ def test_lines_show_the_maps_numbers(ds):
 def test_the_ways_of_gravity_are_drawn():
     """At a tilt of 10° platform −22.0, attached −2.2, deformation −49.9 nm, see test_mechanism_contributions.py."""
     platform = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians([0, 10, 20])}
-    ds = ks.sweep("3rps", platform, orientation="tilt_torsion", gravity=(0, 0, -9.8), ways=True)
-    ways = [f"gravity_way:{way}:z" for way in ("platform_weight", "attached", "deformation")]
-    drive = [f"actuator_gravity_way:prismatic_1:{way}" for way in ("platform_weight", "attached", "deformation")]
+    ds = ks.sweep("3rps", platform, orientation="tilt_torsion", gravity=(0, 0, -9.8), outputs=["default", "gravity_mechanisms"])
+    ways = [f"gravity_mechanism:{way}:z" for way in ("platform_weight", "attached", "deformation")]
+    drive = [f"actuator_gravity_mechanism:prismatic_1:{way}" for way in ("platform_weight", "attached", "deformation")]
     assert {*ways, *drive, "actuator_contribution:prismatic_3:limb_1"} < set(ks.indices.names(ds))
     ax = ks.plot.line(ds, ways, x="tilt", unit="nm")
     assert [line.get_ydata()[1] for line in ax.get_lines()] == pytest.approx([-22.0350, -2.2028, -49.8725], abs=1e-3)
@@ -396,10 +396,10 @@ def test_the_ways_of_gravity_are_drawn():
     assert ax.get_ylabel() == "force of prismatic_1 [N]"
     np.testing.assert_array_equal(ax.get_lines()[2].get_ydata(), 0)  # not what rounding has left
     assert ax.get_lines()[1].get_ydata()[1] > 300
-    with pytest.raises(ks.ArgumentError, match="no way 'atached': did you mean 'attached'"):
-        ks.plot.line(ds, "gravity_way:atached:z")
-    with pytest.raises(ks.ArgumentError, match=r"has no 'gravity_way'; sweep with ways=True \(--ways\)"):
-        ks.plot.line(ds.drop_dims("way"), "gravity_way:attached:z")
+    with pytest.raises(ks.ArgumentError, match="no mechanism 'atached': did you mean 'attached'"):
+        ks.plot.line(ds, "gravity_mechanism:atached:z")
+    with pytest.raises(ks.ArgumentError, match=r"has no 'gravity_mechanism'; sweep with 'gravity_mechanisms' among the outputs"):
+        ks.plot.line(ds.drop_dims("mechanism"), "gravity_mechanism:attached:z")
 
 
 def test_ranges_without_numbers_are_hatched(ds):

@@ -30,7 +30,7 @@ def robot():
 
 @pytest.fixture(scope="module")
 def small(robot):
-    return ks.sweep(robot, GRID, load=LOAD, beams=True)
+    return ks.sweep(robot, GRID, load=LOAD, outputs=["default", "beams"])
 
 
 # ---- what is in it -----------------------------------------------------------------------------------------------------
@@ -77,38 +77,41 @@ def test_every_number_is_that_of_the_single_analysis(robot, small):
 
 
 def test_maps_say_how_gravity_acts(robot, small, tmp_path):
-    assert not {"way", "gravity_way", "actuator_gravity_way", "actuator_contribution"} & {*small.variables, *small.dims}
+    assert not {"mechanism", "gravity_mechanism", "actuator_gravity_mechanism", "actuator_contribution"} & {
+        *small.variables,
+        *small.dims,
+    }
     stored = {"out": tmp_path / "map.nc"}
-    with ks.sweep(robot, GRID, load=LOAD, ways=True, **stored) as found:
+    with ks.sweep(robot, GRID, load=LOAD, outputs=["default", "gravity_mechanisms"], **stored) as found:
         ds = found.load()
-    assert ds["gravity_way"].dims == ("z", "rx", "ry", "way", "component")
-    assert ds["actuator_gravity_way"].dims == ("z", "rx", "ry", "actuator", "way")
+    assert ds["gravity_mechanism"].dims == ("z", "rx", "ry", "mechanism", "component")
+    assert ds["actuator_gravity_mechanism"].dims == ("z", "rx", "ry", "actuator", "mechanism")
     assert ds["actuator_contribution"].dims == ("z", "rx", "ry", "actuator", "source")
     result = ks.analyze(robot.assemble(platform={"z": ds["z"][4], "rx": ds["rx"][3], "ry": ds["ry"][2]}), load=LOAD)
     here = ds.isel(z=4, rx=3, ry=2)
-    twist, force = here["gravity_way"], here["actuator_gravity_way"]
-    np.testing.assert_allclose(twist.sel(way="platform_weight"), result.contributions["platform_weight"], rtol=1e-9)
+    twist, force = here["gravity_mechanism"], here["actuator_gravity_mechanism"]
+    np.testing.assert_allclose(twist.sel(mechanism="platform_weight"), result.contributions["platform_weight"], rtol=1e-9)
     scale = np.abs(result.twist).max()
     for way in ("attached", "deformation"):
         wanted = sum(limb[way] for limb in result.mechanism_contributions.values())
-        np.testing.assert_allclose(twist.sel(way=way), wanted, rtol=0, atol=1e-11 * scale)
+        np.testing.assert_allclose(twist.sel(mechanism=way), wanted, rtol=0, atol=1e-11 * scale)
         for drive, limbs in result.actuator_mechanism_contributions.items():
             wanted = sum(limb[way] for limb in limbs.values())
-            assert float(force.sel(actuator=drive, way=way)) == pytest.approx(wanted, abs=1e-9)
+            assert float(force.sel(actuator=drive, mechanism=way)) == pytest.approx(wanted, abs=1e-9)
     for drive, parts in result.actuator_contributions.items():
         mine = here["actuator_contribution"].sel(actuator=drive)
         np.testing.assert_allclose(mine, [parts[name] for name in mine["source"].values], rtol=0, atol=1e-9)
     load = ds["contribution"].sel(source="load")
-    np.testing.assert_allclose(load + ds["gravity_way"].sum("way"), ds["twist"], rtol=0, atol=1e-12 * scale)
-    for name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
+    np.testing.assert_allclose(load + ds["gravity_mechanism"].sum("mechanism"), ds["twist"], rtol=0, atol=1e-12 * scale)
+    for name in ("gravity_mechanism", "actuator_gravity_mechanism", "actuator_contribution"):
         assert ds[name].attrs["long_name"] and set(ds[ds[name].attrs["unit_coordinate"]].dims) <= set(ds[name].dims)
     with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
         ks.sweep(robot, GRID, load=LOAD, out=stored["out"])
 
 
 def test_drives_that_are_redundant_share_what_deforms():
-    forces = ks.sweep("anymal_standing", ways=True)["actuator_gravity_way"]
-    assert float(abs(forces.sel(way="deformation")).max()) > 0.1
+    forces = ks.sweep("anymal_standing", outputs=["gravity_mechanisms"])["actuator_gravity_mechanism"]
+    assert float(abs(forces.sel(mechanism="deformation")).max()) > 0.1
 
 
 def test_layout_and_units(small):
@@ -264,7 +267,7 @@ def test_what_is_not_reached_is_nan_and_says_so():
 def test_threads_compute_the_same(monkeypatch, small):
     monkeypatch.setattr("kinetostatics.workspace.run.LEAST", 10)
     monkeypatch.setattr("kinetostatics.workspace.run.MOST_COSTLY", 10)
-    near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
+    near(ks.sweep("3rps", GRID, load=LOAD, outputs=["default", "beams"], workers=2), small)
 
 
 def test_what_a_thread_complains_about_is_raised(tmp_path):
@@ -534,7 +537,13 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     assert f"up to {TRIED} of them" in page.replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page, re.MULTILINE))))
     wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
-    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "residual_error"}
+    wanted |= {
+        "gravity_mechanism",
+        "actuator_gravity_mechanism",
+        "actuator_contribution",
+        "actuator_correction",
+        "residual_error",
+    }
     wanted |= {"spring_force"}
     assert set(names["ds"].data_vars) | wanted == described
 

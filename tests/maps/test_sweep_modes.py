@@ -12,8 +12,8 @@ from kinetostatics.workspace.arguments import read_plan
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
 from kinetostatics.workspace.edges import JointScale, suspect_edges
 
-#: orientation, load, gravity, point, frame, assembly_errors, parameters and beams of a sweep that asks for nothing more
-NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None, False)
+#: orientation, load, gravity, point, frame, assembly_errors and parameters of a sweep that asks for nothing more
+NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None)
 
 
 def cross(a, b):

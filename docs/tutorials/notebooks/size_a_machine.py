@@ -28,7 +28,7 @@ ds = ks.sweep(
     },
     parameters={"rod_diameter": np.linspace(0.04, 0.12, 9)},
     load=[0, 0, -500, 0, 0, 0],
-    beams=True,
+    outputs=["default", "beams"],
 )
 assert (
     int(ds["status"].max()) == 0

@@ -169,6 +169,6 @@ plot tilts.nc --x azimuth --y tilt --out round.pdf
 plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
 plot map.nc --what "deflection_any_direction(500 N)" --x rx --y ry --at z=0.5 --out softest.svg
 plot map.nc --kind line --what actuator_force:prismatic_1 --x z --series rx --at ry=0deg --out force.pdf
-plot ways.nc --kind line --what gravity_way:attached:z gravity_way:deformation:z --x tilt --out ways.pdf
+plot g.nc --kind line --what gravity_mechanism:attached:z gravity_mechanism:deformation:z --x tilt --out g.pdf
 """,
 )

@@ -64,7 +64,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         option, given = grid_of(_first_robot(args, parameters) if args.actuators else None, args)
         options[option[2:]] = given
     options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "workers"), args)
-    options |= given_of(("out", "restart", "beams", "ways", "compensate"), args)
+    options |= given_of(("out", "restart"), args)
     return SWEEP.called()(
         args.robot, **loads_of(args), **options, progress=False if args.quiet else None, command_line=args.command_line
     )
@@ -113,12 +113,11 @@ SWEEP = Command(
         ),
         "out": Argument("text", "the file to write, .nc or .zarr", "FILE"),
         "restart": Argument("flag", "overwrite FILE"),
-        "beams": Argument("flag", "add stresses and deflections of the beams, which takes longer"),
-        "ways": Argument(
-            "flag", "add effects of gravity on twist and actuators: by the platform's weight, attached wrenches, deformation"
+        "outputs": Argument(
+            "texts",
+            "variables, such as twist or beam_stress, or groups of them: default, beams, gravity_mechanisms, compensation",
+            "NAME",
         ),
-        "compensate": Argument("flag", "add corrections of the actuators for weights and loads, and the residual error"),
-        "outputs": Argument("texts", "only these variables, such as twist or beam_stress, besides status and pose", "NAME"),
         "workers": Argument("count", "threads (default: as many as cores)", "N"),
         "quiet": Argument("flag", "no progress line and no summary"),
     },
@@ -138,9 +137,9 @@ files:
 sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
 sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
 sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
-sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
-sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
-sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --compensate --out corrected.nc
+sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --outputs default beams --out map.zarr
+sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --outputs gravity_mechanisms --out g.nc
+sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --outputs default compensation --out corrected.nc
 sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
 """,
 )

@@ -124,7 +124,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
         what: the name of an index ("linear_sag"), "stiffness_along:z", "deflection_any_direction(500 N)",
             "rotation_any_direction(20 N·m)", as in requirements of :func:`kinetostatics.optimize` (a colon does as well,
             "deflection_any_direction:500N"; without a unit in N and N·m), or a variable of the Dataset with its labels:
-            "twist:rx", "contribution:limb_1:z", "gravity_way:attached:z", "actuator_force:prismatic_1",
+            "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z", "actuator_force:prismatic_1",
             "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: as in :func:`valid`.
 

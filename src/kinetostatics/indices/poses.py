@@ -47,9 +47,8 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 def absent(name: str) -> str:
     """Return what is said of a variable that a map was made without."""
-    extra = VARIABLES[name].extra
-    how = f"{extra}=True (--{extra})" if extra not in ("", "always") else f"{name!r} among the outputs"
-    return f"the map has no {name!r}; sweep with {how}"
+    group = VARIABLES[name].group
+    return f"the map has no {name!r}; sweep with {(name if group in ('default', 'always') else group)!r} among the outputs"
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:

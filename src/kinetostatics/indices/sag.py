@@ -27,7 +27,7 @@ def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool =
 
 
 def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return how far o misses its place at the corrected actuators [m], in maps swept with ``compensate=True``.
+    """Return how far o misses its place at the corrected actuators [m], in maps with the outputs "compensation".
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
@@ -46,7 +46,7 @@ def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Dat
 
 def _remaining(ds: xr.Dataset) -> xr.DataArray:
     if "twist" in ds and "residual_error" not in ds:
-        raise ArgumentError("the map has no corrections; sweep with compensate=True (--compensate)")
+        raise ArgumentError("the map has no corrections; sweep with 'compensation' among the outputs")
     return variable(ds, "residual_error")
 
 

@@ -101,7 +101,7 @@ def deflection_any_direction(
     size = positive("force", force, "a force [N] greater than zero")
     if point is not None:
         ds = at_point(
-            ds.drop_vars(["twist", "contribution", "gravity_way", "residual_error", "stiffness"], errors="ignore"), point
+            ds.drop_vars(["twist", "contribution", "gravity_mechanism", "residual_error", "stiffness"], errors="ignore"), point
         )
     block = _block(variable(ds, "compliance"), LINEAR)
     where = "the point" if "point" in ds.attrs else "o"

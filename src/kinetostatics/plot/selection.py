@@ -193,9 +193,9 @@ def select_each(
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
     """Return a component of small motions or a part of a force, 0 where all that is drawn is what rounding has left of 0."""
     name, _, rest = what.partition(":")
-    if name in ("twist", "contribution", "gravity_way") and "twist" in part:
+    if name in ("twist", "contribution", "gravity_mechanism") and "twist" in part:
         whole = part["twist"].sel(component=list(LINEAR if found.attrs["units"] == "m" else ANGULAR))
-    elif name in ("actuator_contribution", "actuator_gravity_way") and "actuator_force" in part:
+    elif name in ("actuator_contribution", "actuator_gravity_mechanism") and "actuator_force" in part:
         whole = part["actuator_force"].sel(actuator=rest.rpartition(":")[0])
     else:
         return found

@@ -58,16 +58,13 @@ def read_plan(
     frame: str,
     assembly_errors: Mapping[str, object] | None,
     parameters: Mapping[str, object] | None,
-    beams: bool,
     closure_tolerance: float,
-    ways: bool = False,
+    outputs: Sequence[str] = ("default",),
     given_units: Mapping[str, str] | None = None,
     links: Links | None = None,
     engine: str = "auto",
-    compensate: bool = False,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
-    outputs: Sequence[str] | None = None,
 ) -> tuple[SweepPlan, Robot]:
     """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -81,13 +78,12 @@ def read_plan(
         raise ArgumentError("give either platform= or actuators=, not both")
     check("frame", frame)
     engine = check_engine(engine)
-    extras = {name for name, wanted in (("beams", beams), ("ways", ways), ("compensate", compensate)) if wanted}
-    chosen = () if outputs is None else names_in("outputs", outputs, '["twist", "stiffness"]')
-    for name in chosen:
-        if name not in VARIABLES:
-            raise ArgumentError(f"no output {name!r}: {near_names(name, VARIABLES)}")
-    extras |= {""} if outputs is None else set()
-    outputs = tuple(name for name, item in VARIABLES.items() if name in chosen or item.extra in extras)
+    wanted = names_in("outputs", outputs, '["twist", "stiffness"]')
+    groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
+    for name in wanted:
+        if name not in VARIABLES and name not in groups:
+            raise ArgumentError(f"no output {name!r}: {near_names(name, [*groups, *VARIABLES])}")
+    variables = tuple(name for name, item in VARIABLES.items() if name in wanted or item.group in wanted)
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
@@ -128,11 +124,11 @@ def read_plan(
         loads,
         payload,
         check("closure_tolerance", closure_tolerance),
-        outputs,
+        variables,
         provenance.versions(),
         engine_for(engine, math.prod(axis.size for axis in axes)),
     )
-    if any(VARIABLES[name].extra == "compensate" for name in outputs):
+    if any(VARIABLES[name].group == "compensation" for name in variables):
         plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))
     plan.keep((0,) * len(varying), first)
     return plan, first

@@ -120,8 +120,8 @@ def _extract(
         "mode": lambda: np.where(reached, REACHED, NOT_REACHED).astype(np.int8),
         "platform_pose": lambda: configuration.platform_coordinates(plan.orientation),
         "actuator_position": lambda: {name: np.where(reached, x, np.nan) for name, x in configuration.actuators.items()},
-        "gravity_way": lambda: twist_ways(result),
-        "actuator_gravity_way": lambda: force_ways(result),
+        "gravity_mechanism": lambda: twist_ways(result),
+        "actuator_gravity_mechanism": lambda: force_ways(result),
         "intensity": lambda: _intensities(result, labels, "", shape),
         "attached_intensity": lambda: _intensities(result, labels, "attached_", shape),
     }
@@ -130,7 +130,7 @@ def _extract(
         told = {name: getattr(result, name) for name in TOLD}
         facts = {**told, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
-    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.extra != "compensate"}
+    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group != "compensation"}
     found = {}
     for name, entry in labels.variables.items():
         if name in paths:

@@ -68,7 +68,7 @@ _AXES = {
     "component": "component of twists and wrenches about o, world axes",
     "component_2": "component of twists and wrenches about o, world axes",
     "source": "what contributes to the twist",
-    "way": "how gravity acts",
+    "mechanism": "mechanism by which gravity acts",
     "actuator": "driven joint",
     "wrench": "constraint wrench of a limb",
     "attached_wrench": "gravity-attached constraint wrench of a limb",
@@ -111,7 +111,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     axes: dict[str, tuple[str, ...]] = {
         **axes_of(robot.statics),
         "source": tuple(result.contributions),
-        "way": WAYS,
+        "mechanism": WAYS,
         "beam": tuple(robot.description.beams),
         "platform_coordinate": pose,
         "joint_coordinate": tuple(name for name, _ in q),
@@ -129,7 +129,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
         said[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
     said["platform_coordinate_unit"] = ("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in pose]
     said["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
-    outputs = [name for name, item in VARIABLES.items() if item.extra == "always" or name in plan.outputs]
+    outputs = [name for name, item in VARIABLES.items() if item.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
     return Labels(robot.name, axes, said, loose_coordinates(plan, robot), there)
 
@@ -192,7 +192,7 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
         ArgumentError: one is, or two are called alike.
     """
     for name in named:
-        for dim in VARIABLES[name].dims:
+        for dim in VARIABLES[name].dims if name in VARIABLES else ():
             if not labels.axes[dim]:
                 raise ArgumentError(f"{labels.robot!r} has no {_AXES[dim]}: there is no output {name!r}")
     taken = {*labels.outputs, *labels.dims, *_said(labels)}

@@ -56,10 +56,7 @@ def sweep(
     parameter_units: Mapping[str, str] | None = None,
     platform_link: str | None = None,
     base_link: str | None = None,
-    beams: bool = False,
-    ways: bool = False,
-    compensate: bool = False,
-    outputs: Sequence[str] | None = None,
+    outputs: Sequence[str] = ("default",),
     closure_tolerance: float = 1e-10,
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
@@ -91,26 +88,22 @@ def sweep(
             lengths, angles, masses, densities, moduli or stiffnesses change one for one with the parameter.
         platform_link, base_link: links of the file that are platform and base, as ``platform`` and ``base`` of
             :func:`kinetostatics.load_robot`.
-        beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
-        ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
-            attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
-        compensate: whether to add ``actuator_correction`` and ``residual_error``: by how much to correct the actuators so that
-            the loaded platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes
-            several times as long. Of a grid of actuators those coordinates come out as wanted that tell best how the platform
-            moves.
-        outputs: names of the variables that are wanted, ``["twist", "beam_stress"]``: no other is computed and stored, not even
-            ``buckles``, but for status, the facts that it tells, and the pose itself (``platform_pose``, ``q``). None: all.
-            What ``beams``, ``ways`` and ``compensate`` add is there either way if they are true.
+        outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
+            "gravity_mechanisms" (what gravity adds to twist and actuator forces by the platform's weight, the limbs' attached
+            wrenches and their deformation); "compensation" (corrections of the actuators that bring the loaded platform to the
+            target, and the residual error, see :func:`kinetostatics.compensate`). Nothing else is computed and stored but status,
+            mode, ``platform_pose``, ``q`` and ``characteristic_length``. On a grid of actuators those coordinates are controlled
+            that tell best how the platform moves.
         closure_tolerance: how far loops may stay open [m, rad].
         engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
             same call goes on with it.
-        restart: begin anew, whatever ``out`` holds.
+        restart: overwrite ``out``.
         chunks: sizes along dimensions, ``{"z": 10}`` (others whole), or "auto": return a Dataset of dask arrays at once, whose
             chunks are computed when they are needed, by whatever scheduler dask has.
-        workers: how many processes compute; None: as many as cores, or none but this one for a small sweep.
-        progress: whether to show a bar on standard error; None: if that is a terminal, or in a notebook.
-        command_line: what to say of the command in the attributes.
+        workers: number of threads; None: as many as ``OMP_NUM_THREADS`` says, or as there are cores.
+        progress: whether to show on standard error how many poses are done; None: on a terminal, or in a notebook.
+        command_line: the command, for the attributes.
 
     Returns:
         The Dataset; the page on workspace maps says what is in it. With ``out`` it is read from there when needed.
@@ -132,32 +125,33 @@ def sweep(
     number = threads() if workers is None else whole_number("workers", workers, 1)
     shown = in_notebook() if progress is None else progress
     with waiting("planning the sweep", progress is not False, shown):
-        given = (
+        links = {"platform": platform_link, "base": base_link}
+        vectors = load, gravity, point, frame, assembly_errors
+        plan, first = read_plan(
+            robot,
             platform,
             actuators,
             orientation,
-            load,
-            gravity,
-            point,
-            frame,
-            assembly_errors,
+            *vectors,
             parameters,
-            beams,
             closure_tolerance,
-            ways,
+            outputs,
+            parameter_units,
+            links,
+            engine,
+            loads,
+            payload,
         )
-        links = {"platform": platform_link, "base": base_link}
-        plan, first = read_plan(robot, *given, parameter_units, links, engine, compensate, loads, payload, outputs)
         labels = labels_of(plan, first)
         try_plan(plan, first)
-        check_names(plan, labels, outputs or ())
+        check_names(plan, labels, outputs)
         attributes = provenance.attributes(plan, labels, first, command_line)
         if chunks is not None:
             from kinetostatics.workspace.lazy import lazy_dataset
 
             return lazy_dataset(plan, labels, chunks, attributes, computed)
         try_robots(plan)
-    most = MOST if all(item.extra in ("", "always") for item in labels.variables.values()) else MOST_COSTLY
+    most = MOST if all(item.group in ("default", "always") for item in labels.variables.values()) else MOST_COSTLY
     sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
     if out is None:
         check_memory(plan, labels)
