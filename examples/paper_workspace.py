@@ -273,15 +273,15 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
             )
         for k, (ax, what) in enumerate(zip(panels.ravel(), quantities, strict=True)):
             unit = "mdeg" if what in twist[3:] else None
-            ks.plot.surface(ds, what, x="rx", y="ry", over="z", unit=unit, ax=ax, legend=k == 0)
+            ks.plot.surface(ds, what, x="rx", y="ry", series="z", unit=unit, ax=ax, legend=k == 0)
             unit_shown = ax.get_title().rpartition("[")[2]
             ax.set_title(f"{symbol(what)} [{unit_shown}")
             if ds is pru:
                 ax.set(xlabel=r"$\theta_X$ [°]", ylabel=r"$\theta_y$ [°]")
         yield f"figure_{number}", figure
-    yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", z=0.65)
+    yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", at={"z": 0.65})
     tilts = sweep("3rps", np.array([0.65]), np.linspace(0, 50, 11 if coarse else 26), tilted=True)
-    yield "round_3rps", ks.plot.slice(tilts, "linear_sag", x="azimuth", y="tilt", z=0.65)
+    yield "round_3rps", ks.plot.slice(tilts, "linear_sag", x="azimuth", y="tilt", at={"z": 0.65})
     yield "lines_3rps", ks.plot.line(rps, actuators, x="rx", at={"z": 0.65, "ry": np.radians(20)})
     way = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(np.linspace(0, 40, 21))}  # configuration 2 is at 10°
     ways = ks.sweep(
@@ -290,7 +290,7 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
     parts = [f"gravity_mechanism:{name}:z" for name in ("platform_weight", "attached", "deformation")]
     yield "ways_3rps", ks.plot.line(ways, [*parts, "twist:z"], x="tilt", unit="nm")
     body = sweep("3rps", np.linspace(0.2, 0.95, 8 if coarse else 31), np.linspace(-60, 60, 9 if coarse else 33))
-    yield "workspace_3rps", ks.plot.workspace(body, "linear_sag", limits=(0, 10))
+    yield "workspace_3rps", ks.plot.workspace(body, "linear_sag", value_range=(0, 10))
 
 
 def draw(folder: Path, endings: tuple[str, ...], dpi: float) -> None:

@@ -98,7 +98,7 @@ def test_words_have_no_unit(file):
 def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
     ds = ks.sweep("3rps", parameters={"rod_diameter": [0.06, 0.08], "density": [7000.0, 7850.0], "poisson_ratio": [0.3]})
     assert ds.rod_diameter.units == "m" and ds.density.units == "kg/m³" and "units" not in ds.poisson_ratio.attrs
-    ax = ks.plot.slice(ds, x="rod_diameter", y="density", poisson_ratio=0.3)
+    ax = ks.plot.slice(ds, x="rod_diameter", y="density", at={"poisson_ratio": 0.3})
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rod_diameter [mm]", "density [kg/m³]")
     plt.close("all")
     ds.to_netcdf(tmp_path / "map.nc", engine="h5netcdf")

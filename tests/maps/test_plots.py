@@ -88,7 +88,7 @@ def overlaps(figure):
 
 @pytest.mark.smoke
 def test_slice_shows_the_maps_numbers_and_units(ds):
-    ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", z=0.5)
+    ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", at={"z": 0.5})
     mesh = ax.collections[0]
     expected = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values.T * 1e6
     np.testing.assert_allclose(mesh.get_array().filled(np.nan), expected, rtol=1e-14)
@@ -101,7 +101,7 @@ def test_slice_shows_the_maps_numbers_and_units(ds):
 
 
 def test_slice_hatches_what_has_no_number_and_says_why(ds):
-    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.4)
+    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", at={"z": 0.4})
     hatched = {item.get_label(): item for item in ax.collections if isinstance(item, PolyCollection) and item.get_hatch()}
     here = ds.sel(z=0.4)
     expected = {
@@ -126,13 +126,13 @@ def test_slice_hatches_what_has_no_number_and_says_why(ds):
 
 
 def test_slice_with_poses_beyond_limits(ds):
-    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.6, beyond_limits=True)
+    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", at={"z": 0.6}, beyond_limits=True)
     assert "beyond joint limits" not in texts_of(ax.figure)
     assert np.isfinite(ax.collections[0].get_array().filled(np.nan)[2, 0])
 
 
 def test_slice_takes_the_nearest_pose_and_says_which(ds):
-    assert ks.plot.slice(ds, "twist:x", x="rx", y="z", ry=np.radians(6)).get_title() == "ry = 5°"
+    assert ks.plot.slice(ds, "twist:x", x="rx", y="z", at={"ry": np.radians(6)}).get_title() == "ry = 5°"
     ax = ks.plot.slice(ds, "twist:x", at={"rx": 0.0})
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("z [m]", "ry [°]", "rx = 0°")
 
@@ -140,11 +140,11 @@ def test_slice_takes_the_nearest_pose_and_says_which(ds):
 def test_what_the_sweep_held_stands_above_the_figure(ds):
     held = ds.isel(z=1, drop=True).assign_coords(z=((), 0.45, {"units": "m"}), rod_diameter=((), 0.08))
     assert ks.plot.slice(held, x="rx", y="ry").get_title() == "z = 0.45 m"
-    assert ks.plot.line(held, "twist:x", x="rx", ry=0.0).get_title() == "ry = 0°, z = 0.45 m"
+    assert ks.plot.line(held, "twist:x", x="rx", at={"ry": 0.0}).get_title() == "ry = 0°, z = 0.45 m"
 
 
 def test_slice_in_other_units_with_limits_of_colours(ds):
-    ax = ks.plot.slice(ds, "twist:ry", x="rx", y="ry", z=0.5, unit="deg", limits=(2e-5, 3e-5))
+    ax = ks.plot.slice(ds, "twist:ry", x="rx", y="ry", at={"z": 0.5}, unit="deg", value_range=(2e-5, 3e-5))
     np.testing.assert_allclose(
         ax.collections[0].get_array().filled(np.nan), np.degrees(ks.indices.quantity(ds, "twist:ry").sel(z=0.5).values.T)
     )
@@ -155,7 +155,7 @@ def test_slice_in_other_units_with_limits_of_colours(ds):
 
 
 def test_slice_draws_constant_quantities_without_contours(ds):
-    ax = ks.plot.slice(ds, "twist:rz", x="rx", y="ry", z=0.5)
+    ax = ks.plot.slice(ds, "twist:rz", x="rx", y="ry", at={"z": 0.5})
     assert ax.figure.axes[1].get_ylabel() == "rotation about z [rad]"
     assert len(ax.texts) == 0
 
@@ -163,17 +163,17 @@ def test_slice_draws_constant_quantities_without_contours(ds):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, z=… \(--at z=0\.5m\)$"),
-        ({"x": "rx", "y": "rx", "z": 0.5}, "must be different"),
-        ({"x": "rx", "y": "rz", "z": 0.5}, "'rz' is not swept: did you mean"),
-        ({"x": "rx", "y": "ry", "z": 0.8}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
-        ({"x": "rx", "y": "ry", "z": float("nan")}, "outside the map"),
+        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, at=\{'z': …\} \(--at z=0\.5m\)$"),
+        ({"x": "rx", "y": "rx", "at": {"z": 0.5}}, "must be different"),
+        ({"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
+        ({"x": "rx", "y": "ry", "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
+        ({"x": "rx", "y": "ry", "at": {"z": float("nan")}}, "outside the map"),
         ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx is an axis of the figure"),
         (
             {"at": {"rx": 0.0, "ry": 0.0}},
             r"coordinates with several values; not fixed are: z; ks\.plot\.line shows .* \(--kind line\)",
         ),
-        ({"x": "rx", "y": "ry", "z": 0.5, "unit": "kN"}, "unit 'kN' is not one for values in m: m, mm, µm"),
+        ({"x": "rx", "y": "ry", "unit": "kN", "at": {"z": 0.5}}, "unit 'kN' is not one for values in m: m, mm, µm"),
     ],
 )
 def test_slices_that_make_no_sense(ds, options, message):
@@ -183,7 +183,7 @@ def test_slices_that_make_no_sense(ds, options, message):
 
 def test_a_slice_without_any_number_says_why(ds):
     with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
-        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", z=0.5)
+        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", at={"z": 0.5})
 
 
 def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp_path, capsys):
@@ -192,7 +192,7 @@ def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp
     command = ["plot", str(tmp_path / "m.nc"), "--what", "twist:z", "--x", "z", "--y", "y", "--out", str(tmp_path / "m.png")]
     assert main(command) == 2
     message = capsys.readouterr().err
-    assert "d has 2 values" in message and "rx has 3 values" in message and "say at which, d=…, rx=…" in message
+    assert "d has 2 values" in message and "rx has 3 values" in message and "say at which, at={'d': …, 'rx': …}" in message
     assert main([*command, "--at", *re.search(r"\(--at (.*)\)", message)[1].split()]) == 0
     plt.close("all")
 
@@ -229,9 +229,9 @@ def test_a_lazy_map_is_computed_only_where_it_is_shown(ds):
 
     lazy = ds.chunk({"z": 1})
     twist = array.map_blocks(note, lazy.twist.data, dtype=float, meta=np.empty((0,) * 4))
-    ax = ks.plot.slice(lazy.assign(twist=lazy.twist.copy(data=twist)), "linear_sag", x="rx", y="ry", z=0.5)
+    ax = ks.plot.slice(lazy.assign(twist=lazy.twist.copy(data=twist)), "linear_sag", x="rx", y="ry", at={"z": 0.5})
     assert set(seen) == {2}
-    reference = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.5)
+    reference = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", at={"z": 0.5})
     np.testing.assert_allclose(*(item.collections[0].get_array().filled(0) for item in (ax, reference)), rtol=1e-14)
 
 
@@ -276,7 +276,7 @@ def cell_at(ax, azimuth, tilt):
 @pytest.mark.few(2)
 @pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
 def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
-    ax = ks.plot.slice(tilts, "twist:x", *names, z=0.5)
+    ax = ks.plot.slice(tilts, "twist:x", *names, at={"z": 0.5})
     assert ax.name == "polar"
     expected = ks.indices.quantity(tilts, "twist:x").sel(z=0.5).values * 1e6
     ax.figure.draw_without_rendering()
@@ -299,7 +299,7 @@ def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
 
 
 def test_round_slices_have_round_cells(tilts):
-    ax = ks.plot.slice(tilts, "twist:x", z=0.5)
+    ax = ks.plot.slice(tilts, "twist:x", at={"z": 0.5})
     corners = ax.collections[0].get_coordinates()
     assert np.degrees(np.diff(corners[0, :, 0])).max() <= 2 + 1e-9  # Matplotlib draws sides straight
     assert corners[:, 0, 1].min() == 0
@@ -310,7 +310,7 @@ def test_round_slices_have_round_cells(tilts):
 
 def test_lines_of_equal_value_go_all_the_way_round(tilts):
     level = tilts.assign(twist=tilts.twist * 0 + 1e-6 * tilts.tilt).where(tilts.tilt < 0.6)
-    ax = ks.plot.slice(level.assign(status=tilts.status), "twist:x", z=0.5, contours=3)
+    ax = ks.plot.slice(level.assign(status=tilts.status), "twist:x", at={"z": 0.5}, contours=3)
     (lines,) = (item for item in ax.collections if type(item).__name__ == "QuadContourSet")
     for path in lines.get_paths():
         assert np.ptp(path.vertices[:, 0]) == pytest.approx(2 * np.pi)
@@ -318,16 +318,16 @@ def test_lines_of_equal_value_go_all_the_way_round(tilts):
 
 def test_a_sector_is_a_sector_and_a_turn_that_ends_where_it_begins_is_one(tilts):
     part = tilts.isel(azimuth=slice(6, 10))  # 0 to 90°
-    ax = ks.plot.slice(part, "twist:x", z=0.5)
+    ax = ks.plot.slice(part, "twist:x", at={"z": 0.5})
     assert (ax.get_thetamin(), ax.get_thetamax()) == pytest.approx((-15, 105))
     assert [text.get_text() for text in ax.get_xticklabels()] == ["−15°", *(f"{k}°" for k in range(0, 106, 15))]
     closed = np.append(AZIMUTH, np.pi)
     both = tilts.sel(azimuth=np.append(AZIMUTH, AZIMUTH[0])).assign_coords(azimuth=("azimuth", closed, {"units": "rad"}))
-    ax = ks.plot.slice(both, "twist:x", z=0.5)
+    ax = ks.plot.slice(both, "twist:x", at={"z": 0.5})
     x = ax.collections[0].get_coordinates()[0, :, 0]
     np.testing.assert_allclose(x[[0, -1]], [-np.pi, np.pi])  # the pose at ±180° has half a cell on either side
     uneven = tilts.isel(azimuth=[0, 4, 8, 11])  # -180°, -60°, 60°, 150°
-    x = ks.plot.slice(uneven, "twist:x", z=0.5).collections[0].get_coordinates()[0, :, 0]
+    x = ks.plot.slice(uneven, "twist:x", at={"z": 0.5}).collections[0].get_coordinates()[0, :, 0]
     np.testing.assert_allclose(np.degrees(x[[0, -1]]), [-195, 165])
 
 
@@ -336,25 +336,25 @@ def test_what_does_not_go_round_is_rectangular(tilts):
         tilts.assign_coords(tilt=("tilt", TILT - 0.2, {"units": "rad"})),
         tilts.assign_coords(azimuth=("azimuth", AZIMUTH * 1.5, {"units": "rad"})),
     ):
-        assert ks.plot.slice(other, "twist:x", z=0.5).name == "rectilinear"
+        assert ks.plot.slice(other, "twist:x", at={"z": 0.5}).name == "rectilinear"
         with pytest.raises(ks.ArgumentError, match="the tilts 0 or more and the azimuths within one turn"):
-            ks.plot.slice(other, "twist:x", z=0.5, polar=True)
-    ax = ks.plot.slice(tilts, "twist:x", z=0.5, polar=False)
+            ks.plot.slice(other, "twist:x", at={"z": 0.5}, polar=True)
+    ax = ks.plot.slice(tilts, "twist:x", at={"z": 0.5}, polar=False)
     assert (ax.name, ax.get_xlabel(), ax.get_ylabel()) == ("rectilinear", "azimuth [°]", "tilt [°]")
-    assert ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2).name == "rectilinear"
+    assert ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", at={"tilt": 0.2}).name == "rectilinear"
     with pytest.raises(ks.ArgumentError, match="this one is of azimuth and z"):
-        ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2, polar=True)
+        ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", at={"tilt": 0.2}, polar=True)
 
 
 def test_the_axes_that_are_given_decide(tilts):
     figure = plt.figure(layout="constrained")
     flat, round_ = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="polar")
     for ax in (flat, round_):
-        assert ks.plot.slice(tilts, "twist:x", z=0.5, ax=ax) is ax
+        assert ks.plot.slice(tilts, "twist:x", at={"z": 0.5}, ax=ax) is ax
     assert flat.get_xlabel() == "azimuth [°]" and round_.get_xlabel() == "azimuth round, tilt outwards [°]"
     with pytest.raises(ks.ArgumentError, match="axes made with projection='polar'"):
-        ks.plot.slice(tilts, "twist:x", z=0.5, polar=True, ax=flat)
-    for options in ({"polar": False, "z": 0.5}, {"x": "azimuth", "y": "z", "tilt": 0.2}):
+        ks.plot.slice(tilts, "twist:x", at={"z": 0.5}, polar=True, ax=flat)
+    for options in ({"polar": False, "at": {"z": 0.5}}, {"x": "azimuth", "y": "z", "at": {"tilt": 0.2}}):
         with pytest.raises(ks.ArgumentError, match="axes without projection='polar'"):
             ks.plot.slice(tilts, "twist:x", ax=round_, **options)
 
@@ -363,7 +363,7 @@ def test_the_axes_that_are_given_decide(tilts):
 
 
 def test_lines_show_the_maps_numbers(ds):
-    ax = ks.plot.line(ds, ["twist:x", "twist:y", "twist:z"], x="rx", z=0.5, ry=0.0)
+    ax = ks.plot.line(ds, ["twist:x", "twist:y", "twist:z"], x="rx", at={"z": 0.5, "ry": 0.0})
     for line, name in zip(ax.get_lines(), ["twist:x", "twist:y", "twist:z"], strict=True):
         np.testing.assert_allclose(line.get_xdata(), np.degrees(RX), rtol=1e-14)
         expected = ks.indices.quantity(ds, name).sel(z=0.5, ry=0.0, method="nearest").values * 1e6
@@ -403,7 +403,7 @@ def test_the_ways_of_gravity_are_drawn():
 
 
 def test_ranges_without_numbers_are_hatched(ds):
-    ax = ks.plot.line(ds, "linear_sag", x="rx", z=0.5, ry=RY[0])
+    ax = ks.plot.line(ds, "linear_sag", x="rx", at={"z": 0.5, "ry": RY[0]})
     (area,) = (item for item in ax.collections if item.get_label() == "unreachable")
     inside = [any(path.contains_point((x, 0.5)) for path in area.get_paths()) for x in np.degrees(RX)]
     here = ds.sel(z=0.5).isel(ry=0)
@@ -412,7 +412,7 @@ def test_ranges_without_numbers_are_hatched(ds):
 
 
 def test_a_series_has_a_line_for_each_value(ds):
-    ax = ks.plot.line(ds, "largest_actuator_force", x="rx", series="z", ry=0.0)
+    ax = ks.plot.line(ds, "largest_actuator_force", x="rx", series="z", at={"ry": 0.0})
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
     assert ax.get_ylabel() == "largest actuator force [N]"
     expected = ks.indices.largest_actuator_force(ds).sel(ry=0.0, method="nearest").values
@@ -421,7 +421,7 @@ def test_a_series_has_a_line_for_each_value(ds):
 
 
 def test_lines_differ_without_colour(ds):
-    lines = ks.plot.line(ds, [f"twist:{c}" for c in "xyz"], x="z", rx=0.0, ry=0.0).get_lines()
+    lines = ks.plot.line(ds, [f"twist:{c}" for c in "xyz"], x="z", at={"rx": 0.0, "ry": 0.0}).get_lines()
     for get in ("get_marker", "get_linestyle"):
         assert len({str(getattr(line, get)()) for line in lines}) == 3 or get == "get_linestyle"
     assert len({str(line._unscaled_dash_pattern) for line in lines}) == 3
@@ -433,12 +433,12 @@ def test_lines_differ_without_colour(ds):
 @pytest.mark.parametrize(
     "what, options, message",
     [
-        (["twist:x", "twist:rx"], {"x": "rx", "z": 0.5, "ry": 0}, "quantities in m and rad do not go into one figure"),
+        (["twist:x", "twist:rx"], {"x": "rx", "at": {"z": 0.5, "ry": 0}}, "quantities in m and rad do not go into one figure"),
         ([], {}, "one to 6 quantities"),
-        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "ry": 0}, "a series shows one"),
-        ("twist:x", {"series": "z", "x": "z", "rx": 0, "ry": 0}, "z cannot be the axis and the series"),
-        ("twist:x", {"x": "rx", "z": 0.5}, "ry has 7 values"),
-        ("twist:x", {"z": 0.5, "rx": 0, "ry": 0}, "a line needs one coordinate with several values; not fixed are: none"),
+        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "at": {"ry": 0}}, "a series shows one"),
+        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be the axis and the series"),
+        ("twist:x", {"x": "rx", "at": {"z": 0.5}}, "ry has 7 values"),
+        ("twist:x", {"at": {"z": 0.5, "rx": 0, "ry": 0}}, "a line needs one coordinate with several values; not fixed are: none"),
     ],
 )
 def test_lines_that_make_no_sense(ds, what, options, message):
@@ -469,7 +469,7 @@ def quads_of(values):
 
 
 def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
-    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.3, 0.6]})
+    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", series={"z": [0.3, 0.6]})
     values = ks.indices.quantity(ds, "twist:x")
     shown = faces(ax)
     assert len(shown) == sum(quads_of(values.sel(z=z).values) for z in (0.3, 0.6)) > 0
@@ -489,10 +489,10 @@ def test_surfaces_are_named_by_what_tells_them_apart(ds):
     """And not by what is the same for all of them."""
     held = ds.assign_coords(x=((), 0.25, {"units": "m"})).expand_dims(y=[0.1])
     held["y"].attrs["units"] = "m"
-    ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", over={"z": [0.3, 0.58]})
+    ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", series={"z": [0.3, 0.58]})
     assert texts_of(ax.figure)[:2] == ["z = 0.3 m", "z = 0.6 m"]
     assert ax.get_title() == "displacement along x [µm], y = 0.1 m, x = 0.25 m"
-    ax = ks.plot.line(held, "twist:x", x="rx", series="z", ry=0.0)
+    ax = ks.plot.line(held, "twist:x", x="rx", series="z", at={"ry": 0.0})
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
     assert ax.get_title() == "ry = 0°, y = 0.1 m, x = 0.25 m"
 
@@ -501,14 +501,14 @@ def test_surfaces_over_the_coordinate_that_is_left(ds):
     ax = ks.plot.surface(ds, "actuator_force:p1")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
-    other = ks.plot.surface(ds, "actuator_force:p1", x="z", y="ry", over="rx")
+    other = ks.plot.surface(ds, "actuator_force:p1", x="z", y="ry", series="rx")
     assert [text for text in texts_of(other.figure) if text.startswith("rx")] == [
         f"rx = {angle}°" for angle in ("−20", "−10", "0", "10", "20")
     ]
 
 
 def test_one_surface_has_a_colour_bar(ds):
-    ax = ks.plot.surface(ds, "linear_sag", x="rx", y="ry", z=0.5)
+    ax = ks.plot.surface(ds, "linear_sag", x="rx", y="ry", at={"z": 0.5})
     assert ax.get_title() == "z = 0.5 m"
     assert ax.figure.axes[1].get_ylabel() == "linear sag [µm]"
     assert len(faces(ax)) == quads_of(ks.indices.linear_sag(ds).sel(z=0.5).values)
@@ -519,9 +519,9 @@ def test_one_surface_has_a_colour_bar(ds):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"x": "rx", "y": "ry", "over": "rx"}, "rx cannot be an axis"),
-        ({"x": "rx", "y": "ry", "over": {"z": [0.3], "rx": [0]}}, "over= takes one coordinate"),
-        ({"x": "rx", "y": "ry", "over": {"z": [0.9]}}, "outside the map"),
+        ({"x": "rx", "y": "ry", "series": "rx"}, "rx cannot be an axis"),
+        ({"x": "rx", "y": "ry", "series": {"z": [0.3], "rx": [0]}}, "series takes one coordinate"),
+        ({"x": "rx", "y": "ry", "series": {"z": [0.9]}}, "outside the map"),
         ({"at": {"z": 0.3, "rx": 0}}, "a surface needs two coordinates"),
     ],
 )
@@ -577,7 +577,7 @@ def test_workspace_is_the_body_of_valid_poses(ds):
 def test_workspace_cut_open(ds):
     whole, cut = (ks.plot.workspace(ds, "linear_sag", cut=cut) for cut in (False, True))
     corner = np.array([np.degrees(RX[-2]), np.degrees(RY[1]), 0.6])  # towards the viewer
-    shown = ks.plot.workspace(ds, "linear_sag", limits=(0, 1e-9))
+    shown = ks.plot.workspace(ds, "linear_sag", value_range=(0, 1e-9))
     assert shown.figure.axes[1].get_ylim() == (0, 1e-9)
     gap = [np.abs(faces(ax) - corner).max(axis=-1).min() for ax in (whole, cut)]
     assert gap[0] < 1e-9 < gap[1]
@@ -600,7 +600,7 @@ def test_workspace_of_drives_is_shown_where_o_is(ds):
     [
         ({"axes": ("rx", "ry")}, "three axes, not 2"),
         ({"axes": ("rx", "ry", "w")}, "'rx' is neither swept nor|'w' is neither"),
-        ({"z": 0.5}, "a workspace needs three coordinates"),
+        ({"at": {"z": 0.5}}, "a workspace needs three coordinates"),
     ],
 )
 def test_workspaces_that_make_no_sense(ds, options, message):
@@ -621,7 +621,7 @@ def test_one_row_has_one_name(ds, tilts):
     assert ax.get_title() == "z = 0.5 m, ry = −10°"
     with pytest.raises(ks.ArgumentError, match="ry has one value, and a surface needs several along both"):
         ks.plot.surface(row, "twist:x", x="rx", y="ry")
-    ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", z=0.5, x="azimuth", y="tilt")
+    ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", at={"z": 0.5}, x="azimuth", y="tilt")
     assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]
 
 
@@ -636,11 +636,13 @@ def test_what_rounding_leaves_of_0_is_0(ds):
     noise[..., 5] = 1e-22 * np.random.default_rng(2).normal(size=noise.shape[:-1])
     noise[..., 1] *= 1e-9
     noisy = ds.assign(twist=noise.where(ds.twist.notnull()))
-    shown = ks.plot.slice(noisy, "twist:rz", x="rx", y="ry", z=0.5).collections[0].get_array()
+    shown = ks.plot.slice(noisy, "twist:rz", x="rx", y="ry", at={"z": 0.5}).collections[0].get_array()
     assert np.all(shown.compressed() == 0) and shown.mask.any()
-    small = ks.plot.slice(noisy, "twist:y", x="rx", y="ry", z=0.5).collections[0].get_array()  # small, but there
+    small = ks.plot.slice(noisy, "twist:y", x="rx", y="ry", at={"z": 0.5}).collections[0].get_array()  # small, but there
     assert np.ptp(small.compressed()) > 0
-    assert np.all(ks.plot.line(noisy, ["twist:rx", "twist:rz"], x="rx", z=0.5, ry=0.0).get_lines()[1].get_ydata()[2:-2] == 0)
+    assert np.all(
+        ks.plot.line(noisy, ["twist:rx", "twist:rz"], x="rx", at={"z": 0.5, "ry": 0.0}).get_lines()[1].get_ydata()[2:-2] == 0
+    )
 
 
 def test_a_flat_body_is_drawn(ds, recwarn):
@@ -666,26 +668,26 @@ def spike(ds):
 
 
 def test_one_pose_beside_a_singularity_does_not_take_all_colours(ds, spike):
-    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5)
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", at={"z": 0.5})
     others = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values * 1e6
     low, high = ax.collections[0].get_clim()
     assert low == pytest.approx(np.nanmin(others)) and np.nanquantile(others, 0.9) < high < 1.2 * np.nanmax(others)
     assert ax.collections[0].colorbar.extend == "max"
     assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm], up to 5e+05"  # and it says so
     assert ax.collections[0].get_array().max() == pytest.approx(5e5)
-    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 500), unit="mm")
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", at={"z": 0.5}, value_range=(0, 500), unit="mm")
     assert ax.collections[0].get_clim() == (0, 500) and ax.figure.axes[1].get_ylabel() == "displacement along x [mm]"
 
 
 def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
-    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", z=0.5)
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", at={"z": 0.5})
     most = np.nanmax(ks.indices.quantity(ds, "twist:x").sel(z=0.5).values) * 1e6
     assert faces(ax)[..., 2].max() < 1.2 * most
     bar = ax.figure.axes[1]
     assert bar.get_ylabel() == "displacement along x [µm], up to 5e+05"
-    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", over={"z": [0.3, 0.5]}, limits=None)
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", series={"z": [0.3, 0.5]}, value_range=None)
     assert ax.get_title() == "displacement along x [µm], up to 5e+05" and faces(ax)[..., 2].max() < 1.2 * most
-    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 1))
+    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", at={"z": 0.5}, value_range=(0, 1))
     assert faces(ax)[..., 2].min() == 0 and faces(ax)[..., 2].max() == 1
     assert "up to" not in ax.figure.axes[1].get_ylabel()
 
@@ -705,15 +707,15 @@ def test_ranges():
 @pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
 def test_limits_that_are_no_range(ds, kind, limits):
     with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
-        getattr(ks.plot, kind)(ds, "twist:x", limits=limits)
+        getattr(ks.plot, kind)(ds, "twist:x", value_range=limits)
 
 
 def test_grids_in_any_order_are_drawn_sorted(ds):
     mixed = ds.isel(rx=[3, 0, 8, 1, 2, 7, 6, 5, 4], ry=slice(None, None, -1))
-    one, two = (ks.plot.slice(item, "twist:x", x="rx", y="ry", z=0.5).collections[0] for item in (ds, mixed))
+    one, two = (ks.plot.slice(item, "twist:x", x="rx", y="ry", at={"z": 0.5}).collections[0] for item in (ds, mixed))
     np.testing.assert_array_equal(one.get_array().filled(-1), two.get_array().filled(-1))
     np.testing.assert_array_equal(one.get_coordinates(), two.get_coordinates())
-    one, two = (ks.plot.line(item, "twist:x", x="rx", z=0.5, ry=0.0).get_lines()[0] for item in (ds, mixed))
+    one, two = (ks.plot.line(item, "twist:x", x="rx", at={"z": 0.5, "ry": 0.0}).get_lines()[0] for item in (ds, mixed))
     np.testing.assert_array_equal(one.get_xydata(), two.get_xydata())
 
 
@@ -754,14 +756,14 @@ def test_a_body_in_space_is_drawn_as_it_is(ds):
 def test_a_long_legend_does_not_squeeze_the_figure(ds):
     heights = []
     for what in ("twist:x", [f"twist:{c}" for c in "xyz"]):
-        ax = ks.plot.line(ds, what, x="rx", z=0.5, ry=RY[0])
+        ax = ks.plot.line(ds, what, x="rx", at={"z": 0.5, "ry": RY[0]})
         ax.figure.draw_without_rendering()
         heights.append(ax.bbox.height)
     assert heights[1] > 0.8 * heights[0]
 
 
 def test_reasons_on_the_floor_are_told_apart(ds):
-    (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.4]}).figure.legends
+    (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", series={"z": [0.4]}).figure.legends
     greys = {text.get_text(): patch.get_facecolor() for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
     floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular")]
     assert len(set(floor)) == 3
@@ -799,11 +801,14 @@ def test_units_that_people_read(units, largest, expected):
 
 
 def test_coordinates_are_in_degrees_and_metres(ds):
-    ax = ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0)
+    ax = ks.plot.line(ds, "platform_pose:rx", x="rx", at={"z": 0.5, "ry": 0.0})
     assert ax.get_ylabel() == "platform pose rx [°]"
     np.testing.assert_allclose(ax.get_lines()[0].get_ydata()[1:-1], np.degrees(RX)[1:-1], atol=1e-12)
-    assert ks.plot.line(ds, "platform_pose:z", x="z", rx=0.0, ry=0.0).get_ylabel() == "platform pose z [m]"
-    assert ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0, unit="mrad").get_ylabel() == "platform pose rx [mrad]"
+    assert ks.plot.line(ds, "platform_pose:z", x="z", at={"rx": 0.0, "ry": 0.0}).get_ylabel() == "platform pose z [m]"
+    assert (
+        ks.plot.line(ds, "platform_pose:rx", x="rx", at={"z": 0.5, "ry": 0.0}, unit="mrad").get_ylabel()
+        == "platform pose rx [mrad]"
+    )
 
 
 def test_units_that_are_asked_for():
@@ -828,7 +833,7 @@ def test_edges_of_cells():
 @pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
 def test_figures_are_written(ds, kind, tmp_path):
-    options = {"slice": {"x": "rx", "y": "ry", "z": 0.5}, "line": {"x": "rx", "z": 0.5, "ry": 0.1}}.get(kind, {})
+    options = {"slice": {"x": "rx", "y": "ry", "at": {"z": 0.5}}, "line": {"x": "rx", "at": {"z": 0.5, "ry": 0.1}}}.get(kind, {})
     for ending in ("svg", "pdf", "png") if kind == "slice" else ("svg",):
         one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"
         ks.plot.save(getattr(ks.plot, kind)(ds, "linear_sag", **options), one, dpi=100)
@@ -848,14 +853,14 @@ def test_figures_are_written(ds, kind, tmp_path):
 
 def test_figures_leave_matplotlibs_settings_alone(ds):
     before = dict(matplotlib.rcParams)
-    ks.plot.slice(ds, x="rx", y="ry", z=0.5)
+    ks.plot.slice(ds, x="rx", y="ry", at={"z": 0.5})
     assert dict(matplotlib.rcParams) == before
 
 
 def test_panels_share_a_figure(ds):
     figure, panels = plt.subplots(1, 2, layout="constrained", figsize=(7, 3))
     for ax, z in zip(panels, (0.4, 0.5), strict=True):
-        assert ks.plot.slice(ds, x="rx", y="ry", z=z, ax=ax) is ax
+        assert ks.plot.slice(ds, x="rx", y="ry", at={"z": z}, ax=ax) is ax
     assert len(texts_of(figure)) == len(set(texts_of(figure)))  # nothing is explained twice
 
 
@@ -903,7 +908,7 @@ def run(capsys, *arguments):
     "options",
     [
         "--what linear_sag --x rx --y ry --at z=500mm",
-        "--kind surface --what twist:x --x rx --y ry --over z --unit µm",
+        "--kind surface --what twist:x --x rx --y ry --series z --unit µm",
         "--kind workspace --what stiffness_along:z --unit N/um --whole",
         "--kind line --what twist:x twist:y --x z --at rx=5deg ry=0",
         "--kind line --what actuator_force:p1 --x z --series rx --at ry=0 --beyond-limits",
@@ -948,7 +953,7 @@ def test_command_lists_what_there_is(capsys, stored):
         ("--kind line --rectangular --out a.svg", "--rectangular is not an option of a line"),
         (
             "--value-range 2 1 --x rx --y ry --at z=0.5 --out a.svg",
-            "limits are 2 and 1; they must be two numbers, the smaller one first",
+            "value_range is (2, 1); it must be two numbers, the smaller one first",
         ),
         ("--value-range 1 low --out a.svg", "--value-range: 'low' is not a number"),
         ("--dpi 0 --x rx --y ry --at z=0.5 --out a.png", "--dpi: 0 is not between 10 and 2400 dots per inch"),
@@ -1005,7 +1010,7 @@ def test_a_surface_for_each_of_few_values_and_the_middle_one_of_many(ds, count):
     many.rz.attrs["units"] = "rad"
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", over="rz")
+        ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", series="rz")
     left_out = f"5 of the {count} values of rz"
     assert [str(item.message) for item in said] == [f"the figure shows surfaces of {left_out}"] * (count > 5)
     assert (left_out in ax.get_title()) == (count > 5)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: Kinds of figures, and the options that not all of them have.
 KINDS = {
     "slice": ("x", "y", "value_range", "rectangular"),
-    "surface": ("x", "y", "over", "value_range"),
+    "surface": ("x", "y", "series", "value_range"),
     "workspace": ("axes", "value_range", "whole"),
     "line": ("x", "series"),
 }
@@ -58,9 +58,9 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     what = args.what or ["linear_sag"]
     if len(what) > 1 and kind != "line":
         raise ArgumentError(f"a {kind} shows one quantity, not {len(what)}")
-    options = {"at": _at(ds, args.at), **given_of(("x", "y", "axes", "over", "series", "unit", "beyond_limits"), args)}
+    options = {"at": _at(ds, args.at), **given_of(("x", "y", "axes", "series", "unit", "beyond_limits"), args)}
     if args.value_range is not None:
-        options["limits"] = tuple(value_of("value_range", args))
+        options["value_range"] = tuple(value_of("value_range", args))
     if args.rectangular:
         options["polar"] = False
     if args.whole:
@@ -143,8 +143,7 @@ PLOT = Command(
         "x": Argument("text", "coordinate to the right (default: the first that is not fixed)", "NAME"),
         "y": Argument("text", "coordinate upwards, or backwards for surfaces (default: the next one)", "NAME"),
         "axes": Argument("names", "of a workspace: three coordinates, or x y z for where o is", ("A", "B", "C"), 3),
-        "over": Argument("text", "coordinate that distinguishes surfaces", "NAME"),
-        "series": Argument("text", "coordinate that distinguishes lines", "NAME"),
+        "series": Argument("text", "coordinate that distinguishes lines or surfaces", "NAME"),
         "at": Argument(
             "items",
             "values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the map "
@@ -164,7 +163,7 @@ PLOT = Command(
     examples="""
 plot map.nc --list
 plot map.nc --what linear_sag --x rx --y ry --at z=0.5 --out sag.svg
-plot map.nc --kind surface --what twist:x --x rx --y ry --over z --unit µm --out twist.pdf
+plot map.nc --kind surface --what twist:x --x rx --y ry --series z --unit µm --out twist.pdf
 plot tilts.nc --x azimuth --y tilt --out round.pdf
 plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
 plot map.nc --what "deflection_any_direction(500 N)" --x rx --y ry --at z=0.5 --out softest.svg

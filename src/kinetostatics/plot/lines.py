@@ -38,7 +38,6 @@ def line(
     unit: str | None = None,
     beyond_limits: bool = False,
     ax: Axes | None = None,
-    **fixed: float,
 ) -> Axes:
     """Draw quantities of one unit over one of the swept coordinates, or one quantity for several values of another.
 
@@ -51,7 +50,6 @@ def line(
         unit: of the quantities; default: what suits.
         beyond_limits: show poses beyond the joints' limits like all others.
         ax: to draw on; default: a new figure one column wide.
-        **fixed: the same as ``at``: ``z=0.5``.
 
     Returns:
         The axes. Lines stop where there is no number; where none of them has one, the figure is hatched.
@@ -62,7 +60,7 @@ def line(
     names = [what] if isinstance(what, str) else list(what)
     if not names or len(names) > len(DASHES) or (series is not None and len(names) > 1):
         raise ArgumentError(f"one to {len(DASHES)} quantities go into one figure, and a series shows one")
-    at = {**(at or {}), **fixed}
+    at = dict(at or {})
     (x,) = chosen_names(ds, (x,), (*at, series or ""), "a line")
     if series is None:
         found = [select(ds, name, (x,), at, beyond_limits) for name in names]

@@ -107,14 +107,14 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
 def _say_at_which(axes: Sequence[Axis]) -> str:
     """Say that these coordinates have several values and are not fixed, and how they would be."""
     several = ", ".join(f"{axis.name} has {len(axis.values)} values, from {axis.said(0)} to {axis.said(-1)}" for axis in axes)
-    named = ", ".join(f"{axis.name}=…" for axis in axes)
+    named = ", ".join(f"{axis.name!r}: …" for axis in axes)
     units = {"°": "deg"}
     middles = [(axis, len(axis.values) // 2) for axis in axes]
     written = " ".join(
         f"{axis.name}={axis.ticks[k] if axis.ticks else f'{axis.values[k]:.4g}{units.get(axis.unit, axis.unit)}'}"
         for axis, k in middles
     )
-    return f"{several}: say at which, {named} (--at {written})"
+    return f"{several}: say at which, at={{{named}}} (--at {written})"
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
@@ -310,27 +310,27 @@ class Range:
     note: str
 
 
-def range_of(values: NDArray[np.float64], limits: tuple[float, float] | None) -> Range:
+def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | None) -> Range:
     """Return the range of finite values: what is asked for, or the main one."""
-    low, high = limits or main_range(values)
+    low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
     words = ([f"from {least:.3g}"] if least < low else []) + ([f"up to {most:.3g}"] if most > high else [])
-    note = f", {' '.join(words)}".replace("-", "−") if words and limits is None else ""
+    note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
     below, above = least < low, most > high
     return Range(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
 
 
-def check_limits(limits: tuple[float, float] | None) -> None:
-    """Complain about limits that are no range.
+def check_range(value_range: tuple[float, float] | None) -> None:
+    """Complain about a range that is none.
 
     Raises:
         ArgumentError: the first is not below the second, or one is not a finite number.
     """
-    if limits is None:
+    if value_range is None:
         return
     try:
-        low, high = (float(item) for item in limits)
+        low, high = (float(item) for item in value_range)
     except (TypeError, ValueError):
-        raise ArgumentError(f"limits are {limits!r}; they must be two numbers, the smaller one first") from None
+        raise ArgumentError(f"value_range is {value_range!r}; it must be two numbers, the smaller one first") from None
     if not (np.isfinite([low, high]).all() and low < high):
-        raise ArgumentError(f"limits are {low:g} and {high:g}; they must be two numbers, the smaller one first")
+        raise ArgumentError(f"value_range is ({low:g}, {high:g}); it must be two numbers, the smaller one first")

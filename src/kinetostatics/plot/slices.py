@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from kinetostatics.plot.display_units import label
 from kinetostatics.plot.masks import check_numbers, draw_masks, legend_of, masks_of
 from kinetostatics.plot.planes import OUTWARDS, ROUND, goes_round, label_axes, rectangle, round_a_pole
-from kinetostatics.plot.selection import axis_of, check_limits, chosen_names, in_figure_units, range_of, select
+from kinetostatics.plot.selection import axis_of, check_range, chosen_names, in_figure_units, range_of, select
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled, title_of
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
@@ -35,11 +35,10 @@ def slice(
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
     contours: bool | int = True,
-    limits: tuple[float, float] | None = None,
+    value_range: tuple[float, float] | None = None,
     polar: bool | None = None,
     beyond_limits: bool = False,
     ax: Axes | None = None,
-    **fixed: float,
 ) -> Axes:
     """Draw a quantity over two of the swept coordinates, one cell of colour for each pose.
 
@@ -54,13 +53,12 @@ def slice(
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity, such as "µm", "deg", "N/µm"; default: what suits.
         contours: lines of equal value: True, False, or about how many.
-        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there, or without the few
-            outermost where these lie far beyond all others; then the bar has an arrow, and says how far they go.
+        value_range: of the colours, in the figure's unit; default: all values, or without the few outermost where these lie far
+            beyond all others; then the bar has an arrow, and says how far they go.
         polar: True or False to insist on polar axes or on rectangular ones; default: polar for azimuth and tilt, if the tilts
             are 0 or more and the azimuths within one turn.
         beyond_limits: show poses beyond the joints' limits like all others.
         ax: to draw on, made with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
-        **fixed: the same as ``at``: ``z=0.5``. (Coordinates called x and y are fixed by ``at``.)
 
     Returns:
         The axes; the colours are ``ax.collections[0]``.
@@ -68,8 +66,8 @@ def slice(
     Raises:
         ArgumentError: a name or a value is invalid, or no pose of the slice has a number.
     """
-    at = {**(at or {}), **fixed}
-    check_limits(limits)
+    at = dict(at or {})
+    check_range(value_range)
     dims = chosen_names(ds, (x, y), at, "a slice")
     for name in dims:
         axis_of(ds, name)  # complains about names before anything else does
@@ -85,7 +83,7 @@ def slice(
             ax.set_aspect("equal")
     masked = np.ma.masked_invalid(values.T)
     figure = figure_of(ax)
-    span = range_of(masked.compressed(), limits)
+    span = range_of(masked.compressed(), value_range)
     low, high = span.low, span.high
     ax.grid(False)
     mesh = ax.pcolormesh(

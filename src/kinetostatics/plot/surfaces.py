@@ -22,7 +22,7 @@ from kinetostatics.plot.masks import check_numbers, common_masks, edges
 from kinetostatics.plot.selection import (
     Selection,
     axis_of,
-    check_limits,
+    check_range,
     chosen_names,
     free_names,
     in_figure_units,
@@ -46,14 +46,13 @@ def surface(
     x: str | None = None,
     y: str | None = None,
     *,
-    over: str | Mapping[str, Sequence[float]] | None = None,
+    series: str | Mapping[str, Sequence[float]] | None = None,
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
-    limits: tuple[float, float] | None = None,
+    value_range: tuple[float, float] | None = None,
     beyond_limits: bool = False,
     legend: bool = True,
     ax: Axes3D | None = None,
-    **fixed: float,
 ) -> Axes3D:
     """Draw a quantity over two of the swept coordinates as surfaces, like the paper's Figs 6, 7, 12 and 13.
 
@@ -62,17 +61,16 @@ def surface(
         what: as in :func:`kinetostatics.indices.quantity`.
         x: the name of one coordinate below the surfaces; default, with y: the last two that are swept and not fixed.
         y: the name of the other.
-        over: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen,
+        series: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen,
             which the figure and a warning then say; or
             ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.
-        limits: smallest and largest height, in the figure's unit, at which surfaces are cut off flat; default: all that is there,
-            or without the few outermost where these lie far beyond all others; then the figure says how far they go.
+        value_range: heights, in the figure's unit, at which surfaces are cut off flat; default: all values, or without the few
+            outermost where these lie far beyond all others; then the figure says how far they go.
         beyond_limits: show poses beyond the joints' limits like all others.
         legend: name the surfaces and what is grey.
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
-        **fixed: the same as ``at``: ``z=0.5``.
 
     Returns:
         The axes; all surfaces are ``ax.collections[0]``. They have holes where there is no number; where none of them has one,
@@ -81,9 +79,9 @@ def surface(
     Raises:
         ArgumentError: a name or a value is invalid, or no pose has a number.
     """
-    at = {**(at or {}), **fixed}
-    check_limits(limits)
-    third = over if isinstance(over, str) or over is None else next(iter(over))
+    at = dict(at or {})
+    check_range(value_range)
+    third = series if isinstance(series, str) or series is None else next(iter(series))
     if x is None and y is None and third is None:
         free = free_names(ds, at)
         if len(free) == 3:
@@ -92,13 +90,13 @@ def surface(
     if third is None:
         left = free_names(ds, (*at, x, y))
         third = left[0] if len(left) == 1 else None
-    parts = _parts(ds, what, (x, y), third, over, at, beyond_limits)
+    parts = _parts(ds, what, (x, y), third, series, at, beyond_limits)
     for axis in next(iter(parts.values())).axes:
         if len(axis.values) == 1:
             raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
     check_numbers(what, list(parts.values()), "these surfaces")
     left_out = ""
-    if third is not None and not isinstance(over, Mapping) and len(parts) < ds.sizes[third]:
+    if third is not None and not isinstance(series, Mapping) and len(parts) < ds.sizes[third]:
         left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
         warn(f"the figure shows surfaces of {left_out}")
     values, unit = in_figure_units(list(parts.values()), unit)
@@ -106,7 +104,7 @@ def surface(
     across, up = first.axes
     everything = np.concatenate([numbers.ravel() for numbers in values])
     everything = everything[np.isfinite(everything)]
-    span = range_of(everything, limits)
+    span = range_of(everything, value_range)
     low, high = span.low, span.high
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
@@ -156,7 +154,7 @@ def _parts(
     what: str,
     dims: Sequence[str],
     third: str | None,
-    over: str | Mapping[str, Sequence[float]] | None,
+    series: str | Mapping[str, Sequence[float]] | None,
     at: Mapping[str, float],
     beyond_limits: bool,
 ) -> dict[str, Selection]:
@@ -165,9 +163,9 @@ def _parts(
     axis_of(ds, third)  # complains about its name first
     if third in dims or third in at:
         raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
-    if isinstance(over, Mapping) and len(over) != 1:
-        raise ArgumentError("over= takes one coordinate")
-    chosen = over[third] if isinstance(over, Mapping) else SURFACES
+    if isinstance(series, Mapping) and len(series) != 1:
+        raise ArgumentError("series takes one coordinate")
+    chosen = series[third] if isinstance(series, Mapping) else SURFACES
     return select_each(ds, what, dims, third, chosen, at, beyond_limits)
 
 

@@ -21,7 +21,7 @@ from kinetostatics.plot import solids
 from kinetostatics.plot.display_units import coordinate_unit, label, wrapped
 from kinetostatics.plot.masks import masks_of, reasons
 from kinetostatics.plot.planes import SLENDER
-from kinetostatics.plot.selection import check_limits, chosen_names, in_figure_units, range_of, select
+from kinetostatics.plot.selection import check_range, chosen_names, in_figure_units, range_of, select
 from kinetostatics.plot.solids import cells_of, outer_faces
 from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
@@ -39,11 +39,10 @@ def workspace(
     *,
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
-    limits: tuple[float, float] | None = None,
+    value_range: tuple[float, float] | None = None,
     cut: bool = True,
     beyond_limits: bool = False,
     ax: Axes3D | None = None,
-    **fixed: float,
 ) -> Axes3D:
     """Draw the body of all valid poses of a map over three coordinates, its surface coloured by a quantity.
 
@@ -54,12 +53,11 @@ def workspace(
             the platform's, else the position of o.
         at: values of the coordinates that are not among the three [m, rad].
         unit: of the quantity; default: what suits.
-        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there, or without the few
-            outermost where these lie far beyond all others; then the bar has an arrow, and says how far they go.
+        value_range: of the colours, in the figure's unit; default: all values, or without the few outermost where these lie far
+            beyond all others; then the bar has an arrow, and says how far they go.
         cut: take out the octant that faces the viewer, to look inside.
         beyond_limits: poses beyond the joints' limits count like all others.
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
-        **fixed: the same as ``at``.
 
     Returns:
         The axes; the faces are ``ax.collections[0]``. A face belongs to a cell all of whose eight corners are valid poses, and
@@ -68,8 +66,8 @@ def workspace(
     Raises:
         ArgumentError: a name or a value is invalid, or there is no such cell.
     """
-    at = {**(at or {}), **fixed}
-    check_limits(limits)
+    at = dict(at or {})
+    check_range(value_range)
     named = list(axes) if axes is not None else [None] * 3
     if len(named) != 3:
         raise ArgumentError(f"a workspace has three axes, not {len(named)}")
@@ -95,7 +93,7 @@ def workspace(
     (values,), unit = in_figure_units([shown], unit)
     places = tuple(np.moveaxis(outer_faces(cells), -1, 0))
     corners, levels = grid[places], values[places].mean(axis=1)
-    span = range_of(levels, limits)
+    span = range_of(levels, value_range)
     low, high = span.low, span.high
     ax = solid_axes(ax, 0.82, "a workspace needs")
     reach = grid.reshape(-1, 3) if known else corners.reshape(-1, 3)
