@@ -37,8 +37,8 @@ def load_robot(
     path: str | os.PathLike[str],
     parameters: Mapping[str, object] | None = None,
     *,
-    platform: str | None = None,
-    base: str | None = None,
+    platform_link: str | None = None,
+    base_link: str | None = None,
 ) -> Robot:
     """Load a robot from a URDF or xacro file.
 
@@ -46,9 +46,9 @@ def load_robot(
         path: of the file, whose format is described in the page on robot files; or the name of a robot that comes with the
             package, such as "3rps", see :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
-        platform: the link that is the moving platform, instead of that which the file names; its own frame is o-xyz. In a file
+        platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
             that names none and has no loops, such as the plain URDF of an arm, all joints that move are then driven.
-        base: the link that stands still, instead of that which the file names or the root of its tree.
+        base_link: the link that stands still, instead of that which the file names or the root of its tree.
 
     Raises:
         RobotFileError: the file is wrong; the message names file and line.
@@ -60,12 +60,13 @@ def load_robot(
         >>> import kinetostatics as ks
         >>> from kinetostatics.files.bundled import package_folder
         >>> folder = package_folder("example-robot-data") / "robots"
-        >>> panda = ks.load_robot(folder / "panda_description" / "urdf" / "panda.urdf", platform="panda_hand")
+        >>> panda = ks.load_robot(folder / "panda_description" / "urdf" / "panda.urdf", platform_link="panda_hand")
         >>> round(float(ks.analyze(panda.assemble()).actuator_forces["panda_joint2"]), 3)
         -4.04
     """
-    robot = Robot(read_robot_file(path, parameters, platform=platform, base=base))
-    for hint in parameter_hints(robot.description.path, parameters or {}, {"platform": platform, "base": base}):
+    links = {"platform_link": platform_link, "base_link": base_link}
+    robot = Robot(read_robot_file(path, parameters, **links))
+    for hint in parameter_hints(robot.description.path, parameters or {}, links):
         warn(hint)
     return robot
 

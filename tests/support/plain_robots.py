@@ -48,7 +48,7 @@ class PlainRobot:
 
     def options(self) -> dict[str, object]:
         """Return the options with which it is extended."""
-        plain = ks.files.read_robot_file(self.path, platform=self.platform)
+        plain = ks.files.read_robot_file(self.path, platform_link=self.platform)
         efforts = [plain.joints[name].effort for name in plain.driven]
         stiffness = "suggested" if any(efforts) else dict.fromkeys(plain.driven, STIFFNESS)
         return {"platform_link": self.platform, "joint_stiffness": stiffness}

@@ -422,7 +422,7 @@ def elastic_robots(file):
     tips = {int(item.parentJoint): item.name for item in model.frames if item.type == pin.FrameType.BODY}
     done = set()
     for tip in (name for body, name in tips.items() if body not in inner):
-        found = spans(read_robot_file(str(file), platform=tip), frames).values()
+        found = spans(read_robot_file(str(file), platform_link=tip), frames).values()
         links = {span.link for span in found if span.mass > 0} - done  # others weigh what their material does
         done |= links
         while links:

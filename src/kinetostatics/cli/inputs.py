@@ -26,7 +26,7 @@ def load_robot(args: argparse.Namespace) -> Robot:
     from kinetostatics.robot import load_robot
 
     path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
-    links = {"platform": args.platform_link, "base": args.base_link}
+    links = {"platform_link": args.platform_link, "base_link": args.base_link}
     robot = load_robot(path, parameters, **links)
     ParametricRobot(robot, links).check_units(typed_units(args.parameters), "parameters")
     return robot

@@ -76,7 +76,7 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Rob
     from kinetostatics.robot import load_robot
 
     first = {name: value[0] if isinstance(value, list) else value for name, value in parameters.items()}
-    return load_robot(robot_path(args.robot), first, platform=args.platform_link, base=args.base_link)
+    return load_robot(robot_path(args.robot), first, platform_link=args.platform_link, base_link=args.base_link)
 
 
 def _parameter(name: str, text: str) -> object:

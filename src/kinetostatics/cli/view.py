@@ -103,7 +103,7 @@ def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int
             from kinetostatics.viewer.running import connected
 
             visualizer = stack.enter_context(connected(url))
-            drawn = show(result, visualizer=visualizer, exaggeration=exaggeration)
+            drawn: Keyword = show(result, visualizer=visualizer, exaggeration=exaggeration)
         with contextlib.suppress(KeyboardInterrupt):
             print(f"drawn at {drawn.path.lower()} of {visualizer.url()}" + ("" if url else " (Ctrl+C ends it)"), flush=True)
             if url is None:

@@ -100,7 +100,7 @@ def optimize(
         (True, 100.1, 122.9)
     """
     check_keywords(optimize, analysis, without=("on_failure",))
-    links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
+    links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
     search_for = prepare(
         robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
     )

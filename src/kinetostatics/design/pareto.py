@@ -80,7 +80,7 @@ def pareto(
     if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     points = whole_number("points", points, 2, MOST)
-    links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
+    links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
     given = subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
     first = prepare(robot, vary, minimize[0], *given)
     measured = parse_objective(minimize[1])

@@ -60,7 +60,7 @@ def missing_platform(root: Element, links: Collection[str], joints: Mapping[str,
     if not found:
         return root.error(f"{reason}, and the joint that moves it: no joint of this file moves")
     return root.error(
-        f"{reason}, or leave the file as it is and say load_robot(…, platform={found[0]!r}), on the command line "
+        f"{reason}, or leave the file as it is and say load_robot(…, platform_link={found[0]!r}), on the command line "
         f"--platform-link {found[0]}; links at the ends of its branches: {listed(found)}"
     )
 

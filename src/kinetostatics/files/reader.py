@@ -37,8 +37,8 @@ def read_robot_file(
     path: str | os.PathLike[str],
     parameters: Mapping[str, object] | None = None,
     *,
-    platform: str | None = None,
-    base: str | None = None,
+    platform_link: str | None = None,
+    base_link: str | None = None,
 ) -> RobotDescription:
     """Read a robot file.
 
@@ -46,9 +46,9 @@ def read_robot_file(
         path: a URDF or xacro file, which of them is told from its content; or the name of a robot that comes with the package,
             see :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
-        platform: the link that is the moving platform, instead of that which the file names; its own frame is o-xyz. In a file
+        platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
             that names none and has no loops all joints that move are then driven, because nothing else could hold them.
-        base: the link that stands still, instead of that which the file names or the root of its tree.
+        base_link: the link that stands still, instead of that which the file names or the root of its tree.
 
     Returns:
         What the file says.
@@ -58,7 +58,7 @@ def read_robot_file(
         ArgumentError: if ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
     data, name = read_robot(path)
-    return _read(data, name, {} if parameters is None else parameters, platform, base)
+    return _read(data, name, {} if parameters is None else parameters, platform_link, base_link)
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
@@ -174,7 +174,7 @@ def describe(
     joints = with_right_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
     if platform is not None:
-        platform, place, frame = known_link("platform", platform, links, path), Place(path), Origin()
+        platform, place, frame = known_link("platform_link", platform, links, path), Place(path), Origin()
         if platform_element is None and not loops:
             driven = all_driven(joints, driven, path, warnings)
     elif platform_element is None:
@@ -186,7 +186,7 @@ def describe(
             PLATFORM.read(platform_element)["platform_origin"],
         )
     if base is not None:
-        base = known_link("base", base, links, path)
+        base = known_link("base_link", base, links, path)
     elif base_element is not None:
         base = base_element.attributes["link"]
     else:

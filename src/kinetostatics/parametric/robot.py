@@ -35,7 +35,7 @@ class ParametricRobot:
 
     Args:
         robot: the robot.
-        links: ``platform`` and ``base`` with which it was read from its file; None: they are found, if the file still says what
+        links: ``platform_link`` and ``base_link`` of its file; None: they are found, if the file still says what
             the robot is.
     """
 
@@ -83,7 +83,7 @@ class ParametricRobot:
         if self._given_links is not None:
             return self._given_links
         own = self.robot.description
-        every: list[Mapping[str, str | None]] = [{}, {"platform": own.platform, "base": own.base}]
+        every: list[Mapping[str, str | None]] = [{}, {"platform_link": own.platform, "base_link": own.base}]
         for links in every:
             try:
                 same = read_robot_file(own.path, own.parameters, **links)

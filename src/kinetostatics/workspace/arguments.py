@@ -173,7 +173,7 @@ def _source(
     elif any(links.values()):
         raise ArgumentError(
             "platform_link and base_link are for a robot's file: give its path, or name them where the robot is loaded, "
-            "load_robot(…, platform=…, base=…)"
+            "load_robot(…, platform_link=…, base_link=…)"
         )
     else:
         found = robot if isinstance(robot, Robot) else Robot(robot)

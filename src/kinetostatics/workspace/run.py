@@ -86,7 +86,7 @@ def sweep(
             everywhere.
         parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
             lengths, angles, masses, densities, moduli or stiffnesses change one for one with the parameter.
-        platform_link, base_link: links of the file that are platform and base, as ``platform`` and ``base`` of
+        platform_link, base_link: links of the file that are platform and base, as in
             :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
             "gravity_mechanisms" (what gravity adds to twist and actuator forces by the platform's weight, the limbs' attached

@@ -48,13 +48,13 @@ def write(tmp_path):
 
 
 def read(path, **links) -> RobotDescription:
-    return ks.load_robot(path, **{"platform": "tool", **links}).description
+    return ks.load_robot(path, **{"platform_link": "tool", **links}).description
 
 
 def test_all_joints_of_an_arm_hold_its_weight(write) -> None:
     """Torques are those of Pinocchio, which reads the same file."""
     path = write()
-    pose = ks.load_robot(path, platform="tool").assemble(actuators={"one": 0.4, "two": -0.9, "three": 0.05})
+    pose = ks.load_robot(path, platform_link="tool").assemble(actuators={"one": 0.4, "two": -0.9, "three": 0.05})
     result = ks.analyze(pose)
     model = pin.buildModelFromUrdf(str(path))
     torques = pin.computeGeneralizedGravity(model, model.createData(), np.array([0.4, -0.9, 0.05]))
@@ -66,7 +66,7 @@ def test_a_file_without_platform_is_answered_with_what_to_type(write, capsys) ->
     path = write()
     with pytest.raises(ks.RobotFileError) as caught:
         ks.load_robot(path)
-    found = re.search(r"load_robot\(…, platform='(\w+)'\).*--platform-link (\w+); .*: (.*)$", str(caught.value))
+    found = re.search(r"load_robot\(…, platform_link='(\w+)'\).*--platform-link (\w+); .*: (.*)$", str(caught.value))
     assert found is not None and found.groups() == ("tool", "tool", "'tool', 'camera'")
     assert main(["check", str(path), "--platform-link", "tool"]) == 0
     assert main(["analyze", str(path), "--platform-link", "hand", "--base-link", "upper"]) == 0
@@ -81,12 +81,12 @@ def test_a_file_in_which_nothing_moves_says_so(write) -> None:
 
 def test_platform_and_base_of_the_caller_come_before_the_files(write) -> None:
     ours = write(ARM.replace(END, '<base link="foot"/><platform link="tool"><origin xyz="1 2 3"/></platform>' + END), "ours.urdf")
-    theirs = ks.load_robot(ours, platform="lower", base="upper").description
+    theirs = ks.load_robot(ours, platform_link="lower", base_link="upper").description
     assert (theirs.platform, theirs.base, theirs.platform_origin.xyz) == ("lower", "upper", (0.0, 0.0, 0.0))
     assert theirs.driven == ()  # the file has a platform, and says by its silence that nothing is driven
     with pytest.raises(ks.RobotFileError, match="both base and platform"):
-        ks.load_robot(ours, platform="foot")
-    for argument in ("platform", "base"):
+        ks.load_robot(ours, platform_link="foot")
+    for argument in ("platform_link", "base_link"):
         with pytest.raises(ks.ArgumentError, match=f"{argument}='uper': .* no such link; did you mean 'upper'"):
             ks.load_robot(ours, **{argument: "uper"})
 
@@ -122,7 +122,10 @@ def test_the_order_of_the_drives_and_what_is_said_of_them(write) -> None:
 )
 def test_what_is_odd_and_does_not_matter_is_a_warning(old, new, said, write) -> None:
     """The forces are those of the file without it."""
-    right, odd = ks.load_robot(write(), platform="tool"), ks.load_robot(write(ARM.replace(old, new, 1)), platform="tool")
+    right, odd = (
+        ks.load_robot(write(), platform_link="tool"),
+        ks.load_robot(write(ARM.replace(old, new, 1)), platform_link="tool"),
+    )
     (warning, *others) = [text for text in odd.description.warnings if "count as driven" not in text]
     assert said in warning and not others
     for one in (right, odd):
@@ -148,9 +151,9 @@ def test_joints_that_mimic_follow(write) -> None:
 def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
     mount = '<joint name="mount" type="fixed"><parent link="world"/><child link="foot"/>'
     floating = write(ARM.replace(mount, mount.replace("fixed", kind) + axis))
-    robot = ks.load_robot(floating, platform="tool")
+    robot = ks.load_robot(floating, platform_link="tool")
     assert robot.description.base == "foot"
-    expected = ks.analyze(ks.load_robot(write(), platform="tool").assemble()).actuator_forces
+    expected = ks.analyze(ks.load_robot(write(), platform_link="tool").assemble()).actuator_forces
     for name, force in ks.analyze(robot.assemble()).actuator_forces.items():
         assert force == pytest.approx(expected[name], rel=1e-12)
 
@@ -158,7 +161,7 @@ def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
 @pytest.mark.filterwarnings("ignore:mesh")
 def test_meshes_are_not_needed(write, tmp_path) -> None:
     mesh = '<visual><geometry><mesh filename="package://nobody/has/this.dae"/></geometry></visual>'
-    robot = ks.load_robot(write(ARM.replace('<link name="tool"/>', f'<link name="tool">{mesh}</link>')), platform="tool")
+    robot = ks.load_robot(write(ARM.replace('<link name="tool"/>', f'<link name="tool">{mesh}</link>')), platform_link="tool")
     ks.save_html(ks.analyze(robot.assemble()), tmp_path / "page.html")
     assert (tmp_path / "page.html").stat().st_size > 1000
 
@@ -172,9 +175,11 @@ def test_a_sweep_takes_the_links_too(write, tmp_path) -> None:
     fixed = {"one": [0.0, 0.1], "two": 0.0, "three": 0.0}
     found = ks.sweep(path, actuators=fixed, parameters={"length": [0.6, 0.7]}, platform_link="tool", workers=1, progress=False)
     for length in (0.6, 0.7):
-        pose = ks.load_robot(path, {"length": length}, platform="tool").assemble(actuators={"one": 0.1, "two": 0.0, "three": 0.0})
+        pose = ks.load_robot(path, {"length": length}, platform_link="tool").assemble(
+            actuators={"one": 0.1, "two": 0.0, "three": 0.0}
+        )
         expected = ks.analyze(pose).actuator_forces["one"]
         value = float(found["actuator_force"].sel(length=length, one=0.1, actuator="one"))
         assert value == pytest.approx(expected, rel=1e-12)
     with pytest.raises(ks.ArgumentError, match="platform_link and base_link are for a robot's file"):
-        ks.sweep(ks.load_robot(path, platform="tool"), actuators=fixed, platform_link="tool")
+        ks.sweep(ks.load_robot(path, platform_link="tool"), actuators=fixed, platform_link="tool")
