@@ -30,7 +30,7 @@ from kinetostatics.limbs.wrench_candidates import (
     further_candidates,
 )
 from kinetostatics.math.arrays import Array, Index, settles
-from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, step_across
+from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, numerical_rank, step_across
 from kinetostatics.math.ordering import first_largest
 
 #: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that determines a direction.
@@ -293,17 +293,7 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
     """Return the rank of (6, k, P) scaled columns at generic poses, and the gap with which it is decided."""
-    return max(rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
-
-
-def rank(matrix: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of (6, k) scaled columns, and the gap between kept and dropped singular values."""
-    if matrix.shape[1] == 0:
-        return 0, np.inf
-    values = np.linalg.svd(matrix, compute_uv=False)
-    rank = int(np.sum(values > tolerance * max(values[0], 1e-300)))
-    dropped = float(values[rank]) if rank < len(values) else 0.0
-    return rank, float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
+    return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
 def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:

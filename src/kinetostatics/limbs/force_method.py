@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import canonical_basis
+from kinetostatics.math.linalg import canonical_basis, numerical_rank
 from kinetostatics.math.ordering import first_largest
 
 #: Pivots below this are not trusted; the pose is then solved by singular values.
@@ -213,19 +213,12 @@ def _by_singular_values(
 def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
     """Return the rank of the joints' equations, and how many independent wrenches reach the platform."""
     poses = range(A.shape[2])
-    rank = max((_rank(A[:, :, p], tolerance) for p in poses), default=0)
-    return rank, max((_rank(P @ _null(A[:, :, p], rank), tolerance) for p in poses), default=0)
+    rank = max((numerical_rank(A[:, :, p], tolerance)[0] for p in poses), default=0)
+    return rank, max((numerical_rank(P @ _null(A[:, :, p], rank), tolerance)[0] for p in poses), default=0)
 
 
 def _stacked(A: Array, P: Array) -> Array:
     return np.concatenate([A, np.broadcast_to(P[:, :, None], (6, *A.shape[1:]))])
-
-
-def _rank(matrix: Array, tolerance: float) -> int:
-    if not matrix.size:
-        return 0
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return int(np.sum(values > tolerance * max(float(values[0]), 1.0)))
 
 
 def _null(matrix: Array, rank: int) -> Array:

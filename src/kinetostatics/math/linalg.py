@@ -91,10 +91,19 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
     _, values, rows = np.linalg.svd(matrix, full_matrices=True)
-    rank = int(np.sum(values > tolerance * max(values[0], 1.0)))
-    dropped = float(values[rank]) if rank < len(values) else 0.0
-    gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
-    return canonical_basis(rows[rank:].T), rank, gap
+    number, gap = _rank_of(values, tolerance)
+    return canonical_basis(rows[number:].T), number, gap
+
+
+def numerical_rank(matrix: Array, tolerance: float) -> tuple[int, float]:
+    """Return the rank of a matrix as of :func:`null_space`, and the gap between kept and dropped singular values."""
+    return _rank_of(np.asarray(np.linalg.svd(matrix, compute_uv=False)), tolerance) if matrix.size else (0, np.inf)
+
+
+def _rank_of(values: Array, tolerance: float) -> tuple[int, float]:
+    number = int(np.sum(values > tolerance * max(values[0], 1.0)))
+    dropped = float(values[number]) if number < len(values) else 0.0
+    return number, float(values[number - 1]) / dropped if number and dropped > 0 else np.inf
 
 
 class Cholesky:

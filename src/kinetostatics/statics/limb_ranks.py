@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs import force_method
-from kinetostatics.limbs.basis_choice import rank
 from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import decided_at
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
 
@@ -85,7 +85,8 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
     for place in places:
         twists = group.even_twists(geometry)[:, :, place, 0]
         if group.is_serial:
-            ranks = rank(twists[:, group.passive], tolerance)[0], rank(twists[:, group.platform_joint], tolerance)[0]
+            passive, carried = twists[:, group.passive], twists[:, group.platform_joint]
+            ranks = numerical_rank(passive, tolerance)[0], numerical_rank(carried, tolerance)[0]
         else:
             ranks = force_method.ranks(A[:, :, place], group.platform_sum, tolerance)
         if ranks != usual:

@@ -9,9 +9,10 @@ import package_robots
 import pytest
 
 from kinetostatics.limbs.basis import Candidate
-from kinetostatics.limbs.basis_choice import _regular, _with_own_label, evaluate_bases, rank
+from kinetostatics.limbs.basis_choice import _regular, _with_own_label, evaluate_bases
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.limbs.wrenches import _crossed
+from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.math.screws import unit_twist
 
 X, Y, Z = np.eye(3)
@@ -84,9 +85,12 @@ def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_lengt
 def test_ranks_come_with_the_gap_that_decides_them():
     columns = np.zeros((6, 3))
     columns[0, 0], columns[1, 1], columns[2, 2] = 2.0, 0.5, 1e-6
-    assert rank(columns, 1e-4) == (2, pytest.approx(5e5)) and rank(columns, 1e-7) == (3, np.inf)
-    assert rank(columns[:, :0], 1e-4) == (0, np.inf) and rank(np.zeros((6, 1)), 1e-4) == (0, np.inf)
-    assert rank(columns, 2.4e-1) == (2, pytest.approx(5e5)) and rank(columns, 2.6e-1) == (1, pytest.approx(4.0))
+    assert numerical_rank(columns, 1e-4) == (2, pytest.approx(5e5)) and numerical_rank(columns, 1e-7) == (3, np.inf)
+    assert numerical_rank(columns[:, :0], 1e-4) == (0, np.inf) and numerical_rank(np.zeros((6, 1)), 1e-4) == (0, np.inf)
+    assert numerical_rank(columns, 2.4e-1) == (2, pytest.approx(5e5)) and numerical_rank(columns, 2.6e-1) == (
+        1,
+        pytest.approx(4.0),
+    )
 
 
 @pytest.mark.parametrize(
