@@ -16,7 +16,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.elastic_joints import Drive
 from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
-from kinetostatics.mechanism.limbs import Edge, carries
+from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 
 
@@ -47,8 +47,7 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
     for edge in model.topology.branch_edges:
         if edge.joint in ratios:
             freedoms = Freedoms(freedoms_of(model.mechanism, model.mechanism.connections[edge.joint], edge.sign))
-            outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
-            found.append(BranchJoint(edge, ratios[edge.joint], freedoms, outboard))
+            found.append(BranchJoint(edge, ratios[edge.joint], freedoms, model.weights.outboard_of(edge)))
     return tuple(found)
 
 

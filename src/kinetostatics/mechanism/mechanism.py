@@ -23,7 +23,6 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.reader import validate
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.inertias import link_inertias
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 
 if TYPE_CHECKING:
@@ -205,11 +204,6 @@ class Mechanism:
             mimic = description.joints[model.names[item.body]].mimic
             if mimic is not None:
                 item.write(mimic.offset, self.tree.neutral)
-
-    @cached_property
-    def link_inertias(self) -> dict[str, pin.Inertia]:
-        """Every link's own ``pin.Inertia``, in the frame of the body with which it moves."""
-        return link_inertias(self.model)
 
     def forward(self, q: Array) -> Frames:
         """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""

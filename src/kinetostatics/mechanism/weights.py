@@ -1,7 +1,6 @@
 """Weights of a robot: of links at their centres of mass, of beams with a density along their length.
 
-Masses and centres are those of Pinocchio's inertias (:mod:`kinetostatics.mechanism.inertias`). The weights of one pose are
-computed by Pinocchio, those of many by the same arrays all at once.
+Masses and centres are those of the inertias in Pinocchio's model. It computes the weights of one pose, NumPy those of many.
 """
 
 from __future__ import annotations
@@ -16,13 +15,15 @@ from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel, without_length
-from kinetostatics.mechanism.inertias import weighed, weight_wrench
-from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.limbs import Edge, Topology, carries
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+#: Masses below this part of what moves with them are what rounding leaves of a link without mass.
+_NOTHING = 1e-14
 
 
 class Weights:
@@ -43,7 +44,8 @@ class Weights:
         self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
         self._known: dict[int, tuple[int, pin.Inertia]] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
-        self._inertias = [mechanism.link_inertias[name] for name in rigid]
+        inertias = link_inertias(mechanism.model)
+        self._inertias = [inertias[name] for name in rigid]
         self._mass = np.array([inertia.mass for inertia in self._inertias])
         self._body = np.array([mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
         self._centre = np.array([inertia.lever for inertia in self._inertias]).reshape(-1, 3).T
@@ -121,6 +123,67 @@ class Weights:
         total: Array = wrenches[:, which].sum(axis=1)
         return total
 
+    def outboard_of(self, edge: Edge) -> Array:
+        """Return (W,) 1 for the weights that an edge carries, else 0."""
+        return np.array([carries(edge, name) for name in self.names], dtype=float)
+
     def of(self, owner: str) -> NDArray[np.bool_]:
         """Return which weights belong to a limb, to ``base`` or to ``platform``."""
         return np.array([item == owner for item in self.owner], dtype=bool)
+
+
+def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
+    """Return every link's own ``pin.Inertia``, in the frame of the body (Pinocchio's joint) with which it moves.
+
+    Pinocchio adds up the links that fixed joints weld together; what each of them brings stays in the frame of its fixed
+    joint, and what is left is the link that hangs on the moving joint itself.
+
+    Args:
+        model: ``pin.Model`` built from a URDF.
+    """
+    import pinocchio as pin
+
+    rest = {body: pin.Inertia(inertia) for body, inertia in enumerate(model.inertias)}
+    totals = {body: inertia.mass for body, inertia in rest.items()}
+    found: dict[str, pin.Inertia] = {}
+    first: dict[int, str] = {}
+    for frame in model.frames:
+        if frame.type != pin.FrameType.BODY:
+            continue
+        parent, body = model.frames[frame.parentFrame], int(frame.parentJoint)
+        if parent.type == pin.FrameType.FIXED_JOINT and parent.name != "universe":
+            found[frame.name] = pin.Inertia(parent.placement.act(parent.inertia))
+            rest[body] = pin.Inertia(rest[body] - found[frame.name]) if parent.inertia.mass else rest[body]
+        else:
+            first[body] = frame.name
+    for body, name in first.items():
+        found[name] = rest[body] if rest[body].mass > _NOTHING * totals[body] else pin.Inertia.Zero()
+    return found
+
+
+def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
+    """Return a copy of a ``pin.Model`` with the given inertias alone: bodies, and a ``pin.Inertia`` in each."""
+    import pinocchio as pin
+
+    copy = model.copy()
+    for body in range(copy.njoints):
+        copy.inertias[body] = pin.Inertia.Zero()
+    for body, inertia in bodies:
+        if inertia.mass:
+            copy.inertias[body] = pin.Inertia(copy.inertias[body] + inertia) if copy.inertias[body].mass else inertia
+    return copy
+
+
+def weight_wrench(inertia: pin.Inertia, rotation: Array, arm: Array, gravity: Array) -> Array:
+    """Return the wrench (6,) [N, N·m] of a body's weight about a reference point, world axes.
+
+    Args:
+        inertia: ``pin.Inertia`` in the body's frame.
+        rotation: (3, 3) of the body.
+        arm: (3,) from the reference point to the body's origin, world axes [m].
+        gravity: (3,) in world axes [m/s²].
+    """
+    import pinocchio as pin
+
+    placement = pin.SE3(rotation, arm)
+    return np.asarray(placement.act(inertia * placement.actInv(pin.Motion(gravity, np.zeros(3)))).vector)

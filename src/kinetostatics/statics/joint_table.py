@@ -27,7 +27,7 @@ class OpenBranch:
         connection = model.mechanism.connections[str(edge.joint)]
         self.owner, self.joint = owner, connection.name
         self.edge = edge
-        self.outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
+        self.outboard = model.weights.outboard_of(edge)
         self._freedoms = Freedoms([f for f in freedoms_of(model.mechanism, connection, edge.sign) if f.passive])
         self.scale = np.where(self._freedoms.rotates, model.length, 1.0)
 
@@ -81,11 +81,9 @@ class JointTable:
         for row, (edge, k) in enumerate(entries):
             for cut, sign in edge.cut_joints:
                 self.cut_signs[row, k + cut] = sign
-        weights = model.weights.names
         self._edges = [edge for edge, _ in entries]
-        self.outboard = np.array([[carries(edge, name) for name in weights] for edge, _ in entries], dtype=float).reshape(
-            len(entries), len(weights)
-        )
+        outboard = [model.weights.outboard_of(edge) for edge in self._edges]
+        self.outboard = np.array(outboard).reshape(len(entries), len(model.weights.names))
         turned = [edge.both_ways and edge.sign < 0 for edge, _ in entries]
         self.signs = {str(edge.joint): edge.sign * (-1 if back else 1) for (edge, _), back in zip(entries, turned, strict=True)}
         self.reported = np.where(turned, 1.0, -1.0)

@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from simple_machines import BEAM, RHO, joint, link, robot
 
-from kinetostatics.mechanism.inertias import link_inertias, weighed, weight_wrench
+from kinetostatics.mechanism.weights import link_inertias, weighed, weight_wrench
 
 
 def stick(mass, at=(0.0, 0.0, 0.0)):
