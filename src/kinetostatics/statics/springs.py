@@ -23,7 +23,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
-from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring, coordinates_of
+from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
@@ -59,19 +59,6 @@ def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring
             ratio, n = np.where(length > _NOTHING * robot.length, tension / length, np.nan), span / length
     tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
     return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
-
-
-def loads_of_springs(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> list[tuple[str, str]]:
-    """Return names and kinds of the loads that are the springs' forces and, behind them, of what follows the displacements."""
-    if robot.parts is None:
-        return []
-    springs = [(f"spring {name}", "spring") for name in robot.description.springs]
-    return springs + [(f"change with {name}", "change") for name in sources_of(robot, applied)]
-
-
-def count_of_tangents(robot: RobotStatics) -> int:
-    """Return how many matrices :attr:`Solution.tangents` has."""
-    return 0 if robot.parts is None else len(coordinates_of(robot.parts).inside) + 1
 
 
 def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
