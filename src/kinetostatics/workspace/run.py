@@ -125,7 +125,7 @@ def sweep(
     number = threads() if workers is None else whole_number("workers", workers, 1)
     shown = in_notebook() if progress is None else progress
     with waiting("planning the sweep", progress is not False, shown):
-        links = {"platform": platform_link, "base": base_link}
+        links = {"platform_link": platform_link, "base_link": base_link}
         vectors = load, gravity, point, frame, assembly_errors
         plan, first = read_plan(
             robot,
