@@ -144,7 +144,7 @@ ARGUMENTS: Mapping[str, Argument] = {
         "with an influence; of a file without, numbers of parts)",
         "NAME",
     ),
-    "of": Argument(
+    "outputs": Argument(
         "texts", "of twist, stiffness, compliance, actuator_forces, actuators, mass (default: all of them)", "QUANTITY"
     ),
     "on_failure": Argument("text", "error or NaN where a pose has no results", choices=("raise", "nan")),

@@ -51,7 +51,7 @@ def calls(robot, pose, folder):
     wanted = {"robot": robot, "unknowns": ["rod_1"], "n": 1}
     found |= {
         f"plan_measurements({name}=)": lambda v, name=name: ks.plan_measurements(**{**wanted, name: v})
-        for name in ("n", "over", "loads")
+        for name in ("n", "platform", "actuators", "load")
     }
     found |= {
         f"tolerances({name}=)": lambda v, name=name: ks.tolerances(

@@ -48,7 +48,7 @@ def test_estimates_a_file_and_a_figure(place, capsys):
 def test_a_plan(place, capsys):
     folder, robot = place
     loads = ["--load-case", "0 0 -100 0 0 0", "0 0 -0.3kN 0 0 0", "0 200 0 0 0 0"]
-    common = ["calibrate", robot, "--unknowns", "rod", "--read", "dz"]
+    common = ["calibrate", robot, "--unknowns", "rod", "--readings", "dz"]
     assert main([*common, "--plan", "1", *loads, "--reference", "unloaded", "--out", str(folder / "plan.csv")]) == 0
     assert "out of 3 poses with loads" in capsys.readouterr().out
     lines = (folder / "plan.csv").read_text(encoding="utf-8").splitlines()

@@ -10,7 +10,7 @@ import pytest
 import small_robots
 
 import kinetostatics as ks
-from kinetostatics.calibration.fit import determined, held_out, outliers, solution
+from kinetostatics.calibration.fit import determined, leave_one_out, outliers, solution
 from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 
@@ -78,12 +78,12 @@ def test_everything_is_found_again(table):
     found = ks.calibrate(package_robots.robot("3rps"), given, unknowns, gauges=GAUGES)
     expected = dict(zip(unknowns, [*TRUE.values(), 5.0, *PAYLOAD.center, 3e-6, -2e-5], strict=True))
     assert values(found) == pytest.approx(expected, rel=1e-8, abs=1e-13)
-    assert found.converged and not found.unidentifiable and not found.outliers and found.misfit < 1e-12
+    assert found.converged and not found.unidentifiable and not found.outliers and found.reduced_chi_square < 1e-12
     np.testing.assert_allclose(found.computed, found.measured, rtol=0, atol=1e-14)
     assert found.payload.mass == pytest.approx(5.0, rel=1e-8)
     again = ks.analyze(found.robot.assemble(platform=table["poses"]), table["loaded"] * 0, payload=found.payload).twist
     np.testing.assert_allclose(again, table["unloaded"], atol=1e-13)
-    assert found.freedom == 3 * 14 - 9 and len(found.measured) == 42
+    assert found.degrees_of_freedom == 3 * 14 - 9 and len(found.measured) == 42
     errors, of_lengths = np.arange(42.0), np.array([name != "level" for name in found.gauge_of])
     for kind, mine in (("length", of_lengths), ("angle", ~of_lengths)):
         assert found.root_mean_square(errors, kind) == pytest.approx(np.sqrt(np.mean(errors[mine] ** 2)))
@@ -217,7 +217,7 @@ def test_intervals_cover_at_their_rate(table, trials, sigma_known):
         x = np.linalg.lstsq(J, noisy, rcond=None)[0]
         scale = sigma if sigma_known else 1.0
         found = solution(x, J / scale, (noisy - J @ x) / scale, sigma_known)
-        wide = stats.norm.ppf(0.95) if sigma_known else stats.t.ppf(0.95, found.freedom)
+        wide = stats.norm.ppf(0.95) if sigma_known else stats.t.ppf(0.95, found.degrees_of_freedom)
         inside += np.abs(x - true) <= wide * np.sqrt(np.diag(found.covariance))
     assert np.all(np.abs(inside / trials - 0.9) <= 3 * np.sqrt(0.9 * 0.1 / trials)), inside
 
@@ -254,9 +254,9 @@ def test_an_outlier_is_found_and_left_out(table):
     start = ks.Payload(5.0, PAYLOAD.center)
     kept = ks.calibrate(robot, given, unknowns, gauges=GAUGES, payload=start)
     assert {(item.row, item.gauge) for item in kept.outliers} == {(6, "tool"), (9, "front")}
-    assert kept.misfit > 10 and "outlier: row 6, tool" in str(kept) and kept.used.all()
+    assert kept.reduced_chi_square > 10 and "outlier: row 6, tool" in str(kept) and kept.used.all()
     without = ks.calibrate(robot, given, unknowns, gauges=GAUGES, payload=start, leave_out_outliers=True)
-    assert int(np.sum(~without.used)) == 2 and without.misfit < 2 and "2 outliers were left out" in str(without)
+    assert int(np.sum(~without.used)) == 2 and without.reduced_chi_square < 2 and "2 outliers were left out" in str(without)
     for name, value in TRUE.items():
         low, high = without.estimates[name].interval
         assert low < value < high, name
@@ -268,14 +268,14 @@ def test_what_is_foretold_from_the_others_is_what_another_fit_foretells():
     J, groups = rng.standard_normal((12, 3)), np.repeat(np.arange(6), 2)
     y = J @ [1.0, 2.0, 3.0] + 0.1 * rng.standard_normal(12)
     x = np.linalg.lstsq(J, y, rcond=None)[0]
-    errors = held_out(solution(x, J, y - J @ x, False), groups)
+    errors = leave_one_out(solution(x, J, y - J @ x, False), groups)
     for group in range(6):
         rest = groups != group
         other = np.linalg.lstsq(J[rest], y[rest], rcond=None)[0]
         np.testing.assert_allclose(errors[~rest], y[~rest] - J[~rest] @ other, rtol=1e-10)
     # a reading that alone determines something is foretold by nothing
     J = np.array([[1.0, 0], [1, 0], [0, 1]])
-    errors = held_out(solution(np.zeros(2), J, np.zeros(3), False), np.arange(3))
+    errors = leave_one_out(solution(np.zeros(2), J, np.zeros(3), False), np.arange(3))
     assert np.isnan(errors[2]) and np.isfinite(errors[:2]).all()
 
 
@@ -504,9 +504,9 @@ def test_metres_that_look_like_millimetres_are_told():
     with pytest.warns(UserWarning, match="lengths are in m; write 0.016 for 16 mm"):
         ks.calibrate(robot, rows, ["rod_1+rod_2+rod_3"])
     with pytest.warns(UserWarning, match="lengths are in m; write 0.015 for 15 mm"):
-        ks.optimize("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 15.0, "rx": 0.0, "ry": 0.0})
+        ks.optimize("3rps", {"rod_diameter": "40mm,60mm"}, platform={"z": 15.0, "rx": 0.0, "ry": 0.0})
     with pytest.warns(UserWarning, match="lengths are in m") as told:
-        ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 15.0, "rx": 0.0, "ry": 0.0})
+        ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, platform={"z": 15.0, "rx": 0.0, "ry": 0.0})
     assert len(told) == 1
 
 

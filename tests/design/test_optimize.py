@@ -38,7 +38,7 @@ def test_the_lightest_cantilever(cantilever, tmp_path):
     rod = RHO * np.pi * d**2 / 4 * 0.8
     assert best.feasible and best.parameters["diameter"] == pytest.approx(d, rel=1e-6)
     assert best.objective == pytest.approx(rod + 5, rel=1e-6)
-    assert best.idle == () and best.active[0].text == "sag < 0.1 mm"
+    assert best.no_influence == () and best.active[0].text == "sag < 0.1 mm"
     assert best.active[0].saving == pytest.approx(0.005 * rod, rel=1e-3)
     assert all(start.objective == pytest.approx(best.objective, rel=1e-6) for start in best.starts)
     text = str(best)
@@ -360,7 +360,7 @@ def test_all_searches_are_counted(cantilever):
         ({"subject_to": ["sag(3 N) < 1um"]}, "write sag"),
         ({"subject_to": ["deflection_any_direction < 1um"]}, "in the brackets"),
         ({"subject_to": ["actuator_force < 1kN"]}, "has no actuator that slides$"),
-        ({"over": {"z": "high"}}, "a number or a list"),
+        ({"platform": {"z": "high"}}, "a number or a list"),
         ({"starts": 0}, "whole number from 1 on"),
         ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),
     ],
@@ -386,12 +386,12 @@ def test_loops_may_stay_open_by_the_tolerance(tmp_path):
     assert meeting in text
     boom.write_text(text.replace(meeting, meeting.replace("0 0 0.2", "0 1e-6 0.2")), encoding="utf-8")
     off = {"diameter": [0.08, 0.1]}
-    assert not ks.optimize(boom, off, over={"motor": 0.1}).feasible
-    best = ks.optimize(boom, off, over={"motor": 0.1}, closure_tolerance=1e-5)
+    assert not ks.optimize(boom, off, actuators={"motor": 0.1}).feasible
+    best = ks.optimize(boom, off, actuators={"motor": 0.1}, closure_tolerance=1e-5)
     assert best.feasible and best.parameters["diameter"] == 0.08
     with pytest.raises(ks.StaticsError):
-        ks.pareto(boom, off, over={"motor": 0.1})
-    assert ks.pareto(boom, off, over={"motor": 0.1}, closure_tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
+        ks.pareto(boom, off, actuators={"motor": 0.1})
+    assert ks.pareto(boom, off, actuators={"motor": 0.1}, closure_tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
     command = ["optimize", str(boom), "--vary", "diameter=80mm,100mm", "--actuators", "motor=0.1", "--closure-tolerance"]
     assert main([*command, "10um"]) == 0 and main([*command, "1nm"]) == 1
 
@@ -435,9 +435,9 @@ def test_lengths_that_look_like_millimetres(cantilever):
 def test_what_changes_nothing_is_told():
     """Limits of joints play no part in mass and sag."""
     best = ks.optimize(ROBOTS / "3rps.urdf.xacro", {"rod_length_max": "0.9m:1.2m"}, "mass", ["sag < 1mm"], starts=1)
-    assert best.idle == ("rod_length_max",) and best.at_bounds == () and best.evaluations < 10
+    assert best.no_influence == ("rod_length_max",) and best.at_bounds == () and best.evaluations < 10
     assert "rod_length_max has no influence on objective or requirements" in " ".join(str(best).split())
-    assert best.to_dict()["idle"] == ["rod_length_max"]
+    assert best.to_dict()["no_influence"] == ["rod_length_max"]
 
 
 def test_of_two_ranges_what_comes_nearest_is_at_both_ends(cantilever):

@@ -28,7 +28,7 @@ def test_the_best_of_all_subsets():
 def test_a_plan_beats_random_ones():
     robot = package_robots.robot("3rps")
     over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
-    plan = ks.plan_measurements(robot, [*RODS, "offset.dz"], 5, over, LOADS, read=["dz"])
+    plan = ks.plan_measurements(robot, [*RODS, "offset.dz"], 5, over, load=LOADS, readings=["dz"])
     assert plan.candidates == 18 and len(set(plan.chosen.tolist())) == 5 and plan.gain > 1.3
     assert all(plan.standard_errors[name] < error for name, error in plan.random_standard_errors.items())
     # the same by calibrations: what their intervals are
@@ -45,8 +45,8 @@ def test_the_gain_is_how_much_smaller_standard_errors_are():
     """Of one unknown that is the ratio of its errors."""
     robot = package_robots.robot("3rps")
     over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
-    one = ks.plan_measurements(robot, ["rod_1"], 3, over, LOADS, read=["dz"])
-    again = [ks.plan_measurements(robot, ["rod_1"], 3, over, LOADS, read=["dz"], seed=seed).gain for seed in (0, 1)]
+    one = ks.plan_measurements(robot, ["rod_1"], 3, over, load=LOADS, readings=["dz"])
+    again = [ks.plan_measurements(robot, ["rod_1"], 3, over, load=LOADS, readings=["dz"], seed=seed).gain for seed in (0, 1)]
     assert one.gain == again[0] != again[1]
     assert (
         one.gain == pytest.approx(one.random_standard_errors["rod_1"] / one.standard_errors["rod_1"], rel=1e-9) and one.gain > 1.2
@@ -55,7 +55,7 @@ def test_the_gain_is_how_much_smaller_standard_errors_are():
 
 def test_a_plan_is_saved_and_filled_in(tmp_path):
     robot = package_robots.robot("3rps")
-    plan = ks.plan_measurements(robot, RODS, 3, SOME, LOADS, reference="unloaded")
+    plan = ks.plan_measurements(robot, RODS, 3, SOME, load=LOADS, reference="unloaded")
     plan.save(tmp_path / "plan.csv")
     lines = (tmp_path / "plan.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0] == "z,rx,ry,Fx,Fy,Fz,Mx,My,Mz,dx,dy,dz" and len(lines) == 4 and lines[1].endswith(",,,")
@@ -71,8 +71,8 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
 def test_saved_files_replace_what_is_there_or_say_why_not(tmp_path):
     """One rule of all that save: a plan, a front, a correction, a robot."""
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
-    plan = ks.plan_measurements(pose.robot, ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, read=["dz"])
-    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, over={"z": 0.5, "rx": 0.0, "ry": 0.0})
+    plan = ks.plan_measurements(pose.robot, ["rod_1"], 1, {"z": 0.5, "rx": 0.0, "ry": 0.0}, readings=["dz"])
+    front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm"}, platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
     for found in (plan, front, ks.compensate(pose)):
         (tmp_path / "x.csv").write_text("before", encoding="utf-8")
         found.save(tmp_path / "x.csv")
@@ -83,7 +83,7 @@ def test_saved_files_replace_what_is_there_or_say_why_not(tmp_path):
 
 
 def test_what_no_candidate_tells():
-    plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, None, LOADS, reference="unloaded")
+    plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, load=LOADS, reference="unloaded")
     assert plan.unidentifiable[0].words.startswith("no reading sees payload.mass") and list(plan.standard_errors) == ["rod_1"]
 
 
@@ -92,18 +92,18 @@ def test_what_no_candidate_tells():
     [
         ({"n": 3}, "^3 measurements cannot be chosen from 2, the poses times the loads"),
         (
-            {"n": 1, "unknowns": RODS, "read": ["dz"], "over": SOME},
+            {"n": 1, "unknowns": RODS, "readings": ["dz"], "platform": SOME},
             "^3 unknowns need at least 3 measurements of 1 reading each, not 1$",
         ),
-        ({"read": ["dzz"]}, "there is no gauge 'dzz'"),
-        ({"read": []}, "read is empty"),
-        ({"loads": [1, 2]}, "the last axis must have 6 entries"),
-        ({"over": 3}, "it must be a mapping"),
-        ({"over": {"z": np.linspace(0.4, 0.5, 20001), "rx": 0, "ry": 0}}, "they must be from 1 to 20,000"),
-        ({"over": {"z": 0.5, "rx": 0}}, "mobility"),
+        ({"readings": ["dzz"]}, "there is no gauge 'dzz'"),
+        ({"readings": []}, "readings are empty"),
+        ({"load": [1, 2]}, "its last axis must have 6 entries"),
+        ({"platform": 3}, "it must be a mapping"),
+        ({"platform": {"z": np.linspace(0.4, 0.5, 20001), "rx": 0, "ry": 0}}, "they must be from 1 to 20,000"),
+        ({"platform": {"z": 0.5, "rx": 0}}, "mobility"),
     ],
 )
 def test_mistakes(changes, said):
-    options = {"unknowns": ["rod_1"], "n": 1, "loads": LOADS}
+    options = {"unknowns": ["rod_1"], "n": 1, "load": LOADS}
     with pytest.raises(ks.KinetostaticsError, match=said):
         ks.plan_measurements(package_robots.robot("3rps"), **{**options, **changes})

@@ -52,7 +52,9 @@ def crane(tmp_path_factory):
     given = {"load": [-FX, 0, -FZ, 0, 0, 0], "gravity": (0, 0, 0)}
     found = {}
     for where, tool in (("end", None), ("tip", (BEYOND, 0, 0))):
-        best = ks.optimize(path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in MEASURES], over, tool=tool, **given)
+        best = ks.optimize(
+            path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in MEASURES], actuators=over, tool=tool, **given
+        )
         assert best.feasible and best.parameters["diameter"] == D
         found[where] = {item.name: item.worst for item in best.requirements}
     return found

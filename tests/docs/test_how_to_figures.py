@@ -63,7 +63,7 @@ def test_calibration():
         low, high = found.estimates[name].interval
         assert low < true < high, name
     (outlier,) = found.outliers
-    assert (outlier.row, outlier.gauge) == (8, "back") and not found.unidentifiable and found.misfit < 1.5
+    assert (outlier.row, outlier.gauge) == (8, "back") and not found.unidentifiable and found.reduced_chi_square < 1.5
     assert kept.estimates["rod_3"].value == pytest.approx(1.4, abs=0.005)
     assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
 

@@ -25,12 +25,15 @@ def test_whole_numbers_of_any_kind(value):
         ("starts", lambda value: ks.optimize(RPS, VARY, "mass", ["sag < 1mm"], OVER, starts=value)),
         ("points", lambda value: ks.pareto(RPS, VARY, ("mass", "sag"), [], OVER, points=value)),
         ("samples", lambda value: ks.tolerances(robot("3rps").assemble(), {"rod_1.outer_diameter": 1e-4}, samples=value)),
-        ("n", lambda value: ks.plan_measurements(robot("3rps"), ["rod_1"], value, OVER, [0, 0, -9, 0, 0, 0], read=["dz"])),
+        (
+            "n",
+            lambda value: ks.plan_measurements(robot("3rps"), ["rod_1"], value, OVER, load=[0, 0, -9, 0, 0, 0], readings=["dz"]),
+        ),
         ("workers", lambda value: ks.sweep(robot("3rps"), OVER, workers=value, progress=False)),
     ],
 )
 def test_counts_are_refused_in_the_same_words(name, call, value):
-    if value is None and name in ("robots", "workers"):
+    if value is None and name in ("samples", "workers"):
         return
     with pytest.raises(ks.ArgumentError, match=rf"^{name} is .*; it must be a whole number from [12] (on|to \d+)"):
         call(value)
@@ -39,7 +42,7 @@ def test_counts_are_refused_in_the_same_words(name, call, value):
 def test_seeds_are_whole_numbers_too():
     for call in (
         lambda: ks.tolerances(robot("3rps").assemble(), {"rod_1.outer_diameter": 1e-4}, seed=-1),
-        lambda: ks.plan_measurements(robot("3rps"), ["rod_1"], 1, OVER, [0, 0, -9, 0, 0, 0], read=["dz"], seed=-1),
+        lambda: ks.plan_measurements(robot("3rps"), ["rod_1"], 1, OVER, load=[0, 0, -9, 0, 0, 0], readings=["dz"], seed=-1),
     ):
         with pytest.raises(ks.ArgumentError, match=r"^seed is -1; it must be a whole number from 0 on$"):
             call()

@@ -1,4 +1,4 @@
-"""Stiffnesses, payload and offsets from measured deflections."""
+"""Stiffnesses, payload and offsets from measured deflections, by weighted nonlinear least squares."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, finite_numbers, need_scipy, warn
 from kinetostatics.arguments import check
-from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, held_out, outliers
+from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.measurements import Measurements, read_measurements
@@ -46,7 +46,7 @@ def calibrate(
     closure_tolerance: float = 1e-10,
     **analysis: Keyword,
 ) -> Calibration:
-    """Find stiffnesses, payload and offsets from measured deflections, with how sure they are and what cannot be told.
+    """Find stiffnesses, payload and offsets from measured deflections, with confidence intervals and unidentifiable parameters.
 
     Args:
         robot: as its file says; the search begins there.
@@ -165,7 +165,7 @@ def calibrate(
         for k in np.flatnonzero(bad)
     )
     errors = np.full(len(measured), np.nan)
-    errors[used] = held_out(found, readings.rows[used]) * sigma[used]
+    errors[used] = leave_one_out(found, readings.rows[used]) * sigma[used]
     estimates = _estimates(looked_for, found, values, covariance, level)
     for one in estimates:
         if one.impossible:
@@ -188,8 +188,10 @@ def calibrate(
         flagged,
         frozen(sigma * scatter),
         sigma_known,
-        float(found.residuals @ found.residuals / found.freedom) if sigma_known and found.freedom else float("nan"),
-        found.freedom,
+        float(found.residuals @ found.residuals / found.degrees_of_freedom)
+        if sigma_known and found.degrees_of_freedom
+        else float("nan"),
+        found.degrees_of_freedom,
         found.converged,
         Payload(mass, tuple((moment / mass).tolist())) if mass else None,
         replace_path(model.robot(values), robot),
@@ -267,22 +269,22 @@ def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Reading
 def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
     from scipy import stats
 
-    tail, free = (1 - level) / 2, found.freedom
+    tail, free = (1 - level) / 2, found.degrees_of_freedom
     wide = float(stats.norm.isf(tail)) if found.sigma_known else float(stats.t.isf(tail, free)) if free > 0 else np.inf
     estimates = []
-    told, factors = unknowns.told(values)
-    starts, _ = unknowns.told(np.array([item.start for item in unknowns.items]))
+    reported, factors = unknowns.reported(values)
+    starts, _ = unknowns.reported(np.array([item.start for item in unknowns.items]))
     errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
     determined = determined_ones(found.null).tolist()
     for k, item in enumerate(unknowns.items):
         known = determined[k]
         error = float(errors[k]) if known and np.isfinite(errors[k]) else np.inf
-        ends = [float(told[k]) + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
+        ends = [float(reported[k]) + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
         if item.kind == "stiffness":
             reach = wide * error * values[k] ** 2 if error > 0 else 0.0
             ends = [1 / (values[k] + reach), 1 / (values[k] - reach) if values[k] > reach else np.inf]
         interval = float(ends[0]), float(ends[1])
-        estimates.append(Estimate(item.name, item.kind, float(told[k]), item.unit, float(starts[k]), interval, error, known))
+        estimates.append(Estimate(item.name, item.kind, float(reported[k]), item.unit, float(starts[k]), interval, error, known))
     return estimates
 
 

@@ -1,9 +1,9 @@
-"""Nonlinear least squares with what can be said of the estimates: covariance, null directions, outliers, errors held out.
+"""Nonlinear least squares with covariance, null directions, outliers and leave-one-out errors of the estimates.
 
 Everything is of weighted residuals and of a Jacobian whose columns are scaled. The covariance is that of the linearized
 problem, σ² (JᵀJ)⁻¹, in the space that the readings determine; outliers are found by externally studentized residuals with
-Bonferroni's bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); errors held out
-by (I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
+Bonferroni's bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); leave-one-out
+errors by (I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Fit:
         seen: (p, r) basis of changes that the readings determine.
         null: (p, p − r) changes that no reading sees.
         variance: of a residual: 1 if sigma is known, else estimated; NaN where nothing is left over.
-        freedom: readings less determined unknowns.
+        degrees_of_freedom: readings less determined unknowns.
         sigma_known: whether sigma is, or only its ratios.
         converged: whether the search ended by itself.
     """
@@ -63,7 +63,7 @@ class Fit:
     seen: Array
     null: Array
     variance: float
-    freedom: int
+    degrees_of_freedom: int
     sigma_known: bool
     converged: bool
 
@@ -129,9 +129,9 @@ def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged:
     """Return what there is to say of a solution."""
     scale, seen, null = determined(J)
     basis, _ = np.linalg.qr(scale[:, None] * seen)
-    freedom = len(residuals) - basis.shape[1]
-    variance = 1.0 if sigma_known else float(residuals @ residuals / freedom) if freedom > 0 else np.nan
-    return Fit(x, residuals, J, basis, scale[:, None] * null, variance, freedom, sigma_known, converged)
+    degrees_of_freedom = len(residuals) - basis.shape[1]
+    variance = 1.0 if sigma_known else float(residuals @ residuals / degrees_of_freedom) if degrees_of_freedom > 0 else np.nan
+    return Fit(x, residuals, J, basis, scale[:, None] * null, variance, degrees_of_freedom, sigma_known, converged)
 
 
 def determined(J: Array) -> tuple[Array, Array, Array]:
@@ -153,7 +153,7 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     """
     from scipy import stats
 
-    J, freedom_of_all = found.jacobian @ found.seen, found.freedom
+    J, freedom_of_all = found.jacobian @ found.seen, found.degrees_of_freedom
     n, r = J.shape
     kept = np.ones(n, dtype=bool)
     studentized = np.zeros(n)
@@ -165,15 +165,15 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
         residuals = found.residuals[kept] - Q @ (Q.T @ found.residuals[kept])
         free = 1 - np.sum(Q**2, axis=1)
         usable = free > ROUNDING
-        freedom = len(residuals) - r
+        degrees_of_freedom = len(residuals) - r
         internal = np.where(usable, residuals, 0.0) ** 2 / np.where(usable, free, 1.0)
         if np.sqrt(np.mean(residuals**2)) <= ROUNDING * size:
             break
         if found.sigma_known:
             t, bound = np.sqrt(internal), stats.norm.isf(FALSE_ALARM / (2 * len(residuals)))
         else:
-            without = np.maximum((residuals @ residuals - internal) / (freedom - 1), (ROUNDING * size) ** 2)
-            t, bound = np.sqrt(internal / without), stats.t.isf(FALSE_ALARM / (2 * len(residuals)), freedom - 1)
+            without = np.maximum((residuals @ residuals - internal) / (degrees_of_freedom - 1), (ROUNDING * size) ** 2)
+            t, bound = np.sqrt(internal / without), stats.t.isf(FALSE_ALARM / (2 * len(residuals)), degrees_of_freedom - 1)
         signed = t * np.sign(residuals)
         first = signed if first is None else first
         studentized[kept] = signed
@@ -184,8 +184,8 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     return studentized, ~kept
 
 
-def held_out(found: Fit, groups: Array) -> Array:
-    """Return the errors (n,) of readings foretold by all others but those of their group; NaN where they cannot be."""
+def leave_one_out(found: Fit, groups: Array) -> Array:
+    """Return the errors (n,) of readings predicted from the other groups; NaN where they cannot be."""
     H, errors = found.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)

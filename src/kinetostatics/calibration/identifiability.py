@@ -1,4 +1,4 @@
-"""What readings cannot tell, in words."""
+"""Directions of the unknowns that no reading determines: the null space of the Jacobian."""
 
 from __future__ import annotations
 

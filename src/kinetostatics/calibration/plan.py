@@ -1,4 +1,4 @@
-"""Which measurements tell most: D-optimal subsets of a grid of poses and loads.
+"""D-optimal measurements: subsets of a grid of poses and loads.
 
 The determinant of the information matrix Σ JᵀJ is made largest by exchanging each measurement in turn for the best of the
 others, from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
@@ -7,6 +7,7 @@ Technometrics 22, 1980).
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, whole_number
+from kinetostatics.argument_checks import finite_numbers, names_in, whole_number
 from kinetostatics.arguments import check
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
@@ -24,6 +25,7 @@ from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
+from kinetostatics.design.problem import grid_of
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, Index, frozen
@@ -44,10 +46,11 @@ def plan_measurements(
     robot: Robot,
     unknowns: Sequence[str],
     n: int,
-    over: Mapping[str, ArrayLike] | None = None,
-    loads: ArrayLike = (0, 0, 0, 0, 0, 0),
+    platform: Mapping[str, ArrayLike] | None = None,
+    actuators: Mapping[str, ArrayLike] | None = None,
     *,
-    read: Sequence[str] = ("dx", "dy", "dz"),
+    load: ArrayLike = (0, 0, 0, 0, 0, 0),
+    readings: Sequence[str] = ("dx", "dy", "dz"),
     gauges: str | os.PathLike[str] | Mapping[str, Gauge] | None = None,
     reference: str | Mapping[str, float] = "undeformed",
     orientation: str | None = None,
@@ -58,15 +61,16 @@ def plan_measurements(
     closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> MeasurementPlan:
-    """Choose the poses and loads at which measurements tell most of the unknowns.
+    """Choose the poses and loads whose measurements determine the unknowns best.
 
     Args:
         robot: as its file says.
         unknowns: as in :func:`calibrate`.
         n: how many measurements, each a pose and a load.
-        over: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero pose.
-        loads: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
-        read: components of the twist and gauges that are read at each of them.
+        platform, actuators: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero
+            pose.
+        load: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
+        readings: components of the twist and gauges that are read at each of them.
         gauges, reference, orientation, payload, point, frame, closure_tolerance, analysis: as in :func:`calibrate`.
         seed: of the random plans, and of the starts of the search.
 
@@ -83,7 +87,7 @@ def plan_measurements(
         >>> import kinetostatics as ks
         >>> robot = ks.load_robot("3rps")
         >>> plan = ks.plan_measurements(robot, ["rod_1", "rod_2", "rod_3"], 3,
-        ...     {"z": 0.5, "rx": [-0.2, 0, 0.2], "ry": [-0.2, 0, 0.2]}, [0, 0, -2000, 0, 0, 0], read=["dz"])
+        ...     {"z": 0.5, "rx": [-0.2, 0, 0.2], "ry": [-0.2, 0, 0.2]}, load=[0, 0, -2000, 0, 0, 0], readings=["dz"])
         >>> len(plan.chosen), plan.gain > 1
         (3, True)
     """
@@ -91,21 +95,21 @@ def plan_measurements(
     check_robot("plan_measurements", robot, payload)
     arm = check_point(point, frame)
     seed = check("seed", seed)
-    known = read_gauges(gauges)
-    names = names_in("read", read, '["dz"]')
+    described = read_gauges(gauges)
+    names = names_in("readings", readings, '["dz"]')
     for name in names:
-        if name not in known:
-            raise ArgumentError(f"read: there is no gauge {name!r}: {near_names(name, known)}")
+        if name not in described:
+            raise ArgumentError(f"readings: there is no gauge {name!r}: {near_names(name, described)}")
     if not names:
-        raise ArgumentError('read is empty; name what is read: ["dz"]')
-    coordinates, wrenches = _candidates(over, loads)
+        raise ArgumentError('readings are empty; name what is read: ["dz"]')
+    coordinates, wrenches = _candidates(platform, actuators, load, robot.description.driven)
     every, each = len(wrenches), len(names)
-    readings = Readings(np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: known[name] for name in names})
-    sigmas = np.array([gauge.sigma or SIGMA for gauge in readings.gauges.values()])
-    looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
-    model = Model(
-        looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, None, closure_tolerance
+    which = Readings(
+        np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: described[name] for name in names}
     )
+    sigmas = np.array([gauge.sigma or SIGMA for gauge in which.gauges.values()])
+    looked_for = Unknowns(robot, unknowns, which.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
+    model = Model(looked_for, coordinates, wrenches, which, reference, orientation, arm, frame, analysis, None, closure_tolerance)
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items])
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]
@@ -140,13 +144,13 @@ def plan_measurements(
     more = log_det(blocks[chosen]) - float(np.mean([value for _, value in usual])) if usual else np.nan
     gain = float(np.exp(more / (2 * free))) if free else float("nan")
     null = columns[:, None] * null
-    told = np.flatnonzero(determined_ones(null)).tolist()
-    factors = looked_for.told(start)[1] * scale
+    known = np.flatnonzero(determined_ones(null)).tolist()
+    factors = looked_for.reported(start)[1] * scale
 
     def errors(plan: Index) -> Array:
         information = np.einsum("nki,nkj->ij", blocks[plan], blocks[plan])
         covariance = factors @ basis @ np.linalg.pinv(information) @ basis.T @ factors.T
-        return np.asarray(np.sqrt(np.diag(covariance))[told])
+        return np.asarray(np.sqrt(np.diag(covariance))[known])
 
     ours = errors(chosen)
     others = np.exp(np.mean(np.log([errors(plan) for plan, _ in usual] or [ours * np.nan]), axis=0))
@@ -154,8 +158,8 @@ def plan_measurements(
         Named({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
         frozen(wrenches[numbers[chosen]]),
         names,
-        Named({looked_for.items[k].name: float(error) for k, error in zip(told, ours, strict=True)}),
-        Named({looked_for.items[k].name: float(error) for k, error in zip(told, others, strict=True)}),
+        Named({looked_for.items[k].name: float(error) for k, error in zip(known, ours, strict=True)}),
+        Named({looked_for.items[k].name: float(error) for k, error in zip(known, others, strict=True)}),
         gain,
         unidentifiable(looked_for.items, null),
         count,
@@ -165,22 +169,20 @@ def plan_measurements(
     )
 
 
-def _candidates(over: Mapping[str, ArrayLike] | None, loads: ArrayLike) -> tuple[dict[str, Array], Array]:
+def _candidates(
+    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, load: ArrayLike, driven: Sequence[str]
+) -> tuple[dict[str, Array], Array]:
     """Return coordinates (P·L,) and loads (P·L, 6) of all candidates."""
-    axes: dict[str, Array] = {}
-    if over is not None:
-        check_mapping("over", over, '{"z": [0.4, 0.5]}')
-        axes = {name: np.atleast_1d(finite_numbers(f"over: {name}", value)).ravel() for name, value in over.items()}
-    wrenches = finite_numbers("loads", loads)
+    wrenches = finite_numbers("load", load)
     if wrenches.ndim == 0 or wrenches.shape[-1] != 6 or not wrenches.size:
-        raise ArgumentError(f"loads have the shape {wrenches.shape}; the last axis must have 6 entries, force and moment")
+        raise ArgumentError(f"load has the shape {wrenches.shape}; its last axis must have 6 entries, force and moment")
     wrenches = wrenches.reshape(-1, 6)
-    poses = int(np.prod([array.size for array in axes.values()]))
+    given = actuators if platform is None else platform
+    poses = math.prod(np.size(values) for values in given.values()) if isinstance(given, Mapping) else 1
     if not 0 < poses * len(wrenches) <= MOST:
         raise ArgumentError(f"poses times loads are {poses * len(wrenches):,}; they must be from 1 to {MOST:,}")
-    mesh = np.meshgrid(*axes.values(), indexing="ij") if axes else []
-    coordinates = {name: np.repeat(array.ravel(), len(wrenches)) for name, array in zip(axes, mesh, strict=True)}
-    return coordinates, np.tile(wrenches, (poses, 1))
+    coordinates, _ = grid_of(platform, actuators, driven)
+    return {name: np.repeat(array, len(wrenches)) for name, array in coordinates.items()}, np.tile(wrenches, (poses, 1))
 
 
 def log_det(blocks: Array) -> float:

@@ -171,7 +171,7 @@ class Unknowns:
                 arm[k] = known[axis]
         return mass, moment + mass * arm, arm
 
-    def told(self, values: Array) -> tuple[Array, Array]:
+    def reported(self, values: Array) -> tuple[Array, Array]:
         """Return the unknowns as they were asked for (p,), and their derivatives (p, p) by what is varied.
 
         The centre of a payload without mass is NaN.

@@ -39,9 +39,9 @@ def _calibrate(args: argparse.Namespace) -> int:
         else:
             from kinetostatics.calibration import plan_measurements
 
-            _, over = grid_of(robot, args)
-            options |= given_of(("read",), args)
-            found = plan_measurements(robot, args.unknowns, planned, over or None, _loads(args.load_case), **options)
+            option, coordinates = grid_of(robot, args)
+            options |= {option[2:]: coordinates or None, "load": _loads(args.load_case), **given_of(("readings",), args)}
+            found = plan_measurements(robot, args.unknowns, planned, **options)
         save_files(args.out, "calibration", found)
         shown = found.to_dict() if args.json else found.report()
     answer(shown, (), args.out)
@@ -92,7 +92,7 @@ and outliers; or plan where to measure.""",
         "leave_out_outliers": Argument("flag", "estimate once more without outliers"),
         "plan": Argument("count", "choose the N poses and loads with the smallest standard errors", "N", group="plan"),
         "load_case": Argument("texts", "loads that can be applied: 'FX FY FZ MX MY MZ' each", "LOAD", group="plan"),
-        "read": Argument("texts", "gauges that are read (default: dx dy dz)", "GAUGE", group="plan"),
+        "readings": Argument("texts", "gauges that are read (default: dx dy dz)", "GAUGE", group="plan"),
         "out": Argument(
             "texts",
             "write the robot with the estimates as plain URDF (.urdf), the residuals as a figure, or the plan (.csv)",
@@ -123,7 +123,7 @@ plan:
     examples="""
 calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calibration/gauges.csv --unknowns rod_1 rod_2 rod_3 \
 --reference unloaded --leave-out-outliers --out mine.urdf residuals.svg
-calibrate 2pru_upr --plan 12 --unknowns rod_1 rod_2 rod_3 --read dx dz --reference unloaded --platform z=550mm:650mm:3 \
+calibrate 2pru_upr --plan 12 --unknowns rod_1 rod_2 rod_3 --readings dx dz --reference unloaded --platform z=550mm:650mm:3 \
 rx=-15deg:15deg:3 ry=-15deg:15deg:3 --load-case "0 0 -500 0 0 0" "300 0 0 0 0 0" --out to_measure.csv
 """,
 )

@@ -78,7 +78,7 @@ def _sensitivities(args: argparse.Namespace) -> int:
     """Print the tables."""
     with waiting("changing parameters one by one"):
         check_files(args.out, FIGURES)
-        options = {**loads_of(args), **given_of(("by", "of", "tool"), args)}
+        options = {**loads_of(args), **given_of(("by", "outputs", "tool"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = SENSITIVITIES.called()(configuration, **options)
         save_files(args.out, "sensitivities", found)
@@ -94,7 +94,7 @@ SENSITIVITIES = Command(
         "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
         "numbers of its parts, and to the stiffness of every elastic part, and rank them by their effect on the platform."
     ),
-    arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "of", "json"),
+    arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "outputs", "json"),
     own={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},
     function="design:sensitivities",
     notes=VALUES_HELP,
@@ -102,7 +102,7 @@ SENSITIVITIES = Command(
 sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
 sensitivities 2pru_upr --by rod_diameter rod_length --json
 sensitivities delta --by "*diameter" "*.mass" "motor_1.placement.*"
-sensitivities 3rps --of mass actuator_forces --json
+sensitivities 3rps --outputs mass actuator_forces --json
 sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
 sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 """,
@@ -121,7 +121,8 @@ def _optimize(args: argparse.Namespace) -> int:
         options |= given_of(("vary", "subject_to", "orientation", "closure_tolerance", "tool", "starts"), args)
         options |= given_of(("platform_link", "base_link"), args)
         options["parameters"] = parse_parameters(args.parameters)
-        options["over"] = grid_of(load_robot(args) if args.actuators else None, args)[1] or None
+        option, coordinates = grid_of(load_robot(args) if args.actuators else None, args)
+        options[option[2:]] = coordinates or None
         if front:
             from kinetostatics.design import pareto
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_mapping, need_scipy, warn, whole_number
+from kinetostatics.argument_checks import Keyword, need_scipy, warn, whole_number
 from kinetostatics.description.units import KINDS
-from kinetostatics.design.problem import Point, Problem, assembled, rank
+from kinetostatics.design.problem import Evaluation, Problem, assembled, grid_of, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.sizes import Sizes, sizes_of
@@ -25,7 +25,6 @@ from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.layout.mapping import Named
-from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
@@ -45,7 +44,8 @@ def optimize(
     vary: Vary,
     minimize: str = "mass",
     subject_to: Sequence[str] = (),
-    over: Mapping[str, ArrayLike] | None = None,
+    platform: Mapping[str, ArrayLike] | None = None,
+    actuators: Mapping[str, ArrayLike] | None = None,
     *,
     orientation: str | None = None,
     parameters: Mapping[str, object] | None = None,
@@ -69,8 +69,8 @@ def optimize(
             "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or "buckling".
         subject_to: requirements: one of these quantities, or least_translational_stiffness or least_rotational_stiffness, and
             its limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
-        over: the workspace: coordinates of the platform, or of all actuators, as :func:`kinetostatics.sweep` takes them: arrays
-            span a grid; default: the zero pose.
+        platform, actuators: the workspace: coordinates of the platform, or of all actuators, as :func:`kinetostatics.sweep` takes
+            them: arrays span a grid; default: the zero pose.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
         parameters: values of other arguments of the file.
         platform_link, base_link: as ``platform`` and ``base`` of :func:`kinetostatics.load_robot`.
@@ -95,14 +95,25 @@ def optimize(
         >>> import kinetostatics as ks
         >>> best = ks.optimize(
         ...     "3rps", {"rod_diameter": "40mm:120mm"}, "mass", ["deflection_any_direction(500 N) < 20um"],
-        ...     over={"z": 0.55, "rx": 0.0, "ry": 0.0}, starts=1)
+        ...     platform={"z": 0.55, "rx": 0.0, "ry": 0.0}, starts=1)
         >>> best.feasible, round(1e3 * best.parameters["rod_diameter"], 2), round(best.objective, 1)  # [mm], [kg]
         (True, 100.1, 122.9)
     """
     check_keywords(optimize, analysis, without=("on_failure",))
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
     search_for = prepare(
-        robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+        robot,
+        vary,
+        minimize,
+        subject_to,
+        (platform, actuators),
+        orientation,
+        parameters,
+        links,
+        starts,
+        tool,
+        closure_tolerance,
+        analysis,
     )
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
@@ -140,7 +151,7 @@ def prepare(
     vary: Vary,
     minimize: str,
     subject_to: Sequence[str],
-    over: Mapping[str, ArrayLike] | None,
+    workspace: tuple[Mapping[str, ArrayLike] | None, Mapping[str, ArrayLike] | None],
     orientation: str | None,
     parameters: Mapping[str, object] | None,
     links: Mapping[str, str | None],
@@ -149,7 +160,7 @@ def prepare(
     closure_tolerance: float,
     analysis: Mapping[str, Keyword],
 ) -> Search:
-    """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
+    """Check the arguments of :func:`optimize`; ``workspace`` is platform and actuators, ``links`` are platform and base."""
     need_scipy("optimize")
     ranges, choices = read_variables(vary)
     if isinstance(subject_to, str) or not isinstance(subject_to, Sequence):
@@ -165,10 +176,10 @@ def prepare(
     first = Robot(read_robot_file(path, parameters, **links))
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
     sizes = sizes_of(ParametricRobot(first, links), names, typed_units(ranges, choices))
-    grid, is_platform = _grid(over, first.description.driven)
+    grid, is_platform = grid_of(*workspace, first.description.driven)
     limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
-    for hint in (*first.unit_hints(over or {}), *_odd_ranges(sizes, ranges, choices), *hints):
+    for hint in (*first.unit_hints(grid), *_odd_ranges(sizes, ranges, choices), *hints):
         warn(hint)
     place = tool_on_robot(tool, first)
     # complaints about coordinates and arguments come before the search
@@ -205,21 +216,6 @@ def parse_objective(text: str) -> tuple[str, float]:
     return objective
 
 
-def _grid(over: Mapping[str, ArrayLike] | None, driven: Sequence[str]) -> tuple[dict[str, Array], bool]:
-    """Return the coordinates (P,) of all poses, and whether they are the platform's."""
-    if over is None:
-        return {name: np.zeros(1) for name in driven}, False
-    check_mapping("over", over, '{"z": [0.4, 0.5]}')
-    axes = []
-    for name, value in over.items():
-        array = np.asarray(value)
-        if array.dtype.kind not in "iuf" or array.ndim > 1 or not array.size or not np.all(np.isfinite(array)):
-            raise ArgumentError(f"over: {name} is {value!r}; it must be a number or a list of numbers [m, rad]")
-        axes.append(np.atleast_1d(array.astype(float)))
-    mesh = np.meshgrid(*axes, indexing="ij") if axes else []
-    return {name: array.ravel() for name, array in zip(over, mesh, strict=True)}, not set(over) <= set(driven) or not over
-
-
 def _optimum(
     problem: Problem,
     ranges: Sequence[Range],
@@ -234,8 +230,8 @@ def _optimum(
     if point.result is None:
         raise StaticsError("no parameters within the bounds make a robot that can be analysed: look at the bounds of vary")
     poses = point.result.configuration.reached.size
-    idle = _idle(problem, ranges, best, point)
-    savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in idle], best, point)
+    no_influence = _without_influence(problem, ranges, best, point)
+    savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in no_influence], best, point)
     checked = []
     for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
         extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
@@ -244,7 +240,7 @@ def _optimum(
         value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
         unit = KINDS.get(MEASURES[item.name].kind, "")
         number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
-        pose = {name: float(array[number]) for name, array in problem.over.items()}
+        pose = {name: float(array[number]) for name, array in problem.coordinates.items()}
         active = abs(margin) <= ACTIVE or margin < 0
         checked.append(
             CheckedRequirement(
@@ -279,11 +275,13 @@ def _optimum(
         poses,
         int(np.sum(point.result.configuration.limit_exceeded)),
         alike,
-        idle,
+        no_influence,
     )
 
 
-def _idle(problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Point) -> tuple[str, ...]:
+def _without_influence(
+    problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
+) -> tuple[str, ...]:
     """Return the names of ranges whose two ends give the same objective and margins as the optimum."""
 
     def same(item: Range, u: float) -> bool:
@@ -302,7 +300,7 @@ def _idle(problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], 
 
 
 def _multipliers(
-    problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Point
+    problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return what one per cent looser saves of the objective, for each requirement, and which parameters are at a bound.
 

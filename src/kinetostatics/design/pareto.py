@@ -36,7 +36,8 @@ def pareto(
     vary: Vary,
     minimize: Sequence[str] = ("mass", "sag"),
     subject_to: Sequence[str] = (),
-    over: Mapping[str, ArrayLike] | None = None,
+    platform: Mapping[str, ArrayLike] | None = None,
+    actuators: Mapping[str, ArrayLike] | None = None,
     *,
     points: int = 10,
     orientation: str | None = None,
@@ -51,8 +52,8 @@ def pareto(
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 
     Args:
-        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, closure_tolerance, analysis: as of
-            :func:`kinetostatics.optimize`.
+        robot, vary, subject_to, platform, actuators, orientation, parameters, platform_link, base_link, tool, closure_tolerance,
+            analysis: as of :func:`kinetostatics.optimize`.
         minimize: two quantities whose worst poses are minimized, see there.
         points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
             catalogues alone are tried completely, and all designs that are best are returned.
@@ -70,9 +71,8 @@ def pareto(
         What a tripod has to weigh to sag less:
 
         >>> import kinetostatics as ks
-        >>> over = {"z": 0.55, "rx": 0.0, "ry": 0.0}
         >>> front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm,100mm,120mm"}, ("mass", "deflection_any_direction(500 N)"),
-        ...     over=over)
+        ...     platform={"z": 0.55, "rx": 0.0, "ry": 0.0})
         >>> [round(float(mass)) for mass, _ in front.objectives]  # [kg]
         [57, 86, 123, 168]
     """
@@ -81,7 +81,7 @@ def pareto(
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     points = whole_number("points", points, 2, MOST)
     links: dict[str, str | None] = {"platform_link": platform_link, "base_link": base_link}
-    given = subject_to, over, orientation, parameters, links, starts, tool, closure_tolerance, analysis
+    given = subject_to, (platform, actuators), orientation, parameters, links, starts, tool, closure_tolerance, analysis
     first = prepare(robot, vary, minimize[0], *given)
     measured = parse_objective(minimize[1])
     if measured == first.problem.objective:

@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.argument_checks import Keyword, check_mapping
 from kinetostatics.design.requirements import MEASURES, Requirement
 from kinetostatics.design.sizes import Sizes
 from kinetostatics.engine.programs import loops_for
-from kinetostatics.exceptions import RobotFileError, StaticsError
+from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
@@ -23,7 +24,7 @@ from kinetostatics.robot import Robot
 
 
 @dataclass(frozen=True)
-class Point:
+class Evaluation:
     """One robot, analysed at all poses under all load cases.
 
     Attributes:
@@ -55,8 +56,8 @@ class Problem:
 
     Attributes:
         sizes: what is varied, and the robots.
-        over: coordinates (P,) of all poses, and whether they are the platform's.
-        is_platform: see ``over``.
+        coordinates: (P,) of all poses.
+        is_platform: whether they are the platform's, or the actuators'.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
         analysis: arguments of :func:`kinetostatics.analyze`; every load case of theirs at every pose.
         cases: shape of the load cases; (): there is one.
@@ -69,7 +70,7 @@ class Problem:
     """
 
     sizes: Sizes
-    over: Mapping[str, Array]
+    coordinates: Mapping[str, Array]
     is_platform: bool
     orientation: str | None
     analysis: Mapping[str, Keyword]
@@ -78,10 +79,10 @@ class Problem:
     requirements: Sequence[Requirement]
     tool: Array | None = None
     closure_tolerance: float = 1e-10
-    known: dict[tuple[tuple[str, float], ...], Point] = field(default_factory=dict)
+    known: dict[tuple[tuple[str, float], ...], Evaluation] = field(default_factory=dict)
     count: int = 0
 
-    def at(self, parameters: Mapping[str, float]) -> Point:
+    def at(self, parameters: Mapping[str, float]) -> Evaluation:
         """Return the robot with these parameters."""
         key = tuple(sorted(parameters.items()))
         if key not in self.known:
@@ -91,11 +92,11 @@ class Problem:
 
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis of a robot at all poses, every load case at every pose (P, …)."""
-        over = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.over.items()}
-        poses = assembled(robot, over, self.is_platform, self.orientation, self.closure_tolerance, self.analysis)
+        given = {name: values.reshape(-1, *(1,) * len(self.cases)) for name, values in self.coordinates.items()}
+        poses = assembled(robot, given, self.is_platform, self.orientation, self.closure_tolerance, self.analysis)
         return analyze(poses, on_failure="nan", **self.analysis)
 
-    def _evaluate(self, parameters: Mapping[str, float]) -> Point:
+    def _evaluate(self, parameters: Mapping[str, float]) -> Evaluation:
         try:
             result = self.analyzed(self.sizes.robot(parameters))
             tip = result.seen_from(self.tool)
@@ -107,12 +108,12 @@ class Problem:
             found = measured(*self.objective)
             values = [_rows(measured(item.name, item.argument)) for item in self.requirements]
         except (RobotFileError, StaticsError):
-            return Point(np.inf, np.array([-1.0]), None, [])
+            return Evaluation(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
         # poses without numbers break the robot, whatever is asked of it; so do those without what is minimized
         margins.append(np.where(np.isnan(result.twist[..., 0]) | np.any(np.isnan(found), axis=-1), -1.0, 1.0).ravel())
         worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
-        return Point(worst, np.concatenate(margins), result, values)
+        return Evaluation(worst, np.concatenate(margins), result, values)
 
 
 def _rows(values: Array) -> Array:
@@ -120,9 +121,34 @@ def _rows(values: Array) -> Array:
     return values.reshape(-1, values.shape[-1])
 
 
+def grid_of(
+    platform: Mapping[str, ArrayLike] | None, actuators: Mapping[str, ArrayLike] | None, driven: Sequence[str]
+) -> tuple[dict[str, Array], bool]:
+    """Return the coordinates (P,) of a grid of poses, and whether they are the platform's; default: actuators at zero.
+
+    Raises:
+        ArgumentError: both are given, or a coordinate is neither a number nor a list of numbers.
+    """
+    if platform is not None and actuators is not None:
+        raise ArgumentError("give either platform or actuators, not both")
+    what = "actuators" if platform is None else "platform"
+    given = actuators if platform is None else platform
+    if given is None:
+        return {name: np.zeros(1) for name in driven}, False
+    check_mapping(what, given, '{"z": [0.4, 0.5]}' if platform is not None else '{"slide": [0.0, 0.1]}')
+    axes = []
+    for name, value in given.items():
+        array = np.asarray(value)
+        if array.dtype.kind not in "iuf" or array.ndim > 1 or not array.size or not np.all(np.isfinite(array)):
+            raise ArgumentError(f"{what}: {name} is {value!r}; it must be a number or a list of numbers [m, rad]")
+        axes.append(np.atleast_1d(array.astype(float)))
+    mesh = np.meshgrid(*axes, indexing="ij") if axes else []
+    return {name: array.ravel() for name, array in zip(given, mesh, strict=True)}, platform is not None
+
+
 def assembled(
     robot: Robot,
-    over: Mapping[str, Array],
+    coordinates: Mapping[str, Array],
     is_platform: bool,
     orientation: str | None,
     closure_tolerance: float,
@@ -131,10 +157,10 @@ def assembled(
     """Return a robot at coordinates of its platform, or else of its actuators, by the engine of an analysis."""
     loops = loops_for(analysis)
     if is_platform:
-        return assemble(robot, None, over, orientation, None, closure_tolerance, "nan", loops)
-    return assemble(robot, over, None, None, None, closure_tolerance, "nan", loops)
+        return assemble(robot, None, coordinates, orientation, None, closure_tolerance, "nan", loops)
+    return assemble(robot, coordinates, None, None, None, closure_tolerance, "nan", loops)
 
 
-def rank(point: Point) -> tuple[bool, float]:
+def rank(point: Evaluation) -> tuple[bool, float]:
     """Return what puts feasible points first, the lightest of them before others, and the least broken before the rest."""
     return (not point.feasible, point.objective if point.feasible else point.violation)

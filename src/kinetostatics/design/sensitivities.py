@@ -45,7 +45,7 @@ OF_POSES = {"mass", "actuators"}
 def sensitivities(
     configuration: Configuration,
     by: Sequence[str] | None = None,
-    of: Sequence[str] = QUANTITIES,
+    outputs: Sequence[str] = QUANTITIES,
     *,
     tool: ArrayLike | None = None,
     **analysis: Keyword,
@@ -60,8 +60,8 @@ def sensitivities(
             ``"revolute_1.placement.x"``, ``"prismatic_1.actuator_stiffness"``; ``*`` in a name stands for anything:
             ``"rod_*.density"``. Default: all arguments that are numbers and change anything; of a file without arguments, or of a
             robot that was changed since it was read, all numbers of parts that do, but for placements and centres of mass.
-        of: what is differentiated: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their coordinates),
-            "mass"; default: all of them. What is not asked for is not computed.
+        outputs: quantities to differentiate: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their
+            coordinates), "mass"; default: all of them. What is not asked for is not computed.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are
             differentiated; default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
@@ -100,7 +100,7 @@ def sensitivities(
     robot = robot_of(configuration)
     robots = ParametricRobot(robot)
     numbers = _all_numbers(robots) if by is None else robots.select(names_in("by", by, '["rod_diameter"]'))
-    asked = _quantities(of)
+    asked = _quantities(outputs)
     place = tool_on_robot(tool, robot)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(result, analysis, place, asked)
@@ -133,13 +133,13 @@ def sensitivities(
     return replace(every, parameters=Named({name: found[name] for name in order}))
 
 
-def _quantities(of: Sequence[str]) -> tuple[str, ...]:
+def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
     """Return the quantities that are asked for, in their usual order."""
-    asked = names_in("of", of, '["twist", "mass"]')
+    asked = names_in("outputs", outputs, '["twist", "mass"]')
     for name in asked:
-        check_choice("of", name, QUANTITIES)
+        check_choice("outputs", name, QUANTITIES)
     if not asked:
-        raise ArgumentError('of has nothing in it; it must name a quantity, such as ["twist", "mass"]')
+        raise ArgumentError('outputs has nothing in it; it must name a quantity, such as ["twist", "mass"]')
     return tuple(name for name in QUANTITIES if name in asked)
 
 

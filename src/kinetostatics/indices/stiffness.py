@@ -83,7 +83,7 @@ def stiffness_along(
 
 
 def deflection_any_direction(
-    ds: xr.Dataset, force: float = 1.0, point: Sequence[float] | None = None, beyond_limits: bool = False
+    ds: xr.Dataset, force: float = 1.0, tool: Sequence[float] | None = None, beyond_limits: bool = False
 ) -> xr.DataArray:
     """Return the largest displacement under a force of given size from any direction, the platform free to turn [m].
 
@@ -92,16 +92,16 @@ def deflection_any_direction(
     Args:
         ds: of :func:`kinetostatics.sweep`.
         force: [N].
-        point: (3,) a point of the platform, such as a tool's tip, from o in the platform's axes [m]; default: o.
+        tool: (3,) a point of the platform, such as a tool's tip, from o in the platform's axes [m]; default: o.
         beyond_limits: as in :func:`valid`.
 
     Raises:
         ArgumentError: the force is not positive, or the point is none.
     """
     size = positive("force", force, "a force [N] greater than zero")
-    if point is not None:
+    if tool is not None:
         ds = at_point(
-            ds.drop_vars(["twist", "contribution", "gravity_mechanism", "residual_error", "stiffness"], errors="ignore"), point
+            ds.drop_vars(["twist", "contribution", "gravity_mechanism", "residual_error", "stiffness"], errors="ignore"), tool
         )
     block = _block(variable(ds, "compliance"), LINEAR)
     where = "the point" if "point" in ds.attrs else "o"

@@ -19,23 +19,23 @@ from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.unit_hints import point_hint
 
 
-def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
+def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
     """Return a map whose twists, stiffness and compliance are those at a point of the platform, such as a tool's tip, not at o.
 
     All indices and figures of it are about that point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is how far the tip moves.
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
-        point: (3,) from o in the platform's axes [m].
+        tool: (3,) the point, from o in the platform's axes [m].
 
     Raises:
         ArgumentError: it is no point, or the map is about another point already.
     """
-    place = point_of_platform("point", point)
+    place = point_of_platform("tool", tool)
     size = float(variable(ds, "characteristic_length").max())
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
-    for hint in point_hint("point", place, size):
+    for hint in point_hint("tool", place, size):
         warn(hint)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]

@@ -39,8 +39,8 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     """
     if not isinstance(found, Sensitivities):
         raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
-    if "twist" not in found.of:
-        raise ArgumentError(f"the bars are of the twist, which was not asked for: of={found.of}")
+    if "twist" not in found.outputs:
+        raise ArgumentError(f"the bars are of the twist, which is not among the outputs={found.outputs}")
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     if not size > 0:
         raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")

@@ -47,7 +47,8 @@ def calibration_report(found: Calibration) -> Report:
     title += count(len(set(found.rows.tolist())), "row")
     title += f"; {len(found.unidentifiable)} not determined" if found.unidentifiable else ""
     title += f"; {count(len(found.outliers), 'outlier')}" if found.outliers else ""
-    names = "estimates unidentifiable level sigma_known misfit freedom converged outliers rows gauge_of measured computed used"
+    names = "estimates unidentifiable level sigma_known reduced_chi_square degrees_of_freedom converged outliers rows gauge_of "
+    names += "measured computed used"
     data = {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite, or not known"}
     return Report(
         title,
@@ -55,7 +56,7 @@ def calibration_report(found: Calibration) -> Report:
         lambda: {
             "robot": found.robot.name,
             "units": data,
-            **attributes(found, (*names.split(), "studentized", "held_out", "sigma", "covariance", "gauges")),
+            **attributes(found, (*names.split(), "studentized", "leave_one_out", "sigma", "covariance", "gauges")),
         },
     )
 
@@ -67,10 +68,10 @@ def _sections(found: Calibration) -> list[Section]:
     ]
     fits = []
     for kind, units in UNITS_BY_KIND.items():
-        residual, foretold = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.held_out))
+        residual, predicted = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.leave_one_out))
         if math.isfinite(residual):
             size = quantity(found.root_mean_square(found.measured, kind), units, digits=4)
-            ahead = quantity(foretold, units, digits=4) if math.isfinite(foretold) else MISSING
+            ahead = quantity(predicted, units, digits=4) if math.isfinite(predicted) else MISSING
             fits.append((f"readings of {kind}s", size, quantity(residual, units, digits=4), ahead))
     header = ("root mean square", "readings", "residuals", "predicted from the other rows")
     outliers = [Text(_outlier(found, k), "warning") for k in range(min(len(found.outliers), MOST))]
@@ -101,17 +102,17 @@ def _not_determined(items: Sequence[Unidentifiable], end: str) -> Section:
 
 def _sentences(found: Calibration) -> list[str]:
     said = []
-    freedom = f"{found.freedom} readings more than unknowns that they determine"
+    freedom = f"{found.degrees_of_freedom} degrees of freedom"
     if found.sigma_known:
         said.append(
-            f"Weighted squares per degree of freedom: {found.misfit:.3g} ({freedom}); about 1 if model and sigma are right."
+            f"Reduced chi-square: {found.reduced_chi_square:.3g} ({freedom}); about 1 if model and sigma are right."
         )
-    elif found.freedom > 0:
+    elif found.degrees_of_freedom > 0:
         kind = next(iter(found.gauges.values())).kind
         words = quantity(found.sigma[0], UNITS_BY_KIND[kind], digits=3)
         said.append(f"Standard deviation of a reading, from the residuals: {words} ({freedom}).")
     else:
-        said.append("There are no more readings than unknowns, so that nothing tells how sure the estimates are: measure more.")
+        said.append("There are no more readings than unknowns: the standard errors are unknown; measure more.")
     said += [f"{item.name} is not possible: {item.impossible}." for item in found.estimates.values() if item.impossible]
     left = int(np.sum(~found.used))
     if left:

@@ -51,7 +51,7 @@ def _sentences(found: Optimum) -> list[str]:
             saves = f": relaxing it by 1 % would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
             said.append(f"{item.text} decides{where}{saves}.")
     said += [f"{text}." for text in found.at_bounds]
-    said += [f"{name} has no influence on objective or requirements." for name in found.idle]
+    said += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
     if found.feasible and not found.active and not found.at_bounds:
         said.append("No requirement decides: this is the least of all, or the best of the listed values.")
     if found.beyond_limits:
@@ -96,7 +96,7 @@ def _data(found: Optimum) -> dict[str, object]:
         "robot": found.robot.name,
         **attributes(found, (*names, "parameters", "units", "allowed")),
         "requirements": [attributes(item, of_each) for item in found.requirements],
-        **attributes(found, ("at_bounds", "idle", "starts")),
+        **attributes(found, ("at_bounds", "no_influence", "starts")),
     }
 
 

@@ -43,7 +43,7 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
         parts = [f"{100 * move / size:+.3f}" if size else "" for move in moves]
         return [Column.of(f"moves {who} by", moves, LENGTHS), Column("of it [%]", parts, "r")]
 
-    moved, sizes = "twist" in found.of, [name for name in found if not is_location(name)]
+    moved, sizes = "twist" in found.outputs, [name for name in found if not is_location(name)]
     effects = {name: found.effect(name) for name in sizes[:MOST]}
     if effects:
         moves, masses = ([effect[k] for effect in effects.values()] for k in (0, 1))
@@ -52,9 +52,9 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
             Column("value", [in_unit(found[name].value, found[name].unit) for name in effects], "r"),
             *(moved_by(moves) if moved else []),
         ]
-        if "mass" in found.of:
+        if "mass" in found.outputs:
             columns.append(Column.of("adds", masses, _MASSES))
-        if moved and "mass" in found.of:
+        if moved and "mass" in found.outputs:
             per_mass = [move / mass if abs(mass) > 1e-12 else None for move, mass in effects.values()]
             columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
         kinds = {is_part(name) for name in sizes}
@@ -74,13 +74,13 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
 
 
 def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
-    rest = [name for name in found.of if name not in ("twist", "mass")]
+    rest = [name for name in found.outputs if name not in ("twist", "mass")]
     if not len(found) and not found.sources:
         said = "Nothing is elastic, and the file has no numbers that could be changed: no arguments, no masses, no beams."
-    elif "twist" in found.of:
+    elif "twist" in found.outputs:
         said = "Moves along the present displacement: negative is less sag."
     else:
-        said = f"Derivatives of {', '.join(rest or found.of)}: s[name], --json."
+        said = f"Derivatives of {', '.join(rest or found.outputs)}: s[name], --json."
     found_texts: list[Block] = [Text(said)]
     for name in sizes:
         if found[name].value == 0:

@@ -105,13 +105,13 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         measured, computed: (n,) readings [m, rad].
         used: (n,) bool, False where a reading was left out as an outlier.
         studentized: (n,) residuals over what they should be like.
-        held_out: (n,) errors with which each reading is foretold by all others but those of its row, NaN where it cannot be.
+        leave_one_out: (n,) errors of each reading as predicted from the other rows; NaN where it cannot be.
         outliers: readings that do not fit the others.
         sigma: (n,) standard deviation of each reading: as given, or found from the residuals.
         sigma_known: whether it was given.
-        misfit: sum of squared residuals over sigma given, per degree of freedom: about 1 if model and sigma are right; NaN where
+        reduced_chi_square: Σ (residual/sigma)² per degree of freedom, about 1 if model and sigma are right; NaN where
             no sigma was given.
-        freedom: readings less unknowns that they determine.
+        degrees_of_freedom: readings less unknowns that they determine.
         converged: whether the search ended by itself.
         payload: what the robot carries, None if nothing.
         robot: with the estimates.
@@ -128,12 +128,12 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
     computed: Array
     used: Mask
     studentized: Array
-    held_out: Array
+    leave_one_out: Array
     outliers: tuple[Outlier, ...]
     sigma: Array
     sigma_known: bool
-    misfit: float
-    freedom: int
+    reduced_chi_square: float
+    degrees_of_freedom: int
     converged: bool
     payload: Payload | None
     robot: Robot
@@ -144,7 +144,7 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         return np.asarray(self.measured - self.computed)
 
     def root_mean_square(self, errors: Array, kind: str = "length") -> float:
-        """Return the root mean square of errors (n,), such as ``residuals`` or ``held_out``, of used readings of a kind.
+        """Return the root mean square of errors (n,), such as ``residuals`` or ``leave_one_out``, of used readings of a kind.
 
         Args:
             errors: of all readings.

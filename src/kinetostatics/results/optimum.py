@@ -76,7 +76,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         before: the objective with the file's own parameters; NaN where these make no robot.
         requirements: all of them, checked.
         at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
-        idle: names of ranges on which neither what is minimized nor any requirement depends there: any value does as well.
+        no_influence: names of ranges on which neither objective nor requirements depend there.
         starts: what each search from another start found; those that end alike speak for the optimum. Where values of lists are
             tried, the best ten of these instead, ten more for each range.
         alike: how many searches from different starts end at the optimum; None where values of lists were tried.
@@ -106,7 +106,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
     poses: int
     beyond_limits: int
     alike: int | None
-    idle: tuple[str, ...] = ()
+    no_influence: tuple[str, ...] = ()
 
     @property
     def active(self) -> tuple[CheckedRequirement, ...]:

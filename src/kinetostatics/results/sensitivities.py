@@ -1,4 +1,4 @@
-"""What parameters of a robot's file change; :func:`kinetostatics.sensitivities` finds it."""
+"""Derivatives by parameters of a robot; :func:`kinetostatics.sensitivities` computes them."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Sensitivity(ShortRepr):
     def _asked(self, quantity: Literal["twist", "stiffness", "compliance", "mass"]) -> Array: ...
     def _asked(self, quantity: str) -> Array | Mapping[str, Array]:
         if quantity not in self.derivatives:
-            raise ArgumentError(f"{quantity} was not asked for: of={tuple(self.derivatives)}")
+            raise ArgumentError(f"{quantity} is not among the outputs={tuple(self.derivatives)}")
         return self.derivatives[quantity]
 
 
@@ -106,7 +106,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
             that it makes, which is exact. One per cent more stiffness takes one per cent of it away.
         skipped: parameters that make no robot when they are changed a little, and why.
         tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
-        of: the quantities that were asked for. Without the twist there are no ``sources``.
+        outputs: the quantities that were asked for. Without the twist there are no ``sources``.
     """
 
     result: Result
@@ -114,11 +114,11 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
     sources: Mapping[str, Array]
     skipped: Mapping[str, str] = field(default_factory=dict)
     tool: Array | None = None
-    of: tuple[str, ...] = QUANTITIES
+    outputs: tuple[str, ...] = QUANTITIES
 
     def __getitem__(self, name: str) -> Sensitivity:
         if name not in self.parameters:
-            raise ArgumentError(f"no parameter {name!r} was looked at: {near_names(name, self.parameters)}")
+            raise ArgumentError(f"no sensitivity was computed for {name!r}: {near_names(name, self.parameters)}")
         return self.parameters[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -144,19 +144,19 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         Both are zero for a parameter that is zero, NaN where it was not asked for.
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
-        move = self._along(item.twist) if "twist" in self.of else math.nan
-        return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.of else math.nan)
+        move = self._along(item.twist) if "twist" in self.outputs else math.nan
+        return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.outputs else math.nan)
 
     def shift_effect(self, name: str) -> float:
         """Return by how much a millimetre or milliradian of a placement or centre of mass moves o along its displacement [m].
 
         NaN where the twist was not asked for.
         """
-        return 1e-3 * self._along(self[name].twist) if "twist" in self.of else math.nan
+        return 1e-3 * self._along(self[name].twist) if "twist" in self.outputs else math.nan
 
     def order(self, name: str) -> tuple[bool, float]:
         """Return what sorts parameters: the most effective first, or the heaviest; where things are last."""
-        effect = self.shift_effect(name) if is_location(name) else self.effect(name)["twist" not in self.of]
+        effect = self.shift_effect(name) if is_location(name) else self.effect(name)["twist" not in self.outputs]
         return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 
     def source_effect(self, name: str) -> float:

@@ -37,7 +37,7 @@ def studentized_by_leaving_out(J, readings, k, sigma_known=False):
 
 @pytest.mark.parametrize("sigma_known", [False, True])
 def test_an_outlier_is_one_from_the_bound_on(sigma_known):
-    """Bonferroni's bound on the largest of eight, with as many degrees of freedom as a fit without the reading has."""
+    """Bonferroni's bound on the largest of eight, with as many degrees of degrees_of_freedom as a fit without the reading has."""
     scale = 1e3 if sigma_known else 1.0
     beyond = FALSE_ALARM / 2 / 8
     bound = stats.norm.isf(beyond) if sigma_known else stats.t.isf(beyond, 8 - 1 - 2)
@@ -79,13 +79,13 @@ def test_rounding_has_no_outliers():
     assert not bad.any() and not studentized.any()
 
 
-@pytest.mark.parametrize("freedom", [0, 1, 2])
-def test_the_variance_is_what_is_left_per_degree_of_freedom(freedom):
-    J, readings = LINE[: 2 + freedom], NOISE[: 2 + freedom]
+@pytest.mark.parametrize("degrees_of_freedom", [0, 1, 2])
+def test_the_variance_is_what_is_left_per_degree_of_freedom(degrees_of_freedom):
+    J, readings = LINE[: 2 + degrees_of_freedom], NOISE[: 2 + degrees_of_freedom]
     found = line_fit(J, readings)
-    assert found.freedom == freedom
-    if freedom:
-        assert found.variance == pytest.approx(np.linalg.lstsq(J, readings, rcond=None)[1][0] / freedom)
+    assert found.degrees_of_freedom == degrees_of_freedom
+    if degrees_of_freedom:
+        assert found.variance == pytest.approx(np.linalg.lstsq(J, readings, rcond=None)[1][0] / degrees_of_freedom)
     else:
         assert np.isnan(found.variance)
 
