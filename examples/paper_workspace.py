@@ -136,8 +136,8 @@ def maxima(workspace: Workspace, coarse: bool = False) -> tuple[float, float, fl
         twist, force = left_out(ds)
         ds = ds.assign(twist=twist.assign_attrs(ds["twist"].attrs), rod_base_force=force)
     options = {"beyond_limits": workspace.beyond_limits}
-    linear = float(ks.indices.linear_sag(ds, **options).max())
-    angular = float(ks.indices.angular_sag(ds, **options).max())
+    linear = float(ks.indices.quantity(ds, "linear_sag", **options).max())
+    angular = float(ks.indices.quantity(ds, "angular_sag", **options).max())
     name = "rod_base_force" if "rod_base_force" in ds else "actuator_force"
     counts = ks.indices.valid(ds, **options)
     force = float(abs(ds[name].where(counts)).max())
@@ -175,12 +175,12 @@ def search() -> str:
         ds = sweep("3rps", heights, degrees, tilted)
         size = ds["tilt"] if tilted else np.maximum(abs(ds["rx"]), abs(ds["ry"]))
         largest = {
-            (limits, name): function(ds, beyond_limits=limits == "ignored")
+            (limits, name): ks.indices.quantity(ds, index, beyond_limits=limits == "ignored")
             for limits in ("left out", "ignored")
-            for name, function in (
-                ("µm", ks.indices.linear_sag),
-                ("°", ks.indices.angular_sag),
-                ("N", ks.indices.largest_actuator_force),
+            for name, index in (
+                ("µm", "linear_sag"),
+                ("°", "angular_sag"),
+                ("N", "largest_actuator_force"),
             )
         }
         for limits in ("left out", "ignored", "all within"):
@@ -242,10 +242,10 @@ def caption(number: int) -> str:
     grid = "The grid is ours: angles up to 45°, z = 0.5, 0.65, 0.8 m, less what is beyond the joints' limits."
     linear, angular, force = PAPER["3rps"]
     if number == 7:
-        said = _reach("f_ia", ks.indices.largest_actuator_force(ds).where(inside), tilt, force, " N", ".0f")
+        said = _reach("f_ia", ks.indices.quantity(ds, "largest_actuator_force").where(inside), tilt, force, " N", ".0f")
         return f"*Actuator forces of the 3RPS, after the paper's Fig 7. {grid} {said}*"
-    said = _reach("the displacement of o", 1e6 * ks.indices.linear_sag(ds).where(inside), tilt, linear, " µm", ".1f")
-    more = _reach("the rotation", np.degrees(ks.indices.angular_sag(ds).where(inside)), tilt, angular, "°", ".4f")
+    said = _reach("the displacement of o", 1e6 * ks.indices.quantity(ds, "linear_sag").where(inside), tilt, linear, " µm", ".1f")
+    more = _reach("the rotation", np.degrees(ks.indices.quantity(ds, "angular_sag").where(inside)), tilt, angular, "°", ".4f")
     return f"*Twist of the 3RPS over the angles of R = Rot_x Rot_y Rot_z, after the paper's Fig 6. {grid} {said} {more}*"
 
 
@@ -324,7 +324,7 @@ def index_table() -> str:
     """Return the indices that need no argument as Markdown."""
     lines = ["| index | unit | definition |", "|---|---|---|"]
     for name, index in ks.indices.INDICES.items():
-        units = {"1": "–"}.get(index.units, index.units.replace("N m", "N·m"))
+        units = {"1": "–"}.get(index.unit, index.unit.replace("N m", "N·m"))
         lines.append(f"| `{name}` | {units} | {index.definition.replace('|', chr(92) + '|')} |")
     return "\n".join(lines)
 

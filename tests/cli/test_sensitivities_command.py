@@ -25,12 +25,12 @@ def test_tables_json_and_chart(capsys, tmp_path):
 
 
 def test_quantities_that_are_asked_for(capsys, tmp_path):
-    arguments = ["sensitivities", "five_bar", "--by", "tool_mass", "distal_?.height", "--of", "mass"]
+    arguments = ["sensitivities", "five_bar", "--by", "tool_mass", "distal_?.height", "--outputs", "mass"]
     assert main([*arguments, "--json"]) == 0
     read = json.loads(capsys.readouterr().out)["parameters"]
     assert "tool_mass" in read and set(read["tool_mass"]) == {"name", "value", "unit", "mass", "exact"}
     assert main([*arguments[:-1], "weight"]) == 2
-    assert "of is 'weight'; it must be one of" in capsys.readouterr().err
+    assert "outputs is 'weight'; it must be one of" in capsys.readouterr().err
 
 
 def test_its_help_names_all_quantities(capsys):

@@ -413,7 +413,7 @@ def test_lengths_that_look_like_millimetres(cantilever):
 
     def prepared(vary, subject_to=(), robot=cantilever):
         links = {"platform_link": None, "base_link": None}
-        return prepare(robot, vary, "mass", subject_to, None, None, None, links, 1, None, 1e-10, STILL)
+        return prepare(robot, vary, "mass", subject_to, (None, None), None, None, links, 1, None, 1e-10, STILL)
 
     with pytest.warns(UserWarning, match=r"diameter from 10 m is 250 times the file's own 0\.04 m: .* write 0\.01 for 10 mm"):
         prepared({"diameter": "10:40"})

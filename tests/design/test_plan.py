@@ -64,7 +64,7 @@ def test_a_plan_is_saved_and_filled_in(tmp_path):
     (tmp_path / "plan.csv").write_text("\n".join([lines[0], *filled]), encoding="utf-8")
     found = ks.calibrate(robot, tmp_path / "plan.csv", RODS, reference="unloaded")
     assert [found.estimates[name].value for name in RODS] == pytest.approx([1.0] * 3, rel=1e-8)
-    assert "times smaller than those of random plans" in str(plan) and "MeasurementPlan of '3rps'" in repr(plan)
+    assert "times smaller than those of random plans" in str(plan) and "of '3rps'" in repr(plan)
     assert "<table" in plan._repr_html_() and json.loads(json.dumps(plan.to_dict()))["candidates"] == 4
 
 

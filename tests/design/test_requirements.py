@@ -7,7 +7,7 @@ import pytest
 from parametric_machines import BEAM, HEAD, INERTIA, RHO, E, moving
 
 import kinetostatics as ks
-from kinetostatics.design.requirements import MEASURES, Measure, parse_requirement
+from kinetostatics.design.requirements import REQUIRABLE, Requirable, parse_requirement
 
 pytest.importorskip("scipy")
 
@@ -21,7 +21,7 @@ FORCE, MOMENT = 500.0, 20.0
 def asked(name):
     """Return a requirement that holds."""
     sizes = {"force": f"({FORCE:g} N)", "moment": f"({MOMENT:g} N·m)", None: ""}
-    return f"{name}{sizes[MEASURES[name].argument]} {'> 1e-9' if name.startswith('least') else '< 1e12'}"
+    return f"{name}{sizes[REQUIRABLE[name].argument]} {'> 1e-9' if name.startswith('least') else '< 1e12'}"
 
 
 def worst(name, values):
@@ -53,7 +53,7 @@ def crane(tmp_path_factory):
     found = {}
     for where, tool in (("end", None), ("tip", (BEYOND, 0, 0))):
         best = ks.optimize(
-            path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in MEASURES], actuators=over, tool=tool, **given
+            path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in REQUIRABLE], actuators=over, tool=tool, **given
         )
         assert best.feasible and best.parameters["diameter"] == D
         found[where] = {item.name: item.worst for item in best.requirements}
@@ -81,7 +81,7 @@ def closed_forms(beyond):
     }
 
 
-@pytest.mark.parametrize("name", MEASURES)
+@pytest.mark.parametrize("name", REQUIRABLE)
 def test_every_quantity_has_its_closed_form(name, crane):
     """A new one needs its row in ``closed_forms``, and one in ``of_the_map``."""
     for where, beyond in (("end", 0.0), ("tip", BEYOND)):
@@ -102,7 +102,7 @@ def maps():
     pytest.importorskip("xarray")
     found = {}
     for name, (vary, over, drives) in ROBOTS_OF_MAPS.items():
-        items = [item for item in MEASURES if not item.startswith("actuator") or item == drives]
+        items = [item for item in REQUIRABLE if not item.startswith("actuator") or item == drives]
         best = ks.optimize(name, vary, "mass", [asked(item) for item in items], over, load=LOAD)
         assert best.feasible
         ds = ks.sweep(name, over, load=LOAD, parameters=dict(best.parameters), outputs=["default", "beams"], progress=False)
@@ -115,19 +115,19 @@ def of_the_map(ds, result, drives):
     links = sum(link.mass for link in result.robot.description.links.values())
     return {
         "mass": links + sum(beam.mass for beam in result.beams.values()),
-        "sag": ks.indices.linear_sag(ds, beyond_limits=True),
-        "rotation": ks.indices.angular_sag(ds, beyond_limits=True),
-        "deflection_any_direction": ks.indices.deflection_any_direction(ds, FORCE, beyond_limits=True),
-        "rotation_any_direction": ks.indices.rotation_any_direction(ds, MOMENT, beyond_limits=True),
-        "least_translational_stiffness": ks.indices.translational_stiffness(ds, beyond_limits=True),
-        "least_rotational_stiffness": ks.indices.rotational_stiffness(ds, beyond_limits=True),
-        drives: ks.indices.largest_actuator_force(ds, beyond_limits=True),
+        "sag": ks.indices.quantity(ds, "linear_sag", beyond_limits=True),
+        "rotation": ks.indices.quantity(ds, "angular_sag", beyond_limits=True),
+        "deflection_any_direction": ks.indices.quantity(ds, f"deflection_any_direction({FORCE} N)", beyond_limits=True),
+        "rotation_any_direction": ks.indices.quantity(ds, f"rotation_any_direction({MOMENT} N·m)", beyond_limits=True),
+        "least_translational_stiffness": ks.indices.quantity(ds, "least_translational_stiffness", beyond_limits=True),
+        "least_rotational_stiffness": ks.indices.quantity(ds, "least_rotational_stiffness", beyond_limits=True),
+        drives: ks.indices.quantity(ds, "largest_actuator_force", beyond_limits=True),
         "stress": ds.beam_stress,
         "buckling": ds.beam_euler_ratio,
     }
 
 
-@pytest.mark.parametrize("name", MEASURES)
+@pytest.mark.parametrize("name", REQUIRABLE)
 def test_every_quantity_is_that_of_the_map(name, maps):
     """Of several actuators, beams and poses the worst counts."""
     found = [(own[name], worst(name, np.asarray(wanted[name]))) for own, wanted in maps.values() if name in own]
@@ -147,16 +147,16 @@ def test_a_number_that_is_missing_is_a_requirement_broken(text, values, margins)
 @pytest.mark.parametrize("minimize, subject_to", [("mass", ["sag < 1mm", "stress < 1e12Pa"]), ("stress", ["sag < 1mm"])])
 def test_what_has_no_number_at_a_pose_is_not_feasible(monkeypatch, minimize, subject_to):
     """Forces may be indeterminate at a pose whose displacement is known: neither required nor minimized are they met then."""
-    own = MEASURES["stress"].function
+    own = REQUIRABLE["stress"].function
 
-    def lost(result, argument):
-        found = np.array(own(result, argument))
+    def lost(result, tip, argument):
+        found = np.array(own(result, tip, argument))
         found[1] = np.nan
         return found
 
     given = "3rps", {"rod_diameter": "48mm,52mm"}, minimize, subject_to, {"z": [0.5, 0.55], "rx": 0.0, "ry": 0.0}
     assert ks.optimize(*given).feasible
-    monkeypatch.setitem(MEASURES, "stress", Measure("stress", lost, None, "stress, but for one pose"))
+    monkeypatch.setitem(REQUIRABLE, "stress", Requirable("stress", lost, None, "stress, but for one pose"))
     best = ks.optimize(*given)
     assert not best.feasible and (
         minimize == "stress" or (np.isnan(best.requirements[1].worst) and best.requirements[1].margin == -1)

@@ -267,7 +267,7 @@ def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exact
     )
     for of in (["mass"], ["twist"], ["stiffness", "actuator_forces"], ("mass", "compliance", "actuators")):
         s = ks.sensitivities(pose, ["diameter", "tip_mass"], of, **options)
-        assert s.of == tuple(name for name in QUANTITIES if name in of) == tuple(s["diameter"].derivatives)
+        assert s.outputs == tuple(name for name in QUANTITIES if name in of) == tuple(s["diameter"].derivatives)
         assert s["diameter"].exact == exactly and set(s.sources) == ({"rod"} if "twist" in of else set())
         for name, quantity in s["diameter"].derivatives.items():
             whole = getattr(cantilever["diameter"], name)

@@ -23,18 +23,20 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
     np.testing.assert_allclose(ds.residual_error.sel(there), one.residual_error, atol=1e-13)
     for name, shift in one.corrections.items():
         assert float(ds.actuator_correction.sel({**there, "actuator": name})) == pytest.approx(float(shift), abs=1e-13)
-    before, after = (ks.indices.quantity(ds, name).sel(there) for name in ("linear_sag", "remaining_linear_sag"))
+    before, after = (ks.indices.quantity(ds, name).sel(there) for name in ("linear_sag", "residual_linear_sag"))
     assert float(before) == pytest.approx(np.linalg.norm(one.uncorrected.twist[:3])) and after.attrs["units"] == "m"
     assert float(after) == pytest.approx(np.linalg.norm(one.residual_error[:3]))
     assert float(after) < float(before)
-    assert float(ks.indices.remaining_angular_sag(ds).sel(there)) == pytest.approx(np.linalg.norm(one.residual_error[3:]))
+    assert float(ks.indices.quantity(ds, "residual_angular_sag").sel(there)) == pytest.approx(
+        np.linalg.norm(one.residual_error[3:])
+    )
     assert ks.indices.quantity(ds, "actuator_correction:prismatic_2").attrs == {
         "units": "m",
         "long_name": "correction of prismatic_2",
     }
     words = {"residual_error:z": "displacement along z that remains", "twist:rx": "rotation about x"}
     assert {name: ks.indices.quantity(ds, name).attrs["long_name"] for name in words} == words
-    assert {"residual_error:z", "actuator_correction:prismatic_1", "remaining_linear_sag"} <= set(ks.indices.names(ds))
+    assert {"residual_error:z", "actuator_correction:prismatic_1", "residual_linear_sag"} <= set(ks.indices.names(ds))
     assert ds.residual_error.sel(component="z").max() < 1e-12
 
 
@@ -52,5 +54,5 @@ def test_maps_over_drives_and_maps_without_corrections(tmp_path, capsys):
     ds = ks.sweep(package_robots.robot("3rps"), actuators=dict.fromkeys(("prismatic_1", "prismatic_2", "prismatic_3"), 0.0))
     assert "residual_error" not in ds and "actuator_correction" not in ds
     with pytest.raises(ks.ArgumentError, match="'compensation' among"):
-        ks.indices.quantity(ds, "remaining_linear_sag")
-    assert "remaining_linear_sag" not in ks.indices.names(ds)
+        ks.indices.quantity(ds, "residual_linear_sag")
+    assert "residual_linear_sag" not in ks.indices.names(ds)

@@ -1,6 +1,7 @@
 """Indices of workspace maps against closed forms, their units and masks, and that lazy maps stay lazy."""
 
 import inspect
+from functools import partial
 
 import numpy as np
 import pytest
@@ -71,16 +72,16 @@ def test_stiffness_of_cantilevers_however_they_are_turned(seed):
     C = cantilevers() if seed is None else turned(cantilevers(), seed)
     ds = beams(C)
     shear = 12 * EI / (GA * LENGTHS**2)
-    close(indices.translational_stiffness(ds), 1 / TIP, 1e-11)
-    close(indices.translational_stiffness(ds, "greatest"), EA / LENGTHS, 1e-10)
+    close(indices.quantity(ds, "least_translational_stiffness"), 1 / TIP, 1e-11)
+    close(indices.quantity(ds, "greatest_translational_stiffness"), EA / LENGTHS, 1e-10)
     # an end that cannot turn: 12 EI/L³, less what shear takes (Timoshenko)
-    close(indices.translational_stiffness(ds, held=True), 12 * EI / LENGTHS**3 / (1 + shear), 1e-10)
-    close(indices.translational_stiffness(ds, "greatest", held=True), EA / LENGTHS, 1e-10)
-    close(indices.rotational_stiffness(ds), GJ / LENGTHS, 1e-11)
-    close(indices.rotational_stiffness(ds, "greatest"), EI / LENGTHS, 1e-11)
+    close(indices.quantity(ds, "least_translational_stiffness_held"), 12 * EI / LENGTHS**3 / (1 + shear), 1e-10)
+    close(indices.quantity(ds, "greatest_translational_stiffness_held"), EA / LENGTHS, 1e-10)
+    close(indices.quantity(ds, "least_rotational_stiffness"), GJ / LENGTHS, 1e-11)
+    close(indices.quantity(ds, "greatest_rotational_stiffness"), EI / LENGTHS, 1e-11)
     # an end that cannot move: 4 EI/L, with shear (4 + φ)/(1 + φ) EI/L
-    close(indices.rotational_stiffness(ds, held=True), GJ / LENGTHS, 1e-10)
-    close(indices.rotational_stiffness(ds, "greatest", held=True), (4 + shear) / (1 + shear) * EI / LENGTHS, 1e-10)
+    close(indices.quantity(ds, "least_rotational_stiffness_held"), GJ / LENGTHS, 1e-10)
+    close(indices.quantity(ds, "greatest_rotational_stiffness_held"), (4 + shear) / (1 + shear) * EI / LENGTHS, 1e-10)
 
 
 @pytest.mark.smoke
@@ -111,10 +112,14 @@ def test_what_depends_on_the_reference_point_and_what_does_not():
     C = random_compliances(3)
     ds, other = (map_of({"z": (np.arange(5.0), "m")}, compliance=c) for c in (C, moved(C, (0.3, -0.2, 0.5))))
     for extreme in ("least", "greatest"):
-        close(indices.rotational_stiffness(ds, extreme), indices.rotational_stiffness(other, extreme), 1e-10)
-        held = [indices.translational_stiffness(item, extreme, held=True) for item in (ds, other)]
+        close(
+            indices.quantity(ds, f"{extreme}_rotational_stiffness"),
+            indices.quantity(other, f"{extreme}_rotational_stiffness"),
+            1e-10,
+        )
+        held = [indices.quantity(item, f"{extreme}_translational_stiffness_held") for item in (ds, other)]
         close(*held, 1e-7)
-        free = [indices.translational_stiffness(item, extreme) for item in (ds, other)]
+        free = [indices.quantity(item, f"{extreme}_translational_stiffness") for item in (ds, other)]
         assert np.all(np.abs(free[0] / free[1] - 1) > 1e-3)
 
 
@@ -126,11 +131,8 @@ def test_extremes_are_extremes_over_directions():
     C, K = ds.compliance.values, ds.stiffness.values
     free = 1 / np.linalg.norm(np.einsum("nij,kj->nki", C[:, :3, :3], forces), axis=-1)
     held = np.linalg.norm(np.einsum("nij,kj->nki", K[:, 3:, 3:], forces), axis=-1)
-    for sample, function, option in (
-        (free, indices.translational_stiffness, False),
-        (held, indices.rotational_stiffness, True),
-    ):
-        low, high = (function(ds, extreme, held=option).values[:, None] for extreme in ("least", "greatest"))
+    for sample, name in ((free, "translational_stiffness"), (held, "rotational_stiffness_held")):
+        low, high = (indices.quantity(ds, f"{extreme}_{name}").values[:, None] for extreme in ("least", "greatest"))
         assert np.all(sample >= low * (1 - 1e-9)) and np.all(sample <= high * (1 + 1e-9))
         # 400 directions come near
         assert np.all(sample.min(axis=1) < 1.3 * low[:, 0]) and np.all(sample.max(axis=1) > high[:, 0] / 1.3)
@@ -153,7 +155,7 @@ def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
         forces={"a": np.arange(5.0) + 1},
         residual_error=twist * s,
     )
-    factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N m/rad": 1e3, "1": 1.0, "N": 1.0}[indices.INDICES[name].units]
+    factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N·m/rad": 1e3, "1": 1.0, "N": 1.0}[indices.INDICES[name].unit]
     close(indices.quantity(millimetres, name), factor * indices.quantity(metres, name), 1e-7)
 
 
@@ -175,8 +177,8 @@ def test_conditioning_of_struts_is_that_of_their_unit_wrenches():
     J = np.stack([gough(height, 0.5) for height in (0.2, 0.4, 0.8, 1.6)])
     ds = map_of({"z": ([0.2, 0.4, 0.8, 1.6], "m")}, compliance=np.linalg.inv(k * J @ np.swapaxes(J, 1, 2)), length=L)
     s = np.linalg.svd(J / np.array([1, 1, 1, L, L, L])[:, None], compute_uv=False)
-    close(indices.conditioning(ds), (s[:, -1] / s[:, 0]) ** 2, 1e-9)
-    close(indices.singularity_distance(ds), k * s[:, -1] ** 2, 1e-9)
+    close(indices.quantity(ds, "conditioning"), (s[:, -1] / s[:, 0]) ** 2, 1e-9)
+    close(indices.quantity(ds, "singularity_distance"), k * s[:, -1] ** 2, 1e-9)
 
 
 def test_distance_to_singularity_closes_as_a_freedom_comes_loose():
@@ -186,22 +188,22 @@ def test_distance_to_singularity_closes_as_a_freedom_comes_loose():
     L = 0.5
     K = np.stack([np.diag([*springs, value]) for value in loose])
     ds = map_of({"z": (np.arange(4.0), "m")}, compliance=np.linalg.inv(K), length=L)
-    close(indices.singularity_distance(ds), loose / L**2, 1e-12)
-    close(indices.conditioning(ds), loose / L**2 / 6e6, 1e-10)
-    close(indices.translational_conditioning(ds), np.full(4, 4 / 6), 1e-12)
-    close(indices.rotational_conditioning(ds), loose / 3e5, 1e-10)
+    close(indices.quantity(ds, "singularity_distance"), loose / L**2, 1e-12)
+    close(indices.quantity(ds, "conditioning"), loose / L**2 / 6e6, 1e-10)
+    close(indices.quantity(ds, "translational_conditioning"), np.full(4, 4 / 6), 1e-12)
+    close(indices.quantity(ds, "rotational_conditioning"), loose / 3e5, 1e-10)
 
 
 def test_rigid_directions_are_infinitely_stiff():
     C = np.diag([0.0, 1e-6, 1e-6, 0.0, 1e-5, 2e-5])
     ds = map_of({"z": ([0.0, 1.0], "m")}, compliance=np.eye(6))
     ds = ds.assign(compliance=ds.compliance.copy(data=np.stack([C] * 2)), stiffness=ds.stiffness * np.nan)
-    close(indices.translational_stiffness(ds, "greatest"), [np.inf] * 2)
+    close(indices.quantity(ds, "greatest_translational_stiffness"), [np.inf] * 2)
     close(indices.stiffness_along(ds, "x"), [np.inf] * 2)
-    close(indices.translational_stiffness(ds), [1e6] * 2)
-    close(indices.rotational_stiffness(ds), [5e4] * 2)
-    close(indices.conditioning(ds), [0, 0])
-    assert np.all(np.isnan(indices.translational_stiffness(ds, held=True)))
+    close(indices.quantity(ds, "least_translational_stiffness"), [1e6] * 2)
+    close(indices.quantity(ds, "least_rotational_stiffness"), [5e4] * 2)
+    close(indices.quantity(ds, "conditioning"), [0, 0])
+    assert np.all(np.isnan(indices.quantity(ds, "least_translational_stiffness_held")))
 
 
 # ---- sag and actuators ----------------------------------------------------------------------------------------------------
@@ -210,31 +212,28 @@ def test_rigid_directions_are_infinitely_stiff():
 def test_sag_is_the_length_of_displacement_and_rotation():
     parts = {"load": [3e-6, 0, 0, 0, 1e-6, 0], "platform_weight": [0, 0, -4e-6, 2e-6, 1e-6, -1e-6]}
     ds = map_of({"z": ([0.4, 0.5], "m")}, twist=np.sum(list(parts.values()), axis=0), contribution=parts)
-    close(indices.linear_sag(ds), [5e-6] * 2)
-    close(indices.angular_sag(ds), [3e-6] * 2)
-    close(indices.linear_sag(ds, source="load"), [3e-6] * 2)
-    close(indices.angular_sag(ds, source="platform_weight"), [np.sqrt(6) * 1e-6] * 2)
-    assert indices.linear_sag(ds).attrs == {"units": "m", "long_name": "linear sag"}
-    assert indices.angular_sag(ds, source="load").attrs == {"units": "rad", "long_name": "angular sag by load"}
-    assert set(indices.linear_sag(ds, source="load").coords) == {"z"}
+    close(indices.quantity(ds, "linear_sag"), [5e-6] * 2)
+    close(indices.quantity(ds, "angular_sag"), [3e-6] * 2)
+    close(indices.quantity(ds, "linear_sag:load"), [3e-6] * 2)
+    close(indices.quantity(ds, "angular_sag:platform_weight"), [np.sqrt(6) * 1e-6] * 2)
+    assert indices.quantity(ds, "linear_sag").attrs == {"units": "m", "long_name": "linear sag"}
+    assert indices.quantity(ds, "angular_sag:load").attrs == {"units": "rad", "long_name": "angular sag by load"}
+    assert set(indices.quantity(ds, "linear_sag:load").coords) == {"z"}
     with pytest.raises(ks.ArgumentError, match="no source 'loads': did you mean 'load'"):
-        indices.linear_sag(ds, source="loads")
+        indices.quantity(ds, "linear_sag:loads")
 
 
 def test_largest_actuator_forces():
     forces = {"p1": [1.0, -7.0, 2.0], "p2": [-3.0, 4.0, 2.5]}
     ds = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, status=[0, 0, 1])
-    np.testing.assert_array_equal(indices.largest_actuator_force(ds), [3, 7, np.nan])
-    found = indices.actuator_force_maxima(ds)
-    np.testing.assert_array_equal(found, [7, 4])
-    assert list(found["actuator_force_unit"].values) == ["N", "N"]
+    np.testing.assert_array_equal(indices.quantity(ds, "largest_actuator_force"), [3, 7, np.nan])
     mixed = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p2"])
     with pytest.raises(ks.ArgumentError, match="forces and torques of actuators cannot be compared"):
-        indices.largest_actuator_force(mixed)
+        indices.quantity(mixed, "largest_actuator_force")
     assert indices.quantity(mixed, "actuator_force:p2").attrs == {"units": "N m", "long_name": "torque of p2"}
     assert indices.quantity(mixed, "actuator_force:p1").attrs == {"units": "N", "long_name": "force of p1"}
     turning = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p1", "p2"])
-    assert indices.largest_actuator_force(turning).attrs == {"units": "N m", "long_name": "largest actuator torque"}
+    assert indices.quantity(turning, "largest_actuator_force").attrs == {"units": "N m", "long_name": "largest actuator torque"}
 
 
 # ---- masks -------------------------------------------------------------------------------------------------------------
@@ -331,7 +330,7 @@ def test_names_that_do_not_exist(what, message):
 
 
 def test_other_datasets_are_refused():
-    for function in (indices.valid, indices.linear_sag, indices.conditioning, indices.largest_actuator_force):
+    for function in (indices.valid, *(partial(indices.quantity, what=name) for name in indices.INDICES)):
         with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
             function(xr.Dataset({"a": 1}))
 
@@ -428,8 +427,10 @@ def test_indices_of_a_sweep_are_those_of_the_poses_one_by_one(swept):
         pose = robot.assemble(platform={"z": z, "rx": 0.1, "ry": ry}, orientation="XYZ")
         result = ks.analyze(pose, load=[300, 0, -500, 0, 20, 0])
         here = swept.sel(z=z, ry=ry, rod_diameter=diameter, case=2)
-        close(indices.linear_sag(here), np.linalg.norm(result.twist[:3]), 1e-9)
-        close(indices.largest_actuator_force(here), max(abs(force) for force in result.actuator_forces.values()), 1e-9)
+        close(indices.quantity(here, "linear_sag"), np.linalg.norm(result.twist[:3]), 1e-9)
+        close(
+            indices.quantity(here, "largest_actuator_force"), max(abs(force) for force in result.actuator_forces.values()), 1e-9
+        )
         L = robot.length
         scale = np.array([1, 1, 1, 1 / L, 1 / L, 1 / L])
         K = np.zeros((6, 6))
@@ -437,8 +438,8 @@ def test_indices_of_a_sweep_are_those_of_the_poses_one_by_one(swept):
             J = scale[:, None] * limb.constraint_wrenches
             K += J @ np.linalg.inv(limb.compliance) @ J.T
         low, *_, high = np.linalg.eigvalsh(K)
-        close(indices.singularity_distance(here), low, 1e-8)
-        close(indices.conditioning(here), low / high, 1e-8)
+        close(indices.quantity(here, "singularity_distance"), low, 1e-8)
+        close(indices.quantity(here, "conditioning"), low / high, 1e-8)
         # a small force more, and the platform moves by as much as the stiffness along it says
         u = rng.standard_normal(3)
         more = ks.analyze(pose, load=result.load + np.array([*(10 * u), 0, 0, 0])).twist - result.twist
@@ -457,7 +458,7 @@ def test_functions_are_documented():
 def test_a_sag_with_an_unknown_component_is_unknown():
     twist = np.array([[3.0, 4, 0, 0, 0, 0], [np.nan, 4, 0, 0, 3, 4], [0, 0, 0, np.nan, 0, 1]])
     ds = map_of({"x": ([0.0, 1, 2], "m")}, twist=twist, forces={"a": [1.0, -3, 2], "b": [2.0, np.nan, -5]})
-    np.testing.assert_equal(ks.indices.linear_sag(ds).values, [5, np.nan, 0])
-    np.testing.assert_equal(ks.indices.angular_sag(ds).values, [0, 5, np.nan])
-    np.testing.assert_equal(ks.indices.largest_actuator_force(ds).values, [2, np.nan, 5])
-    assert isinstance(ks.indices.linear_sag(ds), xr.DataArray)
+    np.testing.assert_equal(ks.indices.quantity(ds, "linear_sag").values, [5, np.nan, 0])
+    np.testing.assert_equal(ks.indices.quantity(ds, "angular_sag").values, [0, 5, np.nan])
+    np.testing.assert_equal(ks.indices.quantity(ds, "largest_actuator_force").values, [2, np.nan, 5])
+    assert isinstance(ks.indices.quantity(ds, "linear_sag"), xr.DataArray)

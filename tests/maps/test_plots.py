@@ -415,7 +415,7 @@ def test_a_series_has_a_line_for_each_value(ds):
     ax = ks.plot.line(ds, "largest_actuator_force", x="rx", series="z", at={"ry": 0.0})
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
     assert ax.get_ylabel() == "largest actuator force [N]"
-    expected = ks.indices.largest_actuator_force(ds).sel(ry=0.0, method="nearest").values
+    expected = ks.indices.quantity(ds, "largest_actuator_force").sel(ry=0.0, method="nearest").values
     for line, row in zip(ax.get_lines(), expected, strict=True):
         np.testing.assert_allclose(line.get_ydata(), row, rtol=1e-14)
 
@@ -511,9 +511,9 @@ def test_one_surface_has_a_colour_bar(ds):
     ax = ks.plot.surface(ds, "linear_sag", x="rx", y="ry", at={"z": 0.5})
     assert ax.get_title() == "z = 0.5 m"
     assert ax.figure.axes[1].get_ylabel() == "linear sag [µm]"
-    assert len(faces(ax)) == quads_of(ks.indices.linear_sag(ds).sel(z=0.5).values)
+    assert len(faces(ax)) == quads_of(ks.indices.quantity(ds, "linear_sag").sel(z=0.5).values)
     floor = [item for item in ax.collections[1:] if isinstance(item, Poly3DCollection)]
-    assert sum(len(corners_of(item)) for item in floor) == int(np.isnan(ks.indices.linear_sag(ds).sel(z=0.5)).sum())
+    assert sum(len(corners_of(item)) for item in floor) == int(np.isnan(ks.indices.quantity(ds, "linear_sag").sel(z=0.5)).sum())
 
 
 @pytest.mark.parametrize(
@@ -557,7 +557,7 @@ def test_cells_need_eight_good_corners():
 
 def test_workspace_is_the_body_of_valid_poses(ds):
     ax = ks.plot.workspace(ds, "linear_sag", cut=False)
-    sag = ks.indices.linear_sag(ds)
+    sag = ks.indices.quantity(ds, "linear_sag")
     values = sag.transpose("rx", "ry", "z").values
     expected = outer_faces(cells_of(np.isfinite(values)))
     shown = faces(ax)
@@ -588,7 +588,7 @@ def test_workspace_of_drives_is_shown_where_o_is(ds):
     ax = ks.plot.workspace(driven, "linear_sag", cut=False)
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()) == ("x [m]", "y [m]", "z [m]")
     reach = faces(ax).reshape(-1, 3)
-    good = np.isfinite(ks.indices.linear_sag(driven))
+    good = np.isfinite(ks.indices.quantity(driven, "linear_sag"))
     np.testing.assert_allclose(reach[:, 2].max(), 0.6)
     assert reach[:, 0].max() <= RX[np.any(good, axis=(0, 2))].max() + 1e-12
     explicit = ks.plot.workspace(ds, "linear_sag", ["x", "y", "z"], cut=False)

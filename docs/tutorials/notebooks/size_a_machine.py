@@ -38,12 +38,12 @@ ds["twist"].sizes
 # %% [markdown]
 # ## The worst pose of each
 #
-# What counts is the worst of all poses. `ks.indices.linear_sag` is how far
+# What counts is the worst of all poses. The index `linear_sag` is how far
 # o moves, here under load and weight together.
 
 # %%
 poses = ["z", "rx", "ry"]
-sag = ks.indices.linear_sag(ds).max(poses) * 1e6  # µm
+sag = ks.indices.quantity(ds, "linear_sag").max(poses) * 1e6  # µm
 allowed = 10.0
 fits = sag["rod_diameter"].where(sag <= allowed, drop=True)
 diameter = float(fits.min())

@@ -79,7 +79,7 @@ f"no actuator holds more than {largest:.0f} N"
 # does, to nine digits.
 
 # %%
-field = ks.indices.linear_sag(ds, beyond_limits=True)
+field = ks.indices.quantity(ds, "linear_sag", beyond_limits=True)
 np.testing.assert_allclose(
     field, field.roll(azimuth=24, roll_coords=False), rtol=1e-9
 )

@@ -17,7 +17,7 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, need_scipy, warn, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Evaluation, Problem, assembled, grid_of, rank
-from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
+from kinetostatics.design.requirements import REQUIRABLE, parse_quantity, parse_requirement
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.sizes import Sizes, sizes_of
 from kinetostatics.design.variables import Choice, Range, Vary, read_variables, typed_units
@@ -177,7 +177,7 @@ def prepare(
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
     sizes = sizes_of(ParametricRobot(first, links), names, typed_units(ranges, choices))
     grid, is_platform = grid_of(*workspace, first.description.driven)
-    limits = [(item.text, item.limit) for item in requirements if item.below and MEASURES[item.name].kind == "length"]
+    limits = [(item.text, item.limit) for item in requirements if item.below and REQUIRABLE[item.name].kind == "length"]
     hints = [hint for text, x in limits for hint in length_hint(f"{text} allows {x:.6g} m,", x, first.zero_size, most=1.0)]
     for hint in (*first.unit_hints(grid), *_odd_ranges(sizes, ranges, choices), *hints):
         warn(hint)
@@ -210,8 +210,8 @@ def parse_objective(text: str) -> tuple[str, float]:
     Raises:
         ArgumentError: there is none, or it is one of which much is good.
     """
-    objective = parse_measure(text)
-    if objective[0].startswith("least"):
+    objective = parse_quantity(text)
+    if REQUIRABLE[objective[0]].better == "large":
         raise ArgumentError(f"{text!r} is not to be minimized; require it: {objective[0]} > …")
     return objective
 
@@ -238,7 +238,7 @@ def _optimum(
         # of the quantity itself: margins of limits that are far away are all the same
         worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # NaN comes before all others
         value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
-        unit = KINDS.get(MEASURES[item.name].kind, "")
+        unit = KINDS.get(REQUIRABLE[item.name].kind, "")
         number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
         pose = {name: float(array[number]) for name, array in problem.coordinates.items()}
         active = abs(margin) <= ACTIVE or margin < 0
@@ -263,7 +263,7 @@ def _optimum(
         Named({key: allowed[key] for key in best}),
         point.objective,
         " ".join(minimize.split()),
-        KINDS.get(MEASURES[name].kind, ""),
+        KINDS.get(REQUIRABLE[name].kind, ""),
         before if np.isfinite(before) else float("nan"),
         tuple(checked),
         at_bounds,

@@ -18,7 +18,7 @@ from kinetostatics.argument_checks import whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import Problem
-from kinetostatics.design.requirements import MEASURES, Requirement
+from kinetostatics.design.requirements import REQUIRABLE, Requirement
 from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen
@@ -87,7 +87,7 @@ def pareto(
     if measured == first.problem.objective:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two different quantities, such as ("mass", "sag")')
     second = replace(first, problem=replace(first.problem, objective=measured, known={}, count=0), minimize=minimize[1])
-    unit = KINDS.get(MEASURES[measured[0]].kind, "")
+    unit = KINDS.get(REQUIRABLE[measured[0]].kind, "")
     name = " ".join(minimize[1].split())
 
     solved = [first.problem, second.problem]
@@ -122,7 +122,7 @@ def pareto(
     found = [item for item in found if item.feasible]
     both = np.array([[item.objective, item.requirements[-1].worst] for item in found]).reshape(-1, 2)
     kept = _undominated(both)
-    units = KINDS.get(MEASURES[first.problem.objective[0]].kind, ""), unit
+    units = KINDS.get(REQUIRABLE[first.problem.objective[0]].kind, ""), unit
     names = " ".join(minimize[0].split()), name
     return ParetoFront(
         tuple(found[k] for k in kept), frozen(both[kept]), names, units, searched, sum(problem.count for problem in solved)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword, check_mapping
-from kinetostatics.design.requirements import MEASURES, Requirement
+from kinetostatics.design.requirements import REQUIRABLE, Requirement
 from kinetostatics.design.sizes import Sizes
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError
@@ -102,8 +102,7 @@ class Problem:
             tip = result.seen_from(self.tool)
 
             def measured(name: str, argument: float) -> Array:
-                measure = MEASURES[name]
-                return measure.function(tip if measure.is_motion else result, argument)
+                return REQUIRABLE[name].function(result, tip, argument)
 
             found = measured(*self.objective)
             values = [_rows(measured(item.name, item.argument)) for item in self.requirements]

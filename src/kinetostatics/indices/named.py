@@ -1,93 +1,28 @@
-"""All indices by name, and any other number of a pose; the best and the worst pose."""
+"""Indices of maps by name, and any other number of a pose; the best and the worst pose."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import xarray as xr
 
-from kinetostatics.description.units import find_unit, sized_example, sized_name, typed_number
+from kinetostatics.description.units import KINDS, find_unit, sized_example, sized_name, typed_number
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.indices import sag, stiffness
-from kinetostatics.indices.poses import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of
+from kinetostatics.indices.poses import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
 from kinetostatics.layout.html import html_table
 from kinetostatics.math.ordering import EQUAL
-from kinetostatics.quantities import VARIABLES
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.measures import MEASURES, Measure
+from kinetostatics.quantities import QUANTITIES, VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
 
-
-@dataclass(frozen=True)
-class Index:
-    """An index by name.
-
-    Attributes:
-        function: of the Dataset and ``beyond_limits``.
-        units: of its numbers.
-        better: "small" or "large": which of its numbers are the good ones.
-        definition: one line.
-    """
-
-    function: Callable[..., xr.DataArray]
-    units: str
-    better: str
-    definition: str
-
-
-def _stiffness_indices() -> dict[str, Index]:
-    found = {}
-    for kind, function, units, block, other in (
-        ("translational", stiffness.translational_stiffness, "N/m", "dd", "rotations"),
-        ("rotational", stiffness.rotational_stiffness, "N m/rad", "rr", "translations"),
-    ):
-        for extreme in ("least", "greatest"):
-            for held in (False, True):
-                name = f"{extreme}_{kind}_stiffness" + ("_held" if held else "")
-                if held:
-                    formula = f"{'smallest' if extreme == 'least' else 'largest'} eigenvalue of K_{block}, {other} held"
-                else:
-                    formula = f"1 / {'largest' if extreme == 'least' else 'smallest'} eigenvalue of C_{block}, {other} free"
-                found[name] = Index(partial(function, extreme=extreme, held=held), units, "large", formula)
-    return found
-
-
-#: Every index that needs no argument, by name.
-INDICES: Mapping[str, Index] = {
-    "linear_sag": Index(sag.linear_sag, "m", "small", "|d|, displacement of o"),
-    "angular_sag": Index(sag.angular_sag, "rad", "small", "|r|, rotation of the platform"),
-    **_stiffness_indices(),
-    "translational_conditioning": Index(
-        stiffness.translational_conditioning, "1", "large", "smallest / largest eigenvalue of C_dd, 0 to 1"
-    ),
-    "rotational_conditioning": Index(
-        stiffness.rotational_conditioning, "1", "large", "smallest / largest eigenvalue of C_rr, 0 to 1"
-    ),
-    "conditioning": Index(
-        stiffness.conditioning,
-        "1",
-        "large",
-        "smallest / largest eigenvalue of C made homogeneous by the characteristic length, 0 to 1",
-    ),
-    "singularity_distance": Index(
-        stiffness.singularity_distance,
-        "N/m",
-        "large",
-        "1 / largest eigenvalue of C made homogeneous by the characteristic length",
-    ),
-    "largest_actuator_force": Index(sag.largest_actuator_force, "N", "small", "largest magnitude of the actuators' forces"),
-    "remaining_linear_sag": Index(sag.remaining_linear_sag, "m", "small", "|d| that remains at the corrected actuators"),
-    "remaining_angular_sag": Index(sag.remaining_angular_sag, "rad", "small", "|r| that remains at the corrected actuators"),
-}
-
-
-#: What takes the size of a force or moment, and its unit.
-ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
-    "deflection_any_direction": (stiffness.deflection_any_direction, "N"),
-    "rotation_any_direction": (stiffness.rotation_any_direction, "N·m"),
-}
+#: The measures that need no argument, by name.
+INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}
+#: What takes the size of a force or moment.
+ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is not None}
 
 
 def names(ds: xr.Dataset) -> list[str]:
@@ -109,11 +44,14 @@ def names(ds: xr.Dataset) -> list[str]:
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
     """Return whether an index exists for a Dataset: robots may have no actuators, or actuators that push and others that turn."""
-    if index.startswith("remaining_"):
-        return "residual_error" in ds
-    if index != "largest_actuator_force":
-        return True
-    return "actuator_force" in ds and len(set(units_of(ds, "actuator_force").values.ravel())) == 1
+    name = _variable(INDICES[index])
+    return (name in ds or not name.startswith(("actuator", "residual"))) and (
+        name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
+    )
+
+
+def _variable(measure: Measure) -> str:
+    return next(entry.variable for path, entry in QUANTITIES.items() if path.rpartition(".")[2] == measure.of)
 
 
 def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataArray:
@@ -121,25 +59,24 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
-        what: the name of an index ("linear_sag"), "stiffness_along:z", "deflection_any_direction(500 N)",
-            "rotation_any_direction(20 N·m)", as in requirements of :func:`kinetostatics.optimize` (a colon does as well,
-            "deflection_any_direction:500N"; without a unit in N and N·m), or a variable of the Dataset with its labels:
-            "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z", "actuator_force:prismatic_1",
-            "intensity:limb_1: force along …", "compliance:x:ry".
+        what: the name of an index ("linear_sag"; of one contribution "linear_sag:limb_1"), "stiffness_along:z",
+            "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", as in requirements of
+            :func:`kinetostatics.optimize` (a colon does as well, "deflection_any_direction:500N"; without a unit in N and N·m),
+            or a variable of the Dataset with its labels: "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z",
+            "actuator_force:prismatic_1", "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: as in :func:`valid`.
 
     Raises:
-        ArgumentError: there is no such thing; the message says what there is.
+        ArgumentError: there is no such thing, or the map has not what it is computed from; the message says what there is.
     """
-    if what in INDICES:
-        return INDICES[what].function(ds, beyond_limits=beyond_limits)
+    index, size = sized_name(what)
+    if index in INDICES and (size is None or INDICES[index].of == "twist"):
+        return _index(ds, INDICES[index], beyond_limits, source=size)
+    if index in ANY_DIRECTION and size:
+        return _index(ds, ANY_DIRECTION[index], beyond_limits, _amount(what, size, index))
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
-        return stiffness.stiffness_along(ds, rest, beyond_limits=beyond_limits)
-    index, size = sized_name(what)
-    if index in ANY_DIRECTION and size:
-        function, unit = ANY_DIRECTION[index]
-        return function(ds, _amount(what, size, unit, index), beyond_limits=beyond_limits)
+        return stiffness_along(ds, rest, beyond_limits=beyond_limits)
     if name not in ds.data_vars or name in ("status", "mode", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     found, dims = ds[name], label_dims(ds, name)
@@ -155,17 +92,97 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
 
 
+def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 1.0, source: str | None = None) -> xr.DataArray:
+    """Return a measure of every pose, lazily if the map is lazy."""
+    if source is None:
+        array = variable(ds, _variable(measure))
+    else:
+        array = labelled(variable(ds, "contribution"), "source", source)
+    unit = measure.unit.replace("·", " ")
+    about = {"who": "the point" if "point" in ds.attrs else "o", "size": f"{size:g}"}
+    words = measure.words.format(**about) + (f" by {source}" if source is not None else "")
+    if measure.of == "actuator_forces":
+        units = {str(item) for item in units_of(ds, "actuator_force").values.ravel()}
+        if len(units) > 1:
+            raise ArgumentError("forces and torques of actuators cannot be compared; choose one actuator: actuator_force:NAME")
+        unit = units.pop()
+        words = words if unit == "N" else words.replace("force", "torque")
+        dims = ["actuator"]
+    else:
+        components = list(COMPONENTS[measure.part])
+        dims = [dim for dim in ("component", "component_2") if dim in array.dims]
+        array = array.sel(dict.fromkeys(dims, components))
+    arrays = (array, variable(ds, "characteristic_length")) if measure.is_homogeneous else (array,)
+    found = xr.apply_ufunc(
+        lambda values, length=size: measure.function(values, length),
+        *arrays,
+        input_core_dims=[dims, []][: len(arrays)],
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"allow_rechunk": True},
+    )
+    return finished(ds, found, beyond_limits, unit, words)
+
+
+def stiffness_along(
+    ds: xr.Dataset, direction: str | Sequence[float] | xr.DataArray, rotation: bool = False, beyond_limits: bool = False
+) -> xr.DataArray:
+    """Return force per displacement along one direction u, the platform otherwise free: 1/(uᵀ C_dd u) [N/m].
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a vector of three numbers in world axes,
+            of any length but 0, which as a DataArray (…, component x y z) may differ from pose to pose.
+        rotation: a vector is the axis of a moment; then it is 1/(uᵀ C_rr u) [N·m/rad].
+        beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: the direction has an invalid value or shape.
+    """
+    rotation = direction in ANGULAR if isinstance(direction, str) else rotation
+    unit, name = _direction(direction)
+    components = list(ANGULAR if rotation else LINEAR)
+    block = variable(ds, "compliance").sel(component=components, component_2=components)
+    block = block.assign_coords(component=list(LINEAR), component_2=list(LINEAR))
+    along = (block * unit * unit.rename(component="component_2")).sum(["component", "component_2"], skipna=False)
+    kind = f"stiffness about {name.removeprefix('r')}" if rotation else f"stiffness along {name}"
+    with np.errstate(divide="ignore"):  # a rigid direction is infinitely stiff
+        found = 1 / along
+    return finished(ds, found, beyond_limits, "N m/rad" if rotation else "N/m", kind)
+
+
+def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.DataArray, str]:
+    """Return a unit vector (…, component) and its name."""
+    if isinstance(direction, xr.DataArray):
+        if "component" not in direction.dims or direction.sizes["component"] != 3:
+            raise ArgumentError(f"direction has the dimensions {dict(direction.sizes)}; it needs 'component' with x, y, z")
+        vector, name = direction.assign_coords(component=list(LINEAR)).astype(float), str(direction.name or "a direction")
+    else:
+        if isinstance(direction, str):
+            if direction not in (*LINEAR, *ANGULAR):
+                raise ArgumentError(f"no direction {direction!r}: {', '.join((*LINEAR, *ANGULAR))}, or three numbers")
+            numbers, name = np.eye(3)[LINEAR.index(direction[-1])], direction
+        else:
+            numbers = np.asarray(direction, dtype=float)
+            name = "(" + " ".join(f"{number:g}" for number in numbers.ravel()) + ")"
+        if numbers.shape != (3,) or not np.all(np.isfinite(numbers)) or not np.any(numbers):
+            raise ArgumentError(f"direction {direction!r} is not a vector of three numbers other than 0 0 0")
+        vector = xr.DataArray(numbers, dims="component", coords={"component": list(LINEAR)})
+    return vector / (vector**2).sum("component", skipna=False) ** 0.5, name
+
+
 def _example(index: str) -> str:
-    """Return an index that takes a force or moment as people write it."""
-    return sized_example(index, ANY_DIRECTION[index][1])
+    """Return an index that takes a force or moment, formatted."""
+    return sized_example(index, KINDS[str(ANY_DIRECTION[index].argument)])
 
 
-def _amount(what: str, text: str, unit: str, index: str) -> float:
-    """Return a force or moment, which may carry a unit."""
+def _amount(what: str, text: str, index: str) -> float:
+    """Return a force or moment greater than zero, which may carry a unit."""
+    kind = str(ANY_DIRECTION[index].argument)
     found = typed_number(text)
-    own = find_unit(found[1]) if found and found[1] else known_unit(unit)
-    if found is None or found[0] < 0 or own is None or own.dimension != known_unit(unit).dimension:
-        raise ArgumentError(f"{what!r}: {text!r} is not a size in {unit}, such as {_example(index)}")
+    own = find_unit(found[1]) if found and found[1] else known_unit(KINDS[kind])
+    if found is None or not found[0] > 0 or own is None or own.dimension != known_unit(KINDS[kind]).dimension:
+        raise ArgumentError(f"{what!r}: {text!r} is not a size in {KINDS[kind]}, such as {_example(index)}")
     return own.in_si(found[0])
 
 

@@ -104,9 +104,7 @@ def _sentences(found: Calibration) -> list[str]:
     said = []
     freedom = f"{found.degrees_of_freedom} degrees of freedom"
     if found.sigma_known:
-        said.append(
-            f"Reduced chi-square: {found.reduced_chi_square:.3g} ({freedom}); about 1 if model and sigma are right."
-        )
+        said.append(f"Reduced chi-square: {found.reduced_chi_square:.3g} ({freedom}); about 1 if model and sigma are right.")
     elif found.degrees_of_freedom > 0:
         kind = next(iter(found.gauges.values())).kind
         words = quantity(found.sigma[0], UNITS_BY_KIND[kind], digits=3)

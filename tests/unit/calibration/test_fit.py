@@ -171,11 +171,11 @@ def test_unknowns_of_a_payload_are_moments():
     names = ["payload.mass", "payload.x", "payload.z", "rod_1"]
     found = Unknowns(robot, names, {}, ks.Payload(2.0, (0.1, 0.2, 0.3)), {})
     values = np.array([3.0, 0.6, 1.5, 0.8])
-    told, factors = found.told(values)
+    told, factors = found.reported(values)
     np.testing.assert_allclose(told, [3.0, 0.2, 0.5, 1.25])
     np.testing.assert_allclose([item.start for item in found.items], [2.0, 0.2, 0.6, 1.0])
     steps = 1e-6 * np.eye(4)
-    differences = [(found.told(values + step)[0] - found.told(values - step)[0]) / 2e-6 for step in steps]
+    differences = [(found.reported(values + step)[0] - found.reported(values - step)[0]) / 2e-6 for step in steps]
     np.testing.assert_allclose(factors, np.transpose(differences), atol=1e-9)
 
 
@@ -195,7 +195,7 @@ def test_a_search_may_come_to_a_payload_without_mass():
     step = np.array([1e-3, 0.0])
     slope = (model.predict(np.array([1e-3, 0.3])) - model.predict(np.array([0.0, 0.3]))) / step[0]
     np.testing.assert_allclose(model.jacobian(np.array([0.0, 0.3]))[:, 0], slope, rtol=1e-8)
-    told, factors = unknowns.told(np.array([0.0, 0.3]))
+    told, factors = unknowns.reported(np.array([0.0, 0.3]))
     assert told[0] == 0 and np.isnan(told[1]) and factors[0].tolist() == [1, 0] and np.all(np.isnan(factors[1]))
 
 

@@ -1,0 +1,148 @@
+"""Measures: one number of a pose from its twist, compliance or stiffness, for requirements, indices of maps and figures.
+
+``C`` is the compliance at o, actuators locked; ``C_dd`` its block of displacements under forces [m/N] and ``C_rr`` that of
+rotations under moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Metres and radians never meet in one
+eigenvalue, but for ``conditioning`` and ``singularity_distance``, of the compliance made homogeneous by the characteristic
+length L: displacements d and L r, forces f and m/L. "Free" is a pure force (moment), the platform turning (moving) as it likes: a
+quotient of ``C_dd`` (``C_rr``). "Held" is a pure displacement (rotation): a quotient of ``K_dd`` (``K_rr``), which does not exist
+where rigid limbs make ``K`` infinite. ``C_rr`` and ``K_dd`` do not depend on where o is; ``C_dd`` and ``K_rr`` do.
+
+Indices in general: A. Rosyid, B. El-Khasawneh, A. Alazzam, Performance measures of parallel kinematics manipulators, Mechanical
+Sciences 11 (2020). Conditioning: C. Gosselin, J. Angeles, A global performance index for the kinematic optimization of robotic
+manipulators, Journal of Mechanical Design 113 (1991); for equally stiff limbs with one wrench each it is the square of theirs, of
+the Jacobian. Distance of a matrix to the nearest singular one: C. Eckart, G. Young, The approximation of one matrix by another of
+lower rank, Psychometrika 1 (1936).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.units import KINDS
+from kinetostatics.math.arrays import Array
+
+_D, _R, _ALL = slice(3), slice(3, 6), slice(6)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number of each pose.
+
+    Attributes:
+        definition: with its formula.
+        words: in figures; with the point {who}, and with the force or moment {size} in any direction.
+        kind: of the number, as in :data:`kinetostatics.description.units.KINDS`; "number": without a unit.
+        of: the quantity from which it is computed: "twist", "compliance", ….
+        part: its components.
+        function: of the quantity's part (…, k) or (…, k, k), and of a force or moment, or of the characteristic length.
+        better: "small" or "large": the good numbers.
+        argument: kind of the force or moment that it takes.
+    """
+
+    definition: str
+    words: str
+    kind: str
+    of: str
+    part: slice
+    function: Callable[[Array, Array | float], Array]
+    better: str = "small"
+    argument: str | None = None
+
+    @property
+    def unit(self) -> str:
+        """SI; "1" of ratios."""
+        return KINDS.get(self.kind, "1")
+
+    @property
+    def is_homogeneous(self) -> bool:
+        """Whether it takes the characteristic length."""
+        return self.part == _ALL
+
+
+def _length(vectors: Array, _: Array | float) -> Array:
+    return np.asarray(np.sum(vectors**2, axis=-1) ** 0.5)
+
+
+def _eigenvalues(matrices: Array) -> Array:
+    """Return the eigenvalues (…, n), ascending, of symmetric positive semidefinite matrices; NaN where one is not finite."""
+    finite = np.all(np.isfinite(matrices), axis=(-2, -1))
+    found = np.linalg.eigvalsh(np.where(finite[..., None, None], matrices, 0.0))
+    # what rounding leaves of a zero
+    found = np.where(found > 1e-14 * found[..., -1:], found, 0.0)
+    return np.where(finite[..., None], found, np.nan)
+
+
+def _eigenvalue(k: int) -> Callable[[Array, Array | float], Array]:
+    return lambda matrices, size: np.asarray(size * _eigenvalues(matrices)[..., k])
+
+
+def _inverse(k: int) -> Callable[[Array, Array | float], Array]:
+    """Return 1/eigenvalue, infinite in rigid directions."""
+
+    def found(matrices: Array, _: Array | float) -> Array:
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / _eigenvalues(matrices)[..., k])
+
+    return found
+
+
+def _ratio(matrices: Array, _: Array | float) -> Array:
+    values = _eigenvalues(matrices)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(values[..., 0] / values[..., -1])
+
+
+def _homogeneous(function: Callable[[Array, Array | float], Array]) -> Callable[[Array, Array | float], Array]:
+    def found(matrices: Array, length: Array | float) -> Array:
+        scale = np.where(np.arange(6) < 3, 1.0, np.asarray(length)[..., None])
+        return function(matrices * scale[..., :, None] * scale[..., None, :], length)
+
+    return found
+
+
+def _stiffnesses() -> dict[str, Measure]:
+    found = {}
+    for kind, unit, part, block, other in (
+        ("translational", "stiffness", _D, "dd", "rotations"),
+        ("rotational", "turning stiffness", _R, "rr", "translations"),
+    ):
+        for extreme, k in (("least", -1), ("greatest", 0)):
+            name, least = f"{extreme}_{kind}_stiffness", extreme == "least"
+            free = f"1 / {'largest' if least else 'smallest'} eigenvalue of C_{block}, {other} free"
+            held = f"{'smallest' if least else 'largest'} eigenvalue of K_{block}, {other} held"
+            words = f"{extreme} {kind} stiffness, {other}"
+            found[name] = Measure(free, f"{words} free", unit, "compliance", part, _inverse(k), "large")
+            found[f"{name}_held"] = Measure(held, f"{words} held", unit, "stiffness", part, _eigenvalue(-1 - k), "large")
+    return found
+
+
+# fmt: off
+#: All of them by name.
+MEASURES: Mapping[str, Measure] = {
+    "linear_sag": Measure("|d|, displacement of o", "linear sag", "length", "twist", _D, _length),
+    "angular_sag": Measure("|r|, rotation of the platform", "angular sag", "angle", "twist", _R, _length),
+    **_stiffnesses(),
+    "translational_conditioning": Measure("smallest / largest eigenvalue of C_dd, 0 to 1", "translational conditioning", "number",
+        "compliance", _D, _ratio, "large"),
+    "rotational_conditioning": Measure("smallest / largest eigenvalue of C_rr, 0 to 1", "rotational conditioning", "number",
+        "compliance", _R, _ratio, "large"),
+    "conditioning": Measure("smallest / largest eigenvalue of C made homogeneous by the characteristic length, 0 to 1",
+        "conditioning", "number", "compliance", _ALL, _homogeneous(_ratio), "large"),
+    "singularity_distance": Measure("1 / largest eigenvalue of C made homogeneous by the characteristic length",
+        "distance to singularity", "stiffness", "compliance", _ALL, _homogeneous(_inverse(-1)), "large"),
+    "largest_actuator_force": Measure("largest magnitude of the actuators' forces", "largest actuator force", "force",
+        "actuator_forces", slice(None), lambda forces, _: np.max(np.abs(forces), axis=-1)),
+    "residual_linear_sag": Measure("|d| that remains at the corrected actuators", "residual linear sag", "length",
+        "residual_error", _D, _length),
+    "residual_angular_sag": Measure("|r| that remains at the corrected actuators", "residual angular sag", "angle",
+        "residual_error", _R, _length),
+    "deflection_any_direction": Measure("largest displacement under a force: f times the largest eigenvalue of C_dd",
+        "largest displacement of {who} under {size} N from any direction", "length", "compliance", _D, _eigenvalue(-1),
+        argument="force"),
+    "rotation_any_direction": Measure("largest rotation under a moment: m times the largest eigenvalue of C_rr",
+        "largest rotation under {size} N·m about any axis", "angle", "compliance", _R, _eigenvalue(-1), argument="moment"),
+}
+# fmt: on
