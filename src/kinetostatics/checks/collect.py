@@ -11,7 +11,8 @@ from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, Robot
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
-from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics, warnings_of_zero
+from kinetostatics.checks.warnings import warnings_of_file, warnings_of_zero
+from kinetostatics.checks.warnings_of_statics import warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.limbs.basis import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies

@@ -8,12 +8,9 @@ from math import isinf
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
-from kinetostatics.checks.warnings_of_masses import without_mass
-from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
-from kinetostatics.exceptions import KinetostaticsError, StaticsError
+from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.layout.numbers import CLOSED, LENGTHS, join_words, quantity
 from kinetostatics.math.graphs import joined
@@ -21,13 +18,9 @@ from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
-from kinetostatics.results.near_singular import near_singular_message
-from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
 
-#: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
-SMALL_GAP = 1e4
 #: Length over depth below which beam theory is doubtful: the ends, which it does not describe, are most of such a beam.
 STUBBY = 5.0
 #: Length over depth above which a section looks like one in wrong units.
@@ -47,7 +40,7 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     """Return warnings of what can be seen without statics at any pose."""
     found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
-    found += [*_materials(facts), *_masses(robot, facts), *without_mass(robot, facts), *_elastic_joints(robot, facts)]
+    found += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
     found += [
         f"link {link!r} ends nowhere: {joint!r} is its only joint, and it hangs on the base; if it is to hold the platform, a "
         "<loop> is missing or a <parent> is wrong"
@@ -266,6 +259,57 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         yield "nothing in the file has a mass"
 
 
+def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    """Yield warnings of limbs, of the platform and of drawn bodies that weigh nothing, where anything else does.
+
+    Links without shape may be massless: crosses of universal joints, frames, neglected sliders. So may those that say so, by an
+    ``<inertial>`` with the mass 0 or a beam's density 0; beams that say nothing have a warning of their own.
+    """
+    if not facts.mass:  # said elsewhere, or not known
+        return
+    links = robot.description.links
+    found = []
+    platform = facts.on_platform
+    if platform is not None and platform.mass == 0 and not any(links[name].has_inertial for name in platform.links):
+        found += list(platform.links)
+        yield "the platform has no mass: give its link an <inertial>"
+    light = [
+        limb
+        for limb in facts.limbs
+        if limb.mass == 0 and limb.links and not limb.beams and not any(links[name].has_inertial for name in limb.links)
+    ]
+    if light:
+        weigh, have = ("weigh", "their links have") if light[1:] else ("weighs", "its links have")
+        found += [name for limb in light for name in limb.links]
+        yield f"{join_words([limb.name for limb in light])} {weigh} nothing: {have} no <inertial>"
+    drawn = [name for name in _drawn_without_mass(robot, facts) if name not in found]
+    if drawn:
+        shape = "have shapes" if drawn[1:] else "has a shape"
+        yield f"{join_words(drawn)} {shape} but no mass: an <inertial> is missing, with the mass 0 if that is meant"
+
+
+def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
+    """Return the moving links with <visual> or <collision> whose body, all that is welded together, has no inertia given."""
+    description, connections = robot.description, robot.mechanism.connections
+    fixed = [joint for joint in connections.values() if joint.type.is_fixed]
+    body = joined(description.links, ((joint.predecessor, joint.successor) for joint in fixed))
+    elastic = {beam.link for beam in description.beams.values()}
+    inside = {
+        link
+        for span in robot.topology.beams.values()
+        for name in span.spanned
+        for link in (connections[name].predecessor, connections[name].successor)
+    }
+    in_limbs = {name for limb in facts.limbs for name in limb.links}
+    crosses = {name for name in in_limbs if not body[name] & set(facts.massless)}  # of compound joints; and what weighs
+    weighs = elastic | inside | {description.base} | {name for name, link in description.links.items() if link.has_inertial}
+    return [
+        name
+        for name, link in description.links.items()
+        if ("<visual" in link.extra or "<collision" in link.extra) and name not in crosses and not body[name] & weighs
+    ]
+
+
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
@@ -300,73 +344,3 @@ def _free_axes(joint: Connection) -> set[tuple[int, str]]:
     near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
     axes = {Axes.NONE: set(), Axes.AXIS: near}
     return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}
-
-
-# ---- statics ---------------------------------------------------------------------------------------------------------
-
-
-def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
-    """Return warnings of doubtful counts and of actuators, those of the zero pose, and what keeps the robot from an analysis."""
-    found: list[str] = []
-    at_zero: list[str] = []
-    problems: list[str] = []
-    if robot.mobility.gap < SMALL_GAP:
-        found.append(
-            f"the mobility is doubtful: the smallest singular value that counts is only {robot.mobility.gap:.2g} times the "
-            "largest that counts as zero"
-        )
-    for group in robot.statics.groups:
-        if group.basis.gap < SMALL_GAP:
-            found.append(
-                f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value that "
-                f"counts is only {group.basis.gap:.2g} times the largest that counts as zero"
-            )
-    mobility = facts.mobility
-    if mobility is not None and mobility.redundant_actuators:
-        held = len(facts.drives) - mobility.redundant_actuators
-        found.append(
-            f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
-            "taken as locked in position and share the load as their limbs' elasticity makes them (if the robot should have "
-            "more freedoms, look for a wrong <axis>)"
-        )
-    for name in robot.actuators_outside_limbs:
-        found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
-    generic = analyze(poses_of(robot, robot.generic_poses))
-    zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
-    problem = _statics_problem(robot, generic, zero)
-    if problem is not None:
-        (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
-    else:
-        words = near_singular_message(zero)
-        at_zero += [words.replace("the pose is", "the zero pose is", 1)] if words else []
-    found += facts_of_poses(generic)
-    at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
-    return found, at_zero, problems
-
-
-def _owner(robot: Robot, joint: str) -> str:
-    for limb in robot.topology.limbs:
-        if any(edge.joint == joint for edge in limb.branches):
-            return limb.name
-    return "the platform" if any(edge.joint == joint for edge in robot.topology.platform.edges) else "the base"
-
-
-def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
-    """Say why the platform or a limb is not held: everywhere, or at the zero pose alone."""
-    if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
-        return _complaint(zero)
-    if np.all(np.isnan(generic.twist)):
-        problem = _complaint(analyze(poses_of(robot, robot.generic_poses, first_only=True), on_failure="nan"))
-        return problem or "no pose could be analysed: the loops of those that were tried do not close"
-    problem = _complaint(zero)
-    return None if problem is None else f"{AT_ZERO} {problem}"
-
-
-def _complaint(result: Result) -> str | None:
-    """Say why a pose that is reached has no numbers, if it has none."""
-    if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
-        try:
-            analyze(result.configuration)
-        except StaticsError as error:
-            return str(error)
-    return None

@@ -14,7 +14,8 @@ from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
-from kinetostatics.checks.warnings import SMALL_GAP, zero_loop_gaps
+from kinetostatics.checks.warnings import zero_loop_gaps
+from kinetostatics.checks.warnings_of_statics import SMALL_GAP
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
