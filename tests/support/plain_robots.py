@@ -1,4 +1,4 @@
-"""The URDFs of the package example-robot-data: ``python tests/support/plain_robots.py`` writes docs/how_to/plain_urdf.md.
+"""The URDFs of the package example-robot-data: ``python tests/support/plain_robots.py`` prints a table of all of them.
 
 Each is extended as ``kinetostatics new --from`` does it, without looking at it: its platform is the first link that the error of
 the missing platform proposes, its actuators are as stiff as their efforts suggest.
@@ -85,7 +85,7 @@ def table() -> str:
     rows = "".join(f"{robot.row()}\n" for robot in robots if not robot.problem)
     others = "".join(f"- `{robot.file}`: {robot.problem}.\n" for robot in robots if robot.problem)
     count = sum(not robot.problem for robot in robots)
-    return f"{count} of {len(robots)}:\n\n{HEAD}{rows}\nThe others have nothing that moves:\n\n{others.replace('<', '&lt;')}"
+    return f"{count} of {len(robots)}:\n\n{HEAD}{rows}\nThe others have nothing that moves:\n\n{others}"
 
 
 def example() -> str:
@@ -94,15 +94,5 @@ def example() -> str:
     return extension(str(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf"), "", "tool0", elastic=elastic)[0]
 
 
-def write() -> None:
-    """Write the table and the example into the page."""
-    page = PAGE.read_text(encoding="utf-8")
-    pattern = re.compile(r"(<!-- plain robots -->\n).*?(<!-- end -->)", re.DOTALL)
-    assert pattern.search(page)
-    shown = re.compile(r"(<!-- extension -->\n```xml\n).*?(```)", re.DOTALL)
-    page = shown.sub(lambda found: f"{found[1]}{example()}{found[2]}", page)
-    PAGE.write_text(pattern.sub(lambda found: f"{found[1]}{table()}{found[2]}", page), encoding="utf-8")
-
-
 if __name__ == "__main__":
-    write()
+    print(table())

@@ -30,15 +30,8 @@ NO_ROBOTS = (
 )
 
 
-def numbers(row):
-    return [float(text) for text in row.rstrip(" |").split(" | ")[2:]]
-
-
-def test_the_table_has_all_files_and_says_why_three_of_them_are_no_robots() -> None:
-    assert re.findall(r"^\| `(\S+\.urdf)` ", TEXT, re.MULTILINE) == [file for file in files() if file not in NO_ROBOTS]
-    assert f"{len(files()) - len(NO_ROBOTS)} of {len(files())}:" in TEXT and len(files()) >= 69
-    for file in NO_ROBOTS:
-        assert f"- `{file}`: {plain_robot(file).problem.replace('<', '&lt;')}." in TEXT
+def test_three_files_are_no_robots() -> None:
+    assert {file for file in files() if plain_robot(file).problem} == set(NO_ROBOTS) and len(files()) >= 69
 
 
 def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
@@ -51,8 +44,6 @@ def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
 def test_it_passes_check_and_sags_as_pinocchio_says(file, tmp_path, capsys) -> None:
     """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the actuators' stiffnesses."""
     robot = plain_robot(file)
-    (row,) = [line for line in TEXT.splitlines() if line.startswith(f"| `{file}` ")]
-    np.testing.assert_allclose(numbers(robot.row()), numbers(row), rtol=1e-2)
     path = tmp_path / "mine.urdf.xacro"
     made = ks.extend_robot(robot.path, path, **robot.options())
     assert main(["check", str(path)]) == 0
