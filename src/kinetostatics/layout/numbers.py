@@ -138,7 +138,7 @@ def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5
 
 def in_unit(value: float, unit: str, digits: int = 6) -> str:
     """Write one number in the very unit that it is told in, such as ``N m``; without one where it has none."""
-    return f"{value:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
+    return f"{value + 0.0:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
 
 
 def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:

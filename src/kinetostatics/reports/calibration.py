@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Section, Table, Text
-from kinetostatics.layout.numbers import ANGLES, LENGTHS, MISSING, UNITS_OF, in_unit, quantity
+from kinetostatics.layout.blocks import Number, Section, Table, Text
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, MISSING, NOISE, UNITS_OF, in_unit, quantity
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.math.screws import WRENCH_COMPONENTS
@@ -70,9 +70,10 @@ def _sections(found: Calibration) -> list[Section]:
     for kind, units in UNITS_BY_KIND.items():
         residual, predicted = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.leave_one_out))
         if math.isfinite(residual):
-            size = quantity(found.root_mean_square(found.measured, kind), units, digits=4)
-            ahead = quantity(predicted, units, digits=4) if math.isfinite(predicted) else MISSING
-            fits.append((f"readings of {kind}s", size, quantity(residual, units, digits=4), ahead))
+            size = found.root_mean_square(found.measured, kind)
+            values = (size, residual, predicted)
+            cells = [Number.of(value, units, NOISE * size, digits=4) if math.isfinite(value) else MISSING for value in values]
+            fits.append((f"readings of {kind}s", *cells))
     header = ("root mean square", "readings", "residuals", "predicted from the other rows")
     outliers = [Text(_outlier(found, k), "warning") for k in range(min(len(found.outliers), MOST))]
     if len(found.outliers) > MOST:

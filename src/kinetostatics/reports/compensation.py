@@ -12,9 +12,11 @@ from kinetostatics.layout.numbers import (
     DEGREES,
     LENGTHS,
     MILLIMETRES,
+    NOISE,
     UNITS_OF,
     NumberFormat,
     join_words,
+    largest,
     quantity,
 )
 from kinetostatics.layout.plain import attributes
@@ -45,10 +47,8 @@ UNITS = {
 
 def compensation_report(found: Compensation) -> Report:
     """Return the report of a compensation: of one pose, or the extremes over a batch."""
-    errors = (
-        Number.range_of(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.uncorrected_error, found.residual_error)
-    )
-    before, after = errors
+    sizes = [np.linalg.norm(error[..., :3], axis=-1) for error in (found.uncorrected_error, found.residual_error)]
+    before, after = (Number.range_of(size, LENGTHS, ROUNDING) for size in sizes)
     title = [f"Compensation of {found.target.robot.name!r}: "]
     if found.shape == ():
         title.append(status_word(Status(int(found.status))))
@@ -87,13 +87,14 @@ def _one(found: Compensation) -> Iterator[Section]:
 
 def _actuators(found: Compensation) -> Table:
     connections = found.target.robot.mechanism.connections
+    noise = NOISE * largest(found.actuator_forces.values())
     rows: list[tuple[Cell, ...]] = []
     for name in found.actuators:
         kind = connections[name].type
         form = NumberFormat(*(MILLIMETRES if kind.is_slide else DEGREES)[0], 6, 0.0)
         places = (found.target.actuators[name], found.actuators[name])
-        shift = Number.of(found.corrections[name], UNITS_OF[kind.unit])
-        force = Number.of(found.actuator_forces[name], UNITS_OF[kind.force_unit])
+        shift = Number.of(found.corrections[name], UNITS_OF[kind.unit], ROUNDING)
+        force = Number.of(found.actuator_forces[name], UNITS_OF[kind.force_unit], noise)
         rows.append((name, *(Number(float(place), form) for place in places), shift, force))
     return Table.of_rows(("actuator", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.layout.blocks import Block, Section, Table, Text
-from kinetostatics.layout.numbers import MISSING
+from kinetostatics.layout.numbers import MISSING, NOISE, largest
 from kinetostatics.layout.report import Report
 from kinetostatics.math.ordering import EQUAL, first_largest
 from kinetostatics.status import FACTS, Status, in_map
@@ -154,9 +154,10 @@ def said(coordinate: xr.DataArray, value: object) -> str:
     if not isinstance(value, (float, np.floating)):
         return f"{coordinate.name} = {value}"
     unit = str(coordinate.attrs.get("units", ""))
+    number = float(value) if abs(float(value)) > NOISE * largest([coordinate.values]) else 0.0
     if unit == "rad":
-        value, unit = np.degrees(value), "deg"
-    return f"{coordinate.name} = {value:.6g} {unit}".rstrip()
+        number, unit = np.degrees(number), "deg"
+    return f"{coordinate.name} = {number:.6g} {unit}".rstrip()
 
 
 def _pieces(ds: xr.Dataset) -> Iterator[dict[object, slice]]:

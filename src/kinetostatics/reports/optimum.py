@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 
 from kinetostatics.layout.blocks import Number, Section, Table, Text, Word
-from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, UNITS_OF, in_unit
+from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, NOISE, UNITS_OF, in_unit
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.reports.pose import count
@@ -28,10 +28,10 @@ def optimum_report(found: Optimum) -> Report:
 
 def _sections(found: Optimum) -> list[Section]:
     parameters = [(name, _value(value, found.units.get(name, ""))) for name, value in found.parameters.items()]
-    rows = [
-        (item.text, _written(item.worst, item.unit), margin_words(item.margin), place_words(found, item) or "the only pose")
-        for item in found.requirements
-    ]
+    rows = []
+    for item in found.requirements:
+        worst, where = _written(item.worst, item.unit, item.limit), place_words(found, item) or "the only pose"
+        rows.append((item.text, worst, margin_words(item.margin), where))
     requirements = Table.of_rows(("requirement", "worst", "margin", "at"), rows, "lrrl")
     return [
         Section("Parameters", [Table.of_rows(("parameter", "value"), parameters)], "parameters"),
@@ -69,8 +69,10 @@ def margin_words(margin: float) -> str:
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"
 
 
-def _written(value: float, unit: str) -> str:
-    return MISSING if math.isnan(value) else str(Number.of(value, UNITS_OF.get(unit, UNITS_OF[""]))).rstrip()
+def _written(value: float, unit: str, beside: float = 0.0) -> str:
+    """Write a number, as 0 where it is a rounding error beside another."""
+    noise = NOISE * abs(beside)
+    return MISSING if math.isnan(value) else str(Number.of(value, UNITS_OF.get(unit, UNITS_OF[""]), noise)).rstrip()
 
 
 def _value(value: float, unit: str) -> str | Number:

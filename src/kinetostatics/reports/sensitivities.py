@@ -40,7 +40,7 @@ def sensitivities_report(found: Sensitivities) -> Report:
 
 def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
     def moved_by(moves: Sequence[float]) -> list[Column]:
-        parts = [f"{100 * move / size:+.3f}" if size else "" for move in moves]
+        parts = [f"{round(100 * move / size, 3) + 0.0:+.3f}" if size else "" for move in moves]
         return [Column.of(f"moves {who} by", moves, LENGTHS), Column("of it [%]", parts, "r")]
 
     moved, sizes = "twist" in found.outputs, [name for name in found if not is_location(name)]

@@ -72,7 +72,7 @@ def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor,
         return ""
     parts, sizes, _ = found
     shares = [share(part, float(sizes[0])) for part in parts[:, 0].tolist()]
-    some = [k for k in ranked(parts[:, 0])[:number] if shares[k] > 0.5]
+    some = [k for k in ranked(np.abs(parts[:, 0]))[:number] if abs(shares[k]) > 0.5]
     return "".join(f"{', ' if k else '; '}{shares[i]:.0f} % {word}{names[i]}" for k, i in enumerate(some))
 
 
