@@ -115,9 +115,13 @@ class JointType:
 
         The second axis of ``BOTH`` is not among them: it is fixed in the successor.
         """
-        own = axis[:, None]
-        by = {Axes.NONE: own[:, :0], Axes.AXIS: own, Axes.BOTH: own, Axes.ACROSS: np.stack(across(axis), 1), Axes.ALL: np.eye(3)}
-        return by[self.slides], by[self.turns]
+
+        def directions(which: Axes) -> Array:
+            if which is Axes.ACROSS:
+                return np.stack(across(axis), 1)
+            return np.eye(3) if which is Axes.ALL else axis[:, None][:, : which is not Axes.NONE]
+
+        return directions(self.slides), directions(self.turns)
 
     @cached_property
     def unit(self) -> str:

@@ -27,9 +27,9 @@ NAMED = {
     "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them
     "authoring/names.py": {"planar", "spherical"},  # arrangements of limbs
     "authoring/placement.py": {"planar", "spherical"},  # the same
-    "files/importers/gepetto.py": {"fixed", "spherical", "continuous"},
-    "files/importers/isaac.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
-    "files/importers/onshape.py": {"revolute"},
+    "files/foreign/gepetto.py": {"fixed", "spherical", "continuous"},
+    "files/foreign/isaac.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
+    "files/foreign/onshape.py": {"revolute"},
     "checks/chains.py": {"fixed"},  # a word of reports
     "verification/worker.py": {"fixed"},  # nodes without displacement
     "verification/opensees.py": {"fixed"},
