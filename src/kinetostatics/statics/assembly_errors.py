@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.description.elements import Beam
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import move_twist
+from kinetostatics.math.screws import move_twist, rotate
 from kinetostatics.mechanism.limb_joints import sides
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
@@ -106,7 +107,7 @@ class AssemblyErrors:
         if assembly_error.in_joint_frame:
             body, frame = connection.predecessor_body, connection.predecessor_frame
             axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
-            twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
+            twist = rotate(axes, twist)
         body, frame = sides(edge, connection)[0 if turned else 1]  # where the joint's wrench is reported
         centre = frames.point(body, frame[:3, 3])
         return move_twist(twist, o - centre)
@@ -124,48 +125,45 @@ def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, obj
     beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
     for name, value in assembly_errors.items():
-        is_beam = name in known_beams
-        if is_beam and name in known_joints:
-            wants_beam = isinstance(value, Mapping) and not set(value) & set(JOINT_KEYS)
-            is_beam = wants_beam
-        if is_beam:
-            if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
-                raise ArgumentError(
-                    f"the assembly error of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or "
-                    "'temperature' [K]"
-                )
-            length, rise = (finite_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
-            if np.any(rise) and known_beams[name].thermal_expansion == 0:
-                raise ArgumentError(
-                    f"beam {name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
-                    "in its <beam> element (steel: 1.2e-5)"
-                )
-            beams[name] = BeamError(length[..., None], rise[..., None])
-        elif name in known_joints:
+        is_joint = not isinstance(value, Mapping) or bool(set(value) & set(JOINT_KEYS))  # where both have the name
+        if name in known_joints and (is_joint or name not in known_beams):
             if name not in robot.joint_table.names:
                 raise ArgumentError(
                     f"joint {name!r} lies within the rigid base or platform, or holds nothing: an assembly error of it has no "
                     "effect; give it to the joints that hold the limbs there"
                 )
-            frame = "world"
-            if isinstance(value, Mapping):
-                if "twist" not in value or set(value) - set(JOINT_KEYS):
-                    raise ArgumentError(
-                        f"the assembly error of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' "
-                        "and 'frame'"
-                    )
-                frame, value = value.get("frame", "world"), value["twist"]
-            if not isinstance(frame, str) or frame not in FRAMES:
-                raise ArgumentError(
-                    f"the frame of the assembly error of joint {name!r} is {frame!r}; it must be 'world' or 'joint'"
-                )
-            twist = finite_numbers(f"the assembly error of joint {name!r}", value)
-            if twist.ndim == 0 or twist.shape[-1] != 6:
-                raise ArgumentError(
-                    f"the assembly error of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
-                )
-            joints[name] = JointError(twist, frame == "joint")
+            joints[name] = _joint_error(name, value)
+        elif name in known_beams:
+            beams[name] = _beam_error(known_beams[name], value)
         else:
             known = near_names(name, [*known_joints, *known_beams])
             raise ArgumentError(f"assembly_errors= names no joint or beam {name!r}: {known}")
     return AssemblyErrors(robot, joints, beams)
+
+
+def _beam_error(beam: Beam, value: object) -> BeamError:
+    if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
+        raise ArgumentError(
+            f"the assembly error of beam {beam.name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
+        )
+    length, rise = (finite_numbers(f"{key} of {beam.name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
+    if np.any(rise) and beam.thermal_expansion == 0:
+        raise ArgumentError(
+            f"beam {beam.name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
+            "in its <beam> element (steel: 1.2e-5)"
+        )
+    return BeamError(length[..., None], rise[..., None])
+
+
+def _joint_error(name: str, value: object) -> JointError:
+    what, frame = f"the assembly error of joint {name!r}", "world"
+    if isinstance(value, Mapping):
+        if "twist" not in value or set(value) - set(JOINT_KEYS):
+            raise ArgumentError(f"{what} is {value!r}; it must be a twist, or a mapping with 'twist' and 'frame'")
+        frame, value = value.get("frame", "world"), value["twist"]
+    if not isinstance(frame, str) or frame not in FRAMES:
+        raise ArgumentError(f"the frame of {what} is {frame!r}; it must be 'world' or 'joint'")
+    twist = finite_numbers(what, value)
+    if twist.ndim == 0 or twist.shape[-1] != 6:
+        raise ArgumentError(f"{what} has the shape {twist.shape}; its last axis must have 6 entries")
+    return JointError(twist, frame == "joint")
