@@ -20,7 +20,7 @@ from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.frame_corrections import with_wrong_parent
-from kinetostatics.kinematics.pose_spread import typical_poses
+from kinetostatics.kinematics.ordinary_poses import ordinary_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.report import Reported, late
 from kinetostatics.limbs.model import StaticModel
@@ -136,7 +136,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def statics(self) -> RobotStatics:
         """What the numerics of the statics need: frozen data, and the limbs' wrench bases, which are chosen once per robot."""
-        return make_statics(self._static_model, self.generic_frames, self.frames_at(typical_poses(self)))
+        return make_statics(self._static_model, self.generic_frames, self.frames_at(ordinary_poses(self)))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

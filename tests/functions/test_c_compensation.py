@@ -9,7 +9,7 @@ import pytest
 from c_programs import NEEDS_ARM, SANITIZED, around, on_cortex_m7, rows, run
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import enough
+from kinetostatics.compensation.search import error_tolerance
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -50,7 +50,7 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
         expected = wanted[item][valid]
         allowed = 1e-9 * np.max(np.abs(expected), axis=1)
         if item == "residual_error":  # differences of coordinates: what counts as corrected cannot be told from nothing
-            allowed = allowed + enough(f.robot.length)
+            allowed = allowed + error_tolerance(f.robot.length)
         assert np.all(np.max(np.abs(part - expected), axis=1) <= allowed), item
     assert np.all(np.isnan(found[~valid]))
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, names_in
 from kinetostatics.arguments import check
-from kinetostatics.compensation.search import MOST, Coordinates, Search, enough, led_there
+from kinetostatics.compensation.search import MOST, Coordinates, Search, arrival_tolerance, error_tolerance
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
@@ -175,7 +175,7 @@ class _Problem:
             AssemblyError, StaticsError: there is none, if ``raising``.
         """
         pose, found = self.target, uncorrected
-        u, least = self.commanded.of(target_frame(self.target, None)), enough(self.robot.length)
+        u, least = self.commanded.of(target_frame(self.target, None)), error_tolerance(self.robot.length)
         search = Search.begun(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
             if not np.any(search.going):
@@ -234,7 +234,7 @@ class _Problem:
         given = {name: np.where(poses, value, self.target.actuators[name]) for name, value in names.items()}
         driven = assemble(self.robot, given, None, None, self.target, self.closure_tolerance, "nan", self._loops)
         off = np.max(np.abs(self._error(self._analyzed(driven))), axis=0, initial=0.0)
-        return driven.reached & (off <= led_there(self.robot))
+        return driven.reached & (off <= arrival_tolerance(self.robot))
 
     def _analyzed(self, pose: Configuration) -> Result:
         return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)

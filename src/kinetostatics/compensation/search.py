@@ -28,12 +28,12 @@ LED = 1e-9
 MOST, STALE = 40, 4
 
 
-def enough(length: float) -> float:
+def error_tolerance(length: float) -> float:
     """Return the error [m] that counts as corrected, of a robot with a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
 
 
-def led_there(robot: RobotKinematics) -> float:
+def arrival_tolerance(robot: RobotKinematics) -> float:
     """Return the deviation [m] up to which actuators that were given lead where they were found: loops close but so well."""
     return LED * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
@@ -95,13 +95,13 @@ class Search:
         step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
         return replace(self, u=self.u + step, step=step)
 
-    def learnt(self, error: Array, enough: float) -> Search:
+    def learnt(self, error: Array, tolerance: float) -> Search:
         """Return the search with the error (n, N) that was found after the last step, and the next step."""
         inverse = _learnt(self.inverse, self.step, error - self.error, self.going)
         smaller = _size(error) < self.size / 2
         stale = np.where(smaller, 0.0, self.stale + 1.0)
         size = np.where(self.going, _size(error), self.size)
-        going = self.going & np.isfinite(size) & (size > EXACT) & ~((size <= enough) & ~smaller) & (stale < STALE)
+        going = self.going & np.isfinite(size) & (size > EXACT) & ~((size <= tolerance) & ~smaller) & (stale < STALE)
         return Search(self.u, self.step, inverse, error, size, stale, going).moved()
 
 

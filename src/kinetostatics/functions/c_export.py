@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice, path_name
-from kinetostatics.compensation.search import MOST, enough
+from kinetostatics.compensation.search import MOST, error_tolerance
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
@@ -132,7 +132,7 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
         "compensates": function.compensates,
         "controlled": function.names,
         "searches": MOST,
-        "absolute": {"residual_error": enough(function.robot.length)},
+        "absolute": {"residual_error": error_tolerance(function.robot.length)},
         "rough": rough_residual(function.robot),
         "endless": _of_endless_actuators(parts),
         "corrections": MOST_CORRECTIONS,

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetostatics.compensation.search import Coordinates, Search, enough, led_there
+from kinetostatics.compensation.search import Coordinates, Search, arrival_tolerance, error_tolerance
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.derivatives import tangent_record
 from kinetostatics.engine.loop_record import (
@@ -250,7 +250,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         names: of the coordinates that are to come out as wanted.
         orientation: what its angles mean.
     """
-    wanted, least, driven = Coordinates(names, orientation, robot.length), enough(robot.length), robot.description.driven
+    wanted, least, driven = Coordinates(names, orientation, robot.length), error_tolerance(robot.length), robot.description.driven
     R, o = robot.mechanism.platform_pose(robot.statics.example)
     platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
 
@@ -281,7 +281,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         _program("correct", {"wanted": drives, "found": drives}, corrected),
         len(first),
         least,
-        led_there(robot),
+        arrival_tolerance(robot),
         len(first) - 3 - n,
         n,
         len(first) - 3,

@@ -12,7 +12,7 @@ from kinetostatics.argument_checks import check_mapping, numbers
 from kinetostatics.arguments import check
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
+from kinetostatics.kinematics.coordinate_choices import choices_text, prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.loop_constraints import Placed, joined
@@ -224,14 +224,14 @@ def platform_coordinates(
         raise CoordinatesError(
             f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
             f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}"
-            + (f"; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
+            + (f"; {choices_text(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
             mobility,
         )
     prescribed = prescribed_platform(tuple(platform), convention)
     if not robot.mobility_analysis.fixes_platform(prescribed):
         raise CoordinatesError(
             f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
-            f"can still move; its mobility is {mobility}; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}",
+            f"can still move; its mobility is {mobility}; {choices_text(robot, convention, tuple(platform), robot.zero_poses)}",
             mobility,
         )
     return prescribed, [name for name in known if name in platform]
@@ -253,7 +253,7 @@ def _say_unreachable(
     text += f"on the straight line from the start the loops close up to {100 * gone:.1f} % of the way; "
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
         convention = prescribed.orientation
-        others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
+        others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
         raise CoordinatesError(
             f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
             f"starts, a singular pose for them{others}",

@@ -64,7 +64,7 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
     return found
 
 
-def say_choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
+def choices_text(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
     """Return the sets of coordinates that determine the pose, at ``pose`` too if any do, as text."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:

@@ -95,7 +95,7 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
     else:
         which = "Any one of these" if corrections[1:] else "This"
         text += f". {which} would close all loops at zero: {_listed(mechanism, corrections)}"
-    return text + _said_of_links(mechanism, size)
+    return text + _other_links_text(mechanism, size)
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
@@ -111,7 +111,7 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
     which = "any one of these" if corrections[1:] else "this"
     return (
         "if the loops are meant to be closed where all joints are at zero, a frame in the file is wrong: "
-        f"{which} would close all: {_listed(mechanism, corrections)}{_said_of_links(mechanism, size)}"
+        f"{which} would close all: {_listed(mechanism, corrections)}{_other_links_text(mechanism, size)}"
     )
 
 
@@ -129,7 +129,7 @@ def _missing_axes(mechanism: Mechanism) -> str:
     )
 
 
-def _said_of_links(mechanism: Mechanism, size: float) -> str:
+def _other_links_text(mechanism: Mechanism, size: float) -> str:
     """Return joints and loops that would close all loops at zero if attached to another link, as text."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))

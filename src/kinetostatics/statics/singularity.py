@@ -25,17 +25,17 @@ def where_singular(
     statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]
 ) -> NDArray[np.bool_]:
     """Return where (N,) the platform can still move, or a limb cannot hold its weight."""
-    return falling(balance.singular | ~held(statics, balance.scale, len(balance.singular)), unbalanced)
+    return without_equilibrium(balance.singular | ~held(statics, balance.scale, len(balance.singular)), unbalanced)
 
 
-def falling(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
+def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Return ``singular`` (N,), and where a limb or dead weight cannot hold its weight and loads."""
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
 
 
-def turned_inside_out(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
+def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
     """Return where (N,) a telescope is pushed together beyond its start, where a beam's formulas mean nothing."""
     result = np.zeros(frames.position.shape[2], dtype=bool)
     for beam in robot.beams.values():
@@ -44,7 +44,7 @@ def turned_inside_out(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
     return result
 
 
-def of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
+def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
     """Return where (N,) something is true of a limb, from whether it is of each limb (g, N) of the groups."""
     found = np.zeros(N, dtype=bool)
     for group in groups:

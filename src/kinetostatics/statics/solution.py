@@ -21,7 +21,7 @@ from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
-from kinetostatics.statics.singularity import falling, of_any_limb, turned_inside_out, unbalanced_parts, where_singular
+from kinetostatics.statics.singularity import any_limb, has_negative_length, unbalanced_parts, where_singular, without_equilibrium
 
 
 @dataclass(frozen=True, repr=False)
@@ -79,7 +79,7 @@ class Solution(ShortRepr):
     @property
     def doubtful(self) -> NDArray[np.bool_]:
         """Where (N,) a limb may not be what it is elsewhere."""
-        return of_any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
+        return any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
 
     def statics_of_weights(self, number: int) -> LimbStatics:
         """Return a group of limbs under their own weights alone."""
@@ -218,9 +218,9 @@ def balanced(
         intensities=tuple(intensities),
         load=load,
         platform_weight=platform_weight,
-        singular=where_singular(statics, balance, unbalanced) | turned_inside_out(robot, frames),
-        indeterminate=balance.indeterminate | of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
-        basis_degenerate=of_any_limb([item.degenerate for item in statics], o.shape[1]),
+        singular=where_singular(statics, balance, unbalanced) | has_negative_length(robot, frames),
+        indeterminate=balance.indeterminate | any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
+        basis_degenerate=any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
         open=tuple(balance.open),
         unbalanced=unbalanced,
@@ -290,7 +290,7 @@ def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], 
         intensities=tuple(intensities),
         statics=statics,
         unbalanced=unbalanced,
-        singular=falling(solution.singular, unbalanced),
+        singular=without_equilibrium(solution.singular, unbalanced),
         applied=applied,
     )
 

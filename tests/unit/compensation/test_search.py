@@ -7,14 +7,14 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import Coordinates, Search, _learnt, enough, led_there
+from kinetostatics.compensation.search import Coordinates, Search, _learnt, arrival_tolerance, error_tolerance
 from kinetostatics.math.orientation import orientation_named
 
 
 def test_what_counts_as_corrected_grows_with_robots_above_a_metre():
-    assert [enough(length) for length in (0.2, 1.0, 5.0)] == pytest.approx([1e-12, 1e-12, 5e-12], rel=1e-9, abs=0)
+    assert [error_tolerance(length) for length in (0.2, 1.0, 5.0)] == pytest.approx([1e-12, 1e-12, 5e-12], rel=1e-9, abs=0)
     robots = [SimpleNamespace(length=length, closing_error=error) for length, error in ((0.2, 0.0), (5.0, 0.0), (0.2, 1e-7))]
-    assert [led_there(robot) for robot in robots] == pytest.approx([1e-9, 5e-9, 1e-9 + 10 * 0.2 * 1e-7], rel=1e-9, abs=0)
+    assert [arrival_tolerance(robot) for robot in robots] == pytest.approx([1e-9, 5e-9, 1e-9 + 10 * 0.2 * 1e-7], rel=1e-9, abs=0)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import package_robots
 import pytest
 
-from kinetostatics.kinematics.pose_spread import typical_poses
+from kinetostatics.kinematics.ordinary_poses import ordinary_poses
 
 pytestmark = pytest.mark.smoke
 
@@ -12,7 +12,7 @@ pytestmark = pytest.mark.smoke
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
     """One actuator at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
     machine = package_robots.robot("3rps")
-    pose = machine.configuration(typical_poses(machine).T)
+    pose = machine.configuration(ordinary_poses(machine).T)
     connections = machine.mechanism.connections
     drives = list(machine.description.driven)
     moved = np.stack([pose.actuators[name] for name in drives], axis=1)

@@ -22,7 +22,7 @@ _FAR = 1.2
 _PARTS, _MANY = (0.2, 0.6), 8
 
 
-def typical_poses(robot: RobotKinematics) -> Array:
+def ordinary_poses(robot: RobotKinematics) -> Array:
     """Return Pinocchio's coordinates (nq, N) of the closed zero pose and of a few dozen poses within the limits."""
     zero = robot.model_q(robot.zero_poses)
     names = actuator_names(robot.mechanism, robot.equations)
