@@ -13,6 +13,7 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import loops
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.functions.compiled import CompiledFunction
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.orientation import Orientation
 
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
@@ -166,10 +167,15 @@ def test_a_pose_counts_where_its_loops_are_closed(rough, tolerance, monkeypatch)
     x = np.repeat(f.robot.zero_poses.x, 6, axis=1)
     (row,) = (joint.first_q for joint in f.robot.solver.tree.joints if joint.body == f.robot.mechanism.body_of_joint["elbow_2"])
     x[row] += 2 * np.arcsin(opened / 2 / 0.23)  # the link's length [m]
-    code = f._compiled._together
-    found, fine, within = f._compiled._told(code, *code.computed(x, np.zeros((6, 6)), np.zeros((3, 6))))
+    poses, doubted = f.robot.configuration(f.robot.model_q(SolverState(x, np.zeros((3, 6)))).T, closure_tolerance=1.0), []
+
+    def careful(here, load, gravity):
+        doubted.extend(here.q[:, 0].tolist())
+        return {}
+
+    found = f._compiled.together(poses, np.zeros(6), np.zeros(3), careful)
     np.testing.assert_allclose(found["residual"], opened, rtol=0, atol=1e-15)
-    assert fine.tolist() == [True, True, True, False, False, False] and within.all()
+    assert len(doubted) == 3 and set(found["status"].tolist()) == {ks.Status.OK}
 
 
 def test_a_line_that_may_pass_a_singular_pose_is_followed_with_care(monkeypatch):

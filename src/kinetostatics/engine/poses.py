@@ -36,10 +36,14 @@ class Place(NamedTuple):
     truth: bool
     first: int
 
+    @property
+    def rows(self) -> slice:
+        """All its rows."""
+        return slice(self.first, self.first + math.prod(self.shape))
+
     def of(self, numbers: Array, truths: Mask) -> Number:
         """Return the array (*shape, N)."""
-        rows = (truths if self.truth else numbers)[self.first : self.first + math.prod(self.shape)]
-        return rows.reshape(*self.shape, truths.shape[1])
+        return (truths if self.truth else numbers)[self.rows].reshape(*self.shape, truths.shape[1])
 
 
 def pose_model(

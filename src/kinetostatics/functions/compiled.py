@@ -24,7 +24,7 @@ from kinetostatics.kinematics.configuration import Configuration, spread, taken
 from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
-from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
@@ -91,6 +91,10 @@ class CompiledFunction:
         self._zero = _Closed(self, np.concatenate([robot.zero_poses.x, c]), tuple(target[:, 0].tolist()))
         self._moved, self._step = solver.single_step()
         self._load, self._gravity, self._computed = self._code.bound(self._moved[:-3])
+        self._places = [
+            (name, place.rows, tuple(place.shape)) for name, place in self._code.places.items() if name not in _CLOSED
+        ]
+        self._rows = tuple(self._code.places[name].first for name in _CLOSED)
         self._lock = threading.Lock()  # calls share their arrays
 
     def single(
@@ -125,25 +129,18 @@ class CompiledFunction:
             self._load[:], self._gravity[:] = wrench, field
             numbers, truths = self._computed()
             there = _Closed(self, self._moved[:, :1].copy(), target)
-        values, fine, within = self._told(self._code, numbers, truths)
-        if not fine[0]:
+        numbers, told, (rough, opening, within, singular, usual) = numbers[:, 0], truths[:, 0].tolist(), self._rows
+        if told[singular] or not (told[0] and told[usual] and numbers[rough] <= self._most and numbers[opening] <= TOLERANCE):
             return None
-        values = {name: frozen(array[..., 0]) for name, array in values.items()}
-        residual = values.pop("residual")  # the last, as in all that a function returns
-        values |= {"status": _STATUSES[int(within[0])], "residual": residual}
+        numbers.setflags(write=False)
+        values = {name: numbers[rows].reshape(shape) for name, rows, shape in self._places}
+        values |= {"status": _STATUSES[told[within]], "residual": numbers[opening : opening + 1].reshape(())}
         return Values(values, lambda: self._configuration(there), there)
 
     @cached_property
     def _together(self) -> PoseCode:
         """Code for many poses, made when many are asked for."""
         return PoseCode(self._robot, self._robot.statics, self._stages)
-
-    def _told(self, code: PoseCode, numbers: Array, truths: Mask) -> tuple[dict[str, Array], Mask, Mask]:
-        """Return outputs and "residual" (…, N), of which poses they are to be believed, and which are within all limits."""
-        found = {name: place.of(numbers, truths) for name, place in code.places.items()}
-        rough, opening, within, singular, usual = (found.pop(name) for name in _CLOSED)
-        fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= TOLERANCE)
-        return found | {"residual": opening}, fine, within
 
     def _target(self, coordinates: Mapping[str, Number]) -> tuple[float, ...]:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
@@ -180,8 +177,10 @@ class CompiledFunction:
         wrench, field, shape = flat_loads(load, gravity, pose.shape)
         poses = spread(pose, shape)
         numbers, truths = self._together.computed(poses.poses.x, wrench, field)
-        arrays, fine, within = self._told(self._together, numbers, truths)
-        found = {name: np.moveaxis(array, -1, 0).copy() for name, array in arrays.items()}
+        arrays = {name: place.of(numbers, truths) for name, place in self._together.places.items()}
+        rough, opening, within, singular, usual = (arrays.pop(name) for name in _CLOSED)
+        fine = truths[0] & usual & ~singular & (rough <= self._most) & (opening <= TOLERANCE)
+        found = {name: np.moveaxis(array, -1, 0).copy() for name, array in (arrays | {"residual": opening}).items()}
         found["status"] = np.where(within, Status.OK, Status.LIMIT_EXCEEDED).astype(np.int8)
         doubtful = np.flatnonzero(~(fine & poses.reached))
         if doubtful.size:
