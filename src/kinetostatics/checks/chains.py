@@ -1,4 +1,4 @@
-"""A limb as a person follows it: chains of bodies and joints from base to platform that part and meet again, and their text."""
+"""A limb as a chain of bodies and joints from base to platform, with branches that part and meet again, and its text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kinetostatics.layout.text import WIDTH
 
 @dataclass(frozen=True)
 class Body:
-    """What moves as one between two joints: names of its rigid links and beams, on the way out."""
+    """Links and beams that move as one between two joints, by name, on the way out."""
 
     names: tuple[str, ...]
 
@@ -38,17 +38,8 @@ class JointStep:
 
 
 @dataclass(frozen=True)
-class Ways:
-    """Parallel ways between two bodies: rings."""
-
-    start: str
-    end: str
-    ways: tuple[Chain, ...]
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A line of a network, from one of its bodies to another."""
+class Run:
+    """A chain between two bodies at which others meet it."""
 
     start: str
     end: str
@@ -56,21 +47,22 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Network:
-    """Bodies and joints between two bodies that are neither in line nor side by side."""
+class Branches:
+    """Runs between two bodies: all from one to the other if they are ``parallel``, else a network."""
 
     start: str
     end: str
-    stretches: tuple[Stretch, ...]
+    runs: tuple[Run, ...]
+    parallel: bool
 
 
-Item: TypeAlias = Body | JointStep | Ways | Network
+Item: TypeAlias = Body | JointStep | Branches
 Chain: TypeAlias = tuple[Item, ...]
 
 
 @dataclass(frozen=True)
 class Hanging:
-    """What hangs on the body ``at``; ``is_ring``: it leads back there."""
+    """A chain that hangs on the body ``at``; ``is_ring``: it leads back there."""
 
     at: str
     chain: Chain
@@ -79,7 +71,7 @@ class Hanging:
 
 @dataclass(frozen=True)
 class Graph:
-    """A limb as a chain from base to platform, and what hangs on it.
+    """A limb as a chain from base to platform.
 
     Attributes:
         chain: without base and platform themselves; empty for dead weights.
@@ -92,33 +84,25 @@ class Graph:
     rings: int
 
 
-def word_of(chain: Chain) -> str:
-    """Return the joints of a chain as letters, such as ``R(driven) (S S | S S)``."""
+def joint_string(chain: Chain) -> str:
+    """Return the joints of a chain as letters, such as ``R(driven) (S S | S S)``; networks in square brackets."""
     words = []
     for item in chain:
         if isinstance(item, JointStep):
             if item.elastic or not JOINT_TYPES[item.kind].is_fixed:
                 words.append(JOINT_TYPES[item.kind].symbol + ("(driven)" if item.driven else ""))
-        elif isinstance(item, Ways):
-            words.append("(" + " | ".join(word_of(way) or "–" for way in item.ways) + ")")
-        elif isinstance(item, Network):
-            words.append("[" + (" ".join(filter(None, (word_of(part.chain) for part in item.stretches))) or "–") + "]")
+        elif isinstance(item, Branches):
+            parts = [joint_string(run.chain) for run in item.runs]
+            network = f"[{' '.join(filter(None, parts)) or '–'}]"
+            words.append(f"({' | '.join(part or '–' for part in parts)})" if item.parallel else network)
     return " ".join(words)
 
 
-def parts_of(item: Item) -> tuple[Stretch, ...]:
-    """Return the ways or stretches of an item that has some; nothing of a body or joint."""
-    if isinstance(item, Ways):
-        return tuple(Stretch("", "", way) for way in item.ways)
-    return item.stretches if isinstance(item, Network) else ()
-
-
 def _items(chain: Chain) -> Iterator[Item]:
-    """Yield everything in a chain, and in its parts."""
     for item in chain:
         yield item
-        for part in parts_of(item):
-            yield from _items(part.chain)
+        for run in item.runs if isinstance(item, Branches) else ():
+            yield from _items(run.chain)
 
 
 def joints_of(chain: Chain) -> list[JointStep]:
@@ -135,7 +119,7 @@ def bodies_of(chain: Chain) -> list[str]:
 
 
 def joint_words(joint: JointStep) -> str:
-    """Return a joint's name and what there is to say of it, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
+    """Return a joint's name with remarks, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
     name = joint.name
     if joint.joints != (name,):
         rests = [item[len(name) :].lstrip("_-. ") for item in joint.joints]
@@ -149,13 +133,13 @@ def joint_words(joint: JointStep) -> str:
 
 
 def body_words(body: Body) -> str:
-    """Return the names of what moves as one, not more than four of them."""
+    """Return the names of links and beams that move as one, not more than four of them."""
     names = body.names if len(body.names) <= 4 else (body.names[0], body.names[1], "…", body.names[-1])
     return " + ".join(names) + (f" ({len(body.names)} in all)" if len(body.names) > 4 else "")
 
 
 def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[str]:
-    """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, parallel ways on lines of their own."""
+    """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, branches on lines of their own."""
     lines: list[str] = []
     words = [start] if start else []
     left: str | None = end
@@ -173,11 +157,12 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
         else:
             if words and words[-1].endswith("→"):
                 words[-1] += f" {item.start}"
-            what = f"{len(item.ways)} ways" if isinstance(item, Ways) else "a network"
+            what = f"{len(item.runs)} ways" if item.parallel else "a network"
             lines += _filled(words, f", then {what} to {item.end}:" if words else f"{what} to {item.end}:", indent)
             words = []
-            for part in parts_of(item):
-                inner = chain_lines(part.start, part.chain, part.end, indent + "    ")
+            for run in item.runs:
+                ends = ("", "") if item.parallel else (run.start, run.end)
+                inner = chain_lines(ends[0], run.chain, ends[1], indent + "    ")
                 lines += [f"{indent}  - {inner[0].lstrip()}", *inner[1:]]
             if k == len(chain) - 1:
                 left = None

@@ -1,17 +1,17 @@
-"""Which joint joins which bodies, read from the graph of rigid pieces: one chain for each limb, see :mod:`checks.chains`.
+"""The chain of each limb, read from the graph of rigid bodies, see :mod:`checks.chains`.
 
-Series and parallel stretches of the graph are merged until one chain is left (R. J. Duffin, *Topology of series-parallel
-networks*, J. Math. Anal. Appl. 10, 1965); what cannot be merged, as a brace across a frame, stays a network. What leads nowhere
-hangs on the chain.
+Edges in line are merged to runs between the bodies at which others meet. Where all paths from base to platform pass a body, the
+chain is divided; parts of several runs are branches. Dead ends and rings hang on a body of the chain.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
-from kinetostatics.checks.chains import Body, Chain, Graph, Hanging, Item, JointStep, Network, Stretch, Ways, bodies_of
-from kinetostatics.math.graphs import blocks, joined
+from kinetostatics.checks.chains import Body, Branches, Chain, Graph, Hanging, Item, JointStep, Run, bodies_of
+from kinetostatics.math.graphs import blocks, joined, reachable
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
 from kinetostatics.mechanism.limbs import Edge, Limb, Topology
@@ -70,14 +70,7 @@ def _turned(chain: Chain) -> Chain:
     """Return a chain from its other end."""
     found: list[Item] = []
     for item in reversed(chain):
-        if isinstance(item, Body):
-            found.append(Body(item.names[::-1]))
-        elif isinstance(item, Ways):
-            found.append(Ways(item.end, item.start, tuple(_turned(way) for way in item.ways)))
-        elif isinstance(item, Network):
-            found.append(Network(item.end, item.start, item.stretches))
-        else:
-            found.append(item)
+        found.append(Body(item.names[::-1]) if isinstance(item, Body) else item)
     return tuple(found)
 
 
@@ -186,98 +179,73 @@ class _Reducer:
     # ---- the reduction -----------------------------------------------------------------------------------------------
 
     def through(self, start: RigidBody, end: RigidBody) -> Graph:
-        """Return the chain from one piece to another."""
+        """Return the chain from one body to another."""
         self._reduce({start, end})
         chain: Chain = ()
         for here, node, lines in blocks(self.lines, lambda line: (line.start, line.end), start, end):
-            if len(lines) == 1:
-                chain = _joined(chain, lines[0].leaving(here).chain)
-            else:
-                chain = _joined(chain, (self._network(here, node, lines),))
-            if node is not end:
-                chain = _joined(chain, (Body(self._names.get(node, ())),))
+            lines = self._without_rings(here, node, lines)
+            part = lines[0].leaving(here).chain if len(lines) == 1 else (self._branches(here, node, lines),)
+            chain = _joined(chain, part, () if node is end else (Body(self._names.get(node, ())),))
         return Graph(chain, tuple(self.hanging), self.rings)
 
     def alone(self, root: RigidBody) -> Graph:
-        """Return what hangs on a piece."""
+        """Return what hangs on a body."""
         self._reduce({root})
         if self.lines:
-            self.hanging.append(Hanging(self.name(root), (self._network(root, root, self.lines),), True))
+            self.hanging.append(Hanging(self.name(root), (self._branches(root, root, self.lines),), True))
         return Graph((), tuple(self.hanging), self.rings)
 
     def _reduce(self, terminals: set[RigidBody]) -> None:
-        while self._in_line(terminals) or self._side_by_side() or self._dead_ends(terminals):
-            pass
+        """Merge edges that follow one another, and take off rings and dead ends."""
+        while True:
+            at: dict[RigidBody, list[_Line]] = {}
+            for line in self.lines:
+                at.setdefault(line.start, []).append(line)
+                at.setdefault(line.end, []).append(line)
+            ring = next((line for line in self.lines if line.start is line.end), None)
+            node = next((node for node, lines in at.items() if len(lines) < 3 and node not in terminals), None)
+            if ring is not None:
+                self.lines.remove(ring)
+                self.hanging.append(Hanging(self.name(ring.start), ring.chain, True))
+            elif node is None:
+                return
+            else:
+                first, *others = (line.leaving(node) for line in at[node])
+                inwards = _joined(_turned(first.chain), (Body(self._names.get(node, ())),))
+                position = self.lines.index(at[node][0])
+                self.lines = [line for line in self.lines if line not in at[node]]
+                if others:
+                    merged = _Line(first.end, others[0].end, _joined(inwards, others[0].chain))
+                    self.lines.insert(min(position, len(self.lines)), merged)
+                else:
+                    self.hanging.append(Hanging(self.name(first.end), inwards, False))
 
-    def _at(self) -> dict[RigidBody, list[_Line]]:
-        found: dict[RigidBody, list[_Line]] = {}
-        for line in self.lines:
-            found.setdefault(line.start, []).append(line)
-            found.setdefault(line.end, []).append(line)
-        return found
+    def _without_rings(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> list[_Line]:
+        """Take off the runs that hang together on one of two bodies and do not lead to the other."""
+        inner = [{line.start, line.end} - {start, end} for line in lines]
+        pairs = ((k, h) for k, h in combinations(range(len(lines)), 2) if inner[k] & inner[h])
+        left = list(lines)
+        for group in dict.fromkeys(joined(range(len(lines)), pairs).values()):
+            mine = [lines[k] for k in sorted(group)]
+            roots = {node for line in mine for node in (line.start, line.end)} & {start, end}
+            if len(roots) == 1 and len(mine) < len(lines):
+                (root,) = roots
+                left = [line for line in left if line not in mine]
+                self.hanging.append(Hanging(self.name(root), (self._branches(root, root, mine),), True))
+        return left
 
-    def _in_line(self, terminals: set[RigidBody]) -> bool:
-        """Merge two edges that follow one another, or take a ring off the node on which it hangs."""
-        for line in self.lines:
-            if line.start is line.end:
-                self.lines.remove(line)
-                self.hanging.append(Hanging(self.name(line.start), line.chain, True))
-                return True
-        for node, lines in self._at().items():
-            if len(lines) == 2 and node not in terminals:
-                first, second = lines[0].leaving(node), lines[1].leaving(node)
-                merged = _joined(_turned(first.chain), (Body(self._names.get(node, ())),), second.chain)
-                self._replace(lines, _Line(first.end, second.end, merged))
-                return True
-        return False
+    def _branches(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> Branches:
+        """Return runs directed outwards from ``start``, the nearest first."""
 
-    def _side_by_side(self) -> bool:
-        """Merge all edges between the same two nodes."""
-        between: dict[frozenset[RigidBody], list[_Line]] = {}
-        for line in self.lines:
-            between.setdefault(frozenset((line.start, line.end)), []).append(line)
-        several = [same for same in between.values() if len(same) > 1]
-        for same in several:
-            start, end = same[0].start, same[0].end
-            ways: list[Chain] = []
-            for line in same:
-                chain = line.leaving(start).chain
-                ways += chain[0].ways if len(chain) == 1 and isinstance(chain[0], Ways) else [chain]
-            self._replace(same, _Line(start, end, (Ways(self.name(start), self.name(end), tuple(ways)),)))
-        return bool(several)
+        def others(node: RigidBody) -> Iterator[RigidBody]:
+            return (line.leaving(node).end for line in lines if node in (line.start, line.end))
 
-    def _dead_ends(self, terminals: set[RigidBody]) -> bool:
-        """Take an edge off that leads nowhere."""
-        for node, lines in self._at().items():
-            if len(lines) == 1 and node not in terminals:
-                chain = _turned(lines[0].leaving(node).chain)
-                self.lines.remove(lines[0])
-                root = lines[0].leaving(node).end
-                self.hanging.append(Hanging(self.name(root), _joined(chain, (Body(self._names.get(node, ())),)), False))
-                return True
-        return False
-
-    def _replace(self, old: list[_Line], new: _Line) -> None:
-        position = self.lines.index(old[0])
-        self.lines = [line for line in self.lines if line not in old]
-        self.lines.insert(min(position, len(self.lines)), new)
-
-    # ---- what cannot be merged ---------------------------------------------------------------------------------------
-
-    def _network(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> Network:
-        """Return a network, its stretches directed outwards from ``start``."""
-        distance, queue = {start: 0}, [start]
-        for node in queue:
-            for line in lines:
-                if node in (line.start, line.end):
-                    other = line.leaving(node).end
-                    if other not in distance:
-                        distance[other] = distance[node] + 1
-                        queue.append(other)
+        near = {node: k for k, node in enumerate(reachable([start], others))}
         found = []
         for line in lines:
-            outwards = distance.get(line.start, 0) <= distance.get(line.end, 0) and line.start is not end
-            way = line if outwards else line.leaving(line.end)
-            found.append((distance.get(way.start, 0), Stretch(self.name(way.start), self.name(way.end), way.chain)))
-        found.sort(key=lambda item: item[0])
-        return Network(self.name(start), self.name(end), tuple(stretch for _, stretch in found))
+            outwards = near.get(line.start, 0) <= near.get(line.end, 0) and line.start is not end
+            found.append(line if outwards else line.leaving(line.end))
+        found.sort(key=lambda line: near.get(line.start, 0))
+        runs = tuple(Run(self.name(line.start), self.name(line.end), line.chain) for line in found)
+        parallel = all({line.start, line.end} == {start, end} for line in lines)
+        return Branches(self.name(start), self.name(end), runs, parallel)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.checks.chains import bodies_of, joints_of, word_of
+from kinetostatics.checks.chains import bodies_of, joint_string, joints_of
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.description.elements import Beam
@@ -28,7 +28,7 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
     moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
     sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
     parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
-    word = word_of(graph.chain) or "welded"
+    word = joint_string(graph.chain) or "welded"
     return LimbFacts(
         limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not beams and not sprung, mass
     )

@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from math import degrees, isinf
 
-from kinetostatics.checks.chains import Body, Graph, JointStep, Network, Ways, chain_lines
+from kinetostatics.checks.chains import Body, Branches, Graph, JointStep, chain_lines
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
@@ -34,7 +34,7 @@ UNITS = {
     "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
     "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
-    "graph": "chain from base to platform: bodies, joints, parallel ways, networks; hanging: what hangs on a body",
+    "graph": "chain from base to platform: bodies, joints, branches (runs, parallel or a network); hanging: what hangs on a body",
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
@@ -45,7 +45,7 @@ UNITS = {
 #: Data of springs between links: not where their ends are.
 _SPRING = ("name", "predecessor", "successor", "stiffness", "free_length", "preload")
 #: Types of the parts of a limb's graph.
-_TYPES = {Body: "body", JointStep: "joint", Ways: "ways", Network: "network"}
+_TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 
 def robot_report(robot: Robot) -> Report:
