@@ -380,7 +380,7 @@ def test_tables_and_json(legs):
     rows = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
     assert "0.0002 m" in rows["rod_1.outer_diameter"] and "4e+09 Pa" in rows["youngs_modulus"]
     assert "2,000 random samples" in text and "a third of" in text and "prismatic_1" in rows
-    assert "off at worst" in repr(legs) and "rotation" in legs._repr_html_()
+    assert "moves by" in repr(legs) and "rotation" in legs._repr_html_()
     read = json.loads(json.dumps(legs.to_dict()))
     assert read["random"]["displacement"][1] == pytest.approx(legs.sampled("displacement")[1])
     assert read["parameters"]["rod_2.outer_diameter"]["unit"] == "m" and read["seed"] == 3
