@@ -1,13 +1,15 @@
 """Maps by compiled code are computed in threads: numbers depend neither on how many there are nor on the chunks."""
 
+import sys
 import threading
 
 import numpy as np
 import package_robots
+import pytest
 
 import kinetostatics as ks
 from kinetostatics.math import arrays
-from kinetostatics.math.threads import in_threads, threads
+from kinetostatics.math.threads import TURN, in_threads, threads
 
 
 def test_numbers_depend_neither_on_threads_nor_on_chunks(monkeypatch):
@@ -39,3 +41,15 @@ def test_threads_are_as_many_as_are_asked_for(monkeypatch):
     meeting = threading.Barrier(2, timeout=20)
     assert sorted(in_threads(lambda part: meeting.wait(), range(2))) == [0, 1]  # both at a time
     assert in_threads(lambda part: threading.get_ident(), range(2), wanted=False) == 2 * [threading.get_ident()]
+    assert in_threads(lambda part: threading.get_ident(), range(2), most=1) == 2 * [threading.get_ident()]
+    inner = in_threads(lambda part: (threading.get_ident(), in_threads(lambda _: threading.get_ident(), range(2))), range(2))
+    assert all(idents == 2 * [outer] for outer, idents in inner)  # threads start no further ones
+
+
+def test_threads_take_short_turns_and_leave_the_interval_as_it_was(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    usual = sys.getswitchinterval()
+    assert in_threads(lambda part: sys.getswitchinterval(), range(2)) == pytest.approx(2 * [TURN])
+    with pytest.raises(ZeroDivisionError):
+        in_threads(lambda part: 1 / part, range(2))
+    assert sys.getswitchinterval() == usual

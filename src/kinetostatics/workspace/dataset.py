@@ -173,16 +173,10 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
     return found
 
 
-def _said(labels: Labels) -> dict[str, xr.Variable]:
-    """Return the coordinates that hold units, limbs and labels of what some variable has."""
-    import xarray as xr
-
-    dims, told, found = labels.dims, {item.unit for item in labels.variables.values()}, {}
-    for name, (mine, values) in labels.said.items():
-        if {*mine} <= dims and (name in told or not name.endswith("_unit")):
-            texts = np.array(values, dtype=str)
-            found[name] = xr.Variable(mine, (np.char.replace(texts, "·", " ") if name in UNITS else texts).astype(object))
-    return found
+def _said(labels: Labels) -> list[str]:
+    """Return the names of the coordinates that hold units, limbs and labels of dimensions that some variable has."""
+    dims, units = labels.dims, {item.unit for item in labels.variables.values()}
+    return [name for name, (mine, _) in labels.said.items() if {*mine} <= dims and (name in units or not name.endswith("_unit"))]
 
 
 def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> None:
@@ -222,8 +216,13 @@ def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
         attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
         found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
     for name in (name for name in _AXES if name in labels.dims):
-        found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]})
-    return {**found, **_said(labels)}
+        found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]}, fastpath=True)
+    for name in _said(labels):
+        dims, values = labels.said[name]
+        texts = np.array(values, dtype=str)
+        texts = np.char.replace(texts, "·", " ") if name in UNITS else texts
+        found[name] = xr.Variable(dims, texts.astype(object), fastpath=True)  # xarray need not look for dates among them
+    return found
 
 
 def _stored(values: Values) -> Values:
