@@ -1,7 +1,4 @@
-"""Signs of life: a line on the terminal that says what takes so long, and is gone when it is done.
-
-Nothing is written where standard error is no terminal.
-"""
+"""Progress line on the terminal: what is being done and for how long, if it takes more than a second; gone when it is done."""
 
 from __future__ import annotations
 
@@ -11,20 +8,11 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from typing import Protocol, TextIO
 
-#: Seconds until the first sign, and from one to the next.
+from kinetostatics.argument_checks import Keyword
+
+#: Seconds until the line is written first, and from one time to the next.
 EVERY = 1.0
-
-
-class Sign(Protocol):
-    """Something that fills the last line of a terminal."""
-
-    def show(self) -> None:
-        """Write the line, or write it anew."""
-
-    def hide(self) -> None:
-        """Leave the line empty."""
 
 
 def on_terminal() -> bool:
@@ -40,109 +28,77 @@ def in_notebook() -> bool:
 
 
 def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Say on the terminal what is being done, if it takes longer than a second, and for how long already.
+    """Write on the terminal what is being done; of several that are nested, the innermost.
 
     Args:
         what: in words, such as "verifying", or what returns them.
-        wanted: False: say nothing.
-        always: whether to say it where standard error is no terminal, too.
+        wanted: False: write nothing.
+        always: whether to write where standard error is no terminal, too.
     """
-    return _life.with_sign(_Words(what)) if wanted and (always or on_terminal()) else nullcontext()
+    if not wanted or not (always or on_terminal()):
+        return nullcontext()
+    since = time.monotonic()
+    return _line.showing(lambda: f"{what if isinstance(what, str) else what()} … {time.monotonic() - since:.0f} s")
 
 
 def pausing() -> AbstractContextManager[None]:
     """Leave the terminal to somebody else: for questions, or messages that stay."""
-    return _life.with_sign(_Nothing()) if _life.signs else nullcontext()
+    return _line.showing(lambda: "") if _line.texts else nullcontext()
 
 
-class _Nothing:
-    def show(self) -> None:
-        pass
-
-    def hide(self) -> None:
-        pass
-
-
-class _Words:
-    def __init__(self, what: str | Callable[[], str]) -> None:
-        self._what, self._since, self._width = what, time.monotonic(), 0
-
-    def show(self) -> None:
-        what = self._what if isinstance(self._what, str) else self._what()
-        text = f"{what} … {time.monotonic() - self._since:.0f} s"
-        _write(f"\r{text}{' ' * (self._width - len(text))}")
-        self._width = len(text)
-
-    def hide(self) -> None:
-        _write(f"\r{' ' * self._width}\r" if self._width else "")
-        self._width = 0
-
-
-def _write(text: str) -> None:
-    try:
-        sys.stderr.write(text)
-        sys.stderr.flush()
-    except (OSError, ValueError):  # the terminal is gone
-        pass
-
-
-class _Life:
-    """The signs that wait for their turn, the last of which is shown, and the thread that shows it as long as there are any."""
+class _Line:
+    """The last line of the terminal, and the thread that writes it anew as long as there is anything to be said."""
 
     def __init__(self) -> None:
-        self.signs: list[Sign] = []
-        self._lock = threading.RLock()
-        self._end = threading.Event()
+        self.texts: list[Callable[[], str]] = []
+        self._lock, self._end, self._width = threading.RLock(), threading.Event(), 0
 
     @contextmanager
-    def with_sign(self, sign: Sign) -> Iterator[None]:
+    def showing(self, text: Callable[[], str]) -> Iterator[None]:
+        """Show a text in front of those that are shown already."""
         with self._lock:
-            if self.signs:
-                self.signs[-1].hide()
-            else:
+            self._write("")
+            if not self.texts:
                 self._begin()
-            self.signs.append(sign)
+            self.texts.append(text)
         try:
             yield
         finally:
             with self._lock:
-                sign.hide()
-                self.signs.remove(sign)
-                if not self.signs:
-                    self._finish()
+                self._write("")
+                self.texts.remove(text)
+                if not self.texts:
+                    self._end.set()
+                    if warnings.showwarning is self._show:
+                        warnings.showwarning = self._before
 
     def _begin(self) -> None:
-        """Show the last sign anew every second, and let warnings begin on an empty line."""
+        """Start the thread, and let warnings begin on an empty line."""
         self._end = threading.Event()
         threading.Thread(target=self._renew, args=(self._end,), daemon=True).start()
-        before = warnings.showwarning
+        self._before = before = warnings.showwarning
 
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
+        def show(*warning: Keyword, **more: Keyword) -> None:
             with self._lock:
-                if self.signs:
-                    self.signs[-1].hide()
-                before(message, category, filename, lineno, file, line)
+                self._write("")
+                before(*warning, **more)
 
-        self._before, self._show = before, show
-        warnings.showwarning = show
-
-    def _finish(self) -> None:
-        self._end.set()
-        if warnings.showwarning is self._show:
-            warnings.showwarning = self._before
+        self._show = warnings.showwarning = show
 
     def _renew(self, end: threading.Event) -> None:
         while not end.wait(EVERY):
             with self._lock:
-                if self.signs and not end.is_set():
-                    self.signs[-1].show()
+                if self.texts and not end.is_set():
+                    self._write(self.texts[-1]())
+
+    def _write(self, text: str) -> None:
+        if text or self._width:
+            try:
+                sys.stderr.write(f"\r{text:{self._width}}" if text else f"\r{' ' * self._width}\r")
+                sys.stderr.flush()
+            except (OSError, ValueError):  # the terminal is gone
+                pass
+        self._width = len(text)
 
 
-_life = _Life()
+_line = _Line()

@@ -1,15 +1,12 @@
-"""What an analysis finds, as people read it: batch axes first, read-only, SI units, world axes, reference point o.
+"""Results of an analysis: batch axes first, read-only, SI units, world axes, reference point o.
 
 Numbers that need more work than the twist itself (joint wrenches, beams, motions of links) are computed when first asked for.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Mapping, Sequence
-from copy import copy
+from collections.abc import Mapping
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,17 +15,15 @@ from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import Named
 from kinetostatics.layout.report import Report, Reported, late
-from kinetostatics.math.arrays import Array, Index, Mask, frozen
-from kinetostatics.math.screws import Kind, move
-from kinetostatics.math.threads import in_threads
-from kinetostatics.quantities import QUANTITIES
+from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
-from kinetostatics.results.chunk import Chunk, CompiledChunk
+from kinetostatics.results.chunk import Chunk
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.tool_point import point_name, point_on_robot
+from kinetostatics.results.pose_arrays import PoseArrays
+from kinetostatics.results.tool_point import point_on_robot
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
@@ -36,15 +31,8 @@ from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.status import FACTS, TOLD, Status, status_of
 
-Found = TypeVar("Found", Array, Mask)
-#: Properties that depend on the reference point.
-_ABOUT_POINT = (
-    *("twist", "contributions", "mechanism_contributions", "by_mechanism"),
-    *("stiffness", "compliance", "source_contributions", "part_contributions"),
-)
 
-
-class Result(Reported, builder="reports.result:result_report"):
+class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
 
     Attributes:
@@ -64,13 +52,9 @@ class Result(Reported, builder="reports.result:result_report"):
         reached: NDArray[np.bool_],
         payload: Payload | None = None,
     ) -> None:
-        self.configuration: Configuration = configuration
+        super().__init__(configuration, shape, which, chunks, reached)
         self.robot: Robot = robot_of(configuration)
-        self.shape: tuple[int, ...] = shape
-        self.chunks = chunks
         self.payload: Payload | None = payload
-        self.point: Array | None = None
-        self._at_o, self._which, self._reached = self, which, reached
 
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> Report:
         """Return the whole report, with all tables; ``print(result)`` shows it in brief.
@@ -83,63 +67,6 @@ class Result(Reported, builder="reports.result:result_report"):
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
         """
         return late(self._builder)(self, hinge_axes)  # type: ignore[no-any-return]
-
-    # ---- turning chunks into batches --------------------------------------------------------------------------------
-
-    @property
-    def solutions(self) -> tuple[Solution, ...]:
-        """The equilibrium, chunk by chunk; of poses of compiled code NumPy solves it now."""
-        return tuple(itertools.chain.from_iterable(chunk.solutions for chunk in self.chunks))
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """Names of the contributions to the twist."""
-        return self.chunks[0].sources
-
-    @cached_property
-    def _valid(self) -> NDArray[np.bool_]:
-        return self._reached & ~self._any_pose("singular")
-
-    @cached_property
-    def _batch(self) -> Batch:
-        return Batch(self.shape, self._valid)
-
-    def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
-        """Return what is picked of every chunk (…, N), in threads where compiled code computes it."""
-        return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
-
-    def _any_pose(self, name: str) -> NDArray[np.bool_]:
-        """Return a truth value of every pose (N,)."""
-        return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
-
-    def _fact(self, name: str) -> NDArray[np.bool_]:
-        """Return a truth value of every pose (…), False where there are no numbers."""
-        return self._truth(self._valid & self._any_pose(name))
-
-    def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        found = flat.reshape(self.shape)
-        found.setflags(write=False)
-        return found
-
-    def _of(self, name: str) -> Array:
-        """Return an output (…, *dims), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
-        values = self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
-        kind = QUANTITIES[name].moves_as
-        return values if kind is None else self._moved(values, kind)
-
-    def _moved(self, values: Array, kind: Kind = "twist") -> Array:
-        """Return a quantity (…, *dims) at o as that at the reference point."""
-        if self.point is None:
-            return values
-        frames = self.configuration.platform_frame[..., :3, :3]
-        arm = np.broadcast_to(frames @ self.point, (*self.shape, 3))
-        own = values.ndim - len(self.shape) - (2 if kind in ("stiffness", "compliance") else 1)
-        return frozen(move(kind, values, arm.reshape(*self.shape, *(1,) * own, 3), components_last=True))
-
-    def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
-        """Return such a quantity by the labels of its first axis."""
-        rows = np.moveaxis(self._of(name), len(self.shape), 0)
-        return Named({label: rows[k, ...] for k, label in enumerate(labels)})
 
     # ---- the platform -----------------------------------------------------------------------------------------------
 
@@ -208,21 +135,6 @@ class Result(Reported, builder="reports.result:result_report"):
             [2.44, 0.17, -0.01]
         """
         return self.seen_from(point_on_robot("point", point, self.robot))
-
-    def seen_from(self, tool: Array | None) -> Result:
-        """Return the result with a point of the platform, which is known to be one, as its reference point; None: o."""
-        if tool is None:
-            return self._at_o
-        found = copy(self._at_o)  # with all that is computed already, and does not depend on the point
-        for name in _ABOUT_POINT:
-            found.__dict__.pop(name, None)
-        found.point = tool
-        return found
-
-    @property
-    def point_name(self) -> str:
-        """The reference point in sentences: "o", or "the tool's tip"."""
-        return point_name(self.point)
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:

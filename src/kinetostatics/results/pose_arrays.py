@@ -1,0 +1,126 @@
+"""Arrays of a result: chunks of poses joined, batch axes first, read-only, about the reference point."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from functools import cached_property
+from typing import Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import Named
+from kinetostatics.math.arrays import Array, Index, Mask, frozen
+from kinetostatics.math.screws import Kind, move
+from kinetostatics.math.threads import in_threads
+from kinetostatics.quantities import QUANTITIES
+from kinetostatics.results.batch import Batch
+from kinetostatics.results.chunk import Chunk, CompiledChunk
+from kinetostatics.results.tool_point import point_name
+from kinetostatics.statics.solution import Solution
+
+Found = TypeVar("Found", Array, Mask)
+#: Properties that depend on the reference point.
+_ABOUT_POINT = (
+    *("twist", "contributions", "mechanism_contributions", "by_mechanism"),
+    *("stiffness", "compliance", "source_contributions", "part_contributions"),
+)
+
+
+class PoseArrays:
+    """The equilibrium of a batch of poses, chunk by chunk, and how its quantities become arrays (…, *dims).
+
+    Attributes:
+        configuration: the pose or poses.
+        shape: batch shape, the configuration's broadcast against loads and gravity.
+        chunks: which hold the poses.
+        point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        shape: tuple[int, ...],
+        which: slice | Index,
+        chunks: tuple[Chunk, ...],
+        reached: NDArray[np.bool_],
+    ) -> None:
+        self.configuration: Configuration = configuration
+        self.shape: tuple[int, ...] = shape
+        self.chunks = chunks
+        self.point: Array | None = None
+        self._at_o: Self = self
+        self._which, self._reached = which, reached
+
+    def seen_from(self, tool: Array | None) -> Self:
+        """Return the result with a point of the platform, which is known to be one, as its reference point; None: o."""
+        if tool is None:
+            return self._at_o
+        found = copy(self._at_o)  # with all that is computed already, and does not depend on the point
+        for name in _ABOUT_POINT:
+            found.__dict__.pop(name, None)
+        found.point = tool
+        return found
+
+    @property
+    def point_name(self) -> str:
+        """The reference point in sentences: "o", or "the tool's tip"."""
+        return point_name(self.point)
+
+    @property
+    def solutions(self) -> tuple[Solution, ...]:
+        """The equilibrium, chunk by chunk; of poses of compiled code NumPy solves it now."""
+        return tuple(itertools.chain.from_iterable(chunk.solutions for chunk in self.chunks))
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Names of the contributions to the twist."""
+        return self.chunks[0].sources
+
+    @cached_property
+    def _valid(self) -> NDArray[np.bool_]:
+        return self._reached & ~self._any_pose("singular")
+
+    @cached_property
+    def _batch(self) -> Batch:
+        return Batch(self.shape, self._valid)
+
+    def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
+        """Return what is picked of every chunk (…, N), in threads where compiled code computes it."""
+        return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
+
+    def _any_pose(self, name: str) -> NDArray[np.bool_]:
+        """Return a truth value of every pose (N,)."""
+        return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
+
+    def _fact(self, name: str) -> NDArray[np.bool_]:
+        """Return a truth value of every pose (…), False where there are no numbers."""
+        return self._truth(self._valid & self._any_pose(name))
+
+    def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        found = flat.reshape(self.shape)
+        found.setflags(write=False)
+        return found
+
+    def _of(self, name: str) -> Array:
+        """Return an output (…, *dims), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
+        values = self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
+        kind = QUANTITIES[name].moves_as
+        return values if kind is None else self._moved(values, kind)
+
+    def _moved(self, values: Array, kind: Kind = "twist") -> Array:
+        """Return a quantity (…, *dims) at o as that at the reference point."""
+        if self.point is None:
+            return values
+        frames = self.configuration.platform_frame[..., :3, :3]
+        arm = np.broadcast_to(frames @ self.point, (*self.shape, 3))
+        own = values.ndim - len(self.shape) - (2 if kind in ("stiffness", "compliance") else 1)
+        return frozen(move(kind, values, arm.reshape(*self.shape, *(1,) * own, 3), components_last=True))
+
+    def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
+        """Return such a quantity by the labels of its first axis."""
+        rows = np.moveaxis(self._of(name), len(self.shape), 0)
+        return Named({label: rows[k, ...] for k, label in enumerate(labels)})
