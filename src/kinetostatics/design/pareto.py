@@ -22,8 +22,7 @@ from kinetostatics.design.requirements import REQUIRABLE, Requirement
 from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.results.optimum import Optimum
-from kinetostatics.results.pareto import ParetoFront
+from kinetostatics.results.optimum import Optimum, ParetoFront
 
 #: Points that differ by less than this part of a quantity are one.
 SAME = 1e-7

@@ -12,7 +12,7 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.plot.display_units import display_unit, label
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.calibration import Calibration
-from kinetostatics.results.pareto import ParetoFront
+from kinetostatics.results.optimum import ParetoFront
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
 from kinetostatics.results.tool_point import point_name

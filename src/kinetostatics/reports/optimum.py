@@ -10,8 +10,7 @@ from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, NOISE, U
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.reports.pose import count
-from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
-from kinetostatics.results.pareto import ParetoFront
+from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum, ParetoFront
 
 
 def optimum_report(found: Optimum) -> Report:

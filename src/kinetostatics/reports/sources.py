@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.layout.blocks import Block, Column, Table
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, NoiseFloor, NumberFormat
 from kinetostatics.math.arrays import Array
-from kinetostatics.results.gravity_ways import force_ways, twist_ways
+from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 
@@ -110,7 +110,7 @@ WORDS = {"attached": "attached wrenches"}
 
 def gravity_twists(result: Result) -> dict[str, Array]:
     """Return the twists (6,) that gravity makes, by the ways in which it acts, and their sum."""
-    found = {WORDS.get(way, way): twist for way, twist in twist_ways(result).items()}
+    found = {WORDS.get(way, way): twist for way, twist in gravity_mechanisms(result).items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
@@ -119,7 +119,7 @@ def actuator_parts(result: Result) -> dict[str, list[Array]]:
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
-    for actuator, ways in force_ways(result).items():
+    for actuator, ways in actuator_gravity_mechanisms(result).items():
         whole = {name: part for name, part in result.actuator_contributions[actuator].items() if name not in limbs}
         if limbs:
             whole |= {WORDS.get(way, way): part for way, part in ways.items()}

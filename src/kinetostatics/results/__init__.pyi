@@ -2,8 +2,7 @@ from .beam import BeamResult
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
 from .limb import LimbResult
-from .optimum import CheckedRequirement, Optimum
-from .pareto import ParetoFront
+from .optimum import CheckedRequirement, Optimum, ParetoFront
 from .payload import PayloadCoefficients
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity

@@ -1,4 +1,4 @@
-"""From chunks with the batch axis last to the arrays that people see: batch axes first, read-only, NaN where a pose failed."""
+"""Arrays of a batch: chunks with the batch axis last joined to arrays with batch axes first, read-only, NaN without result."""
 
 from __future__ import annotations
 

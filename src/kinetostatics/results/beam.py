@@ -1,4 +1,4 @@
-"""The beams of a result as people read them."""
+"""Section wrenches, deflections, stresses and buckling ratios of beams."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What measured deflections tell of a robot, and how surely; :func:`kinetostatics.calibrate` finds it."""
+"""Results of calibrations, with confidence intervals and unidentifiable parameters, and plans of measurements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where to command a robot so that it stands, loaded, where it was asked to; :func:`kinetostatics.compensate` finds it."""
+"""Corrected actuator positions and feedforward forces, and pose errors before and after the correction."""
 
 from __future__ import annotations
 

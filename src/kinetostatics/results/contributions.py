@@ -1,4 +1,4 @@
-"""What each contribution to the twist does to beams and links, and which part of the twist comes from which elastic part.
+"""Displacements of beams and links by contribution to the twist, and the twist by elastic part.
 
 Arrays are those that people read: batch axes first, world axes.
 """

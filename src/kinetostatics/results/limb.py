@@ -1,4 +1,4 @@
-"""One limb of a result as people read it; every array is made when it is first asked for."""
+"""Wrenches, compliance and sag of single limbs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a payload does per unit of its mass and of its first moment: sag and forces are linear in these four numbers."""
+"""Coefficients of a payload: sag and forces are linear in its mass and first moments."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,14 +52,14 @@ class PoseArrays:
         self.shape: tuple[int, ...] = shape
         self.chunks = chunks
         self.point: Array | None = None
-        self._at_o: Self = self
+        self._at_o: Any = self
         self._which, self._reached = which, reached
 
     def seen_from(self, tool: Array | None) -> Self:
         """Return the result with a point of the platform, which is known to be one, as its reference point; None: o."""
         if tool is None:
-            return self._at_o
-        found = copy(self._at_o)  # with all that is computed already, and does not depend on the point
+            return self._at_o  # type: ignore[no-any-return]
+        found: Self = copy(self._at_o)  # with all that is computed already, and does not depend on the point
         for name in _ABOUT_POINT:
             found.__dict__.pop(name, None)
         found.point = tool

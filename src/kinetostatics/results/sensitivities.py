@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, overload
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +42,9 @@ class Sensitivity(ShortRepr):
         name: of the parameter, or of the part that deforms.
         value: of the parameter.
         unit: of the parameter, SI; empty where it is not known.
-        derivatives: of all quantities that were asked for, by name; they are attributes, too.
+        derivatives: of all quantities that were asked for, by name; they are attributes, too: ``twist`` (…, 6) [m, rad],
+            ``stiffness`` and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m],
+            ``actuators`` (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
         exact: whether only the file's constants were differenced.
     """
 
@@ -52,41 +54,9 @@ class Sensitivity(ShortRepr):
     derivatives: Mapping[str, Array | Mapping[str, Array]]
     exact: bool
 
-    @property
-    def twist(self) -> Array:
-        """Of the twist at o [m, rad] (…, 6)."""
-        return self._asked("twist")
-
-    @property
-    def stiffness(self) -> Array:
-        """Of the stiffness at o, actuators locked (…, 6, 6)."""
-        return self._asked("stiffness")
-
-    @property
-    def compliance(self) -> Array:
-        """Of the compliance at o, actuators locked (…, 6, 6)."""
-        return self._asked("compliance")
-
-    @property
-    def actuator_forces(self) -> Mapping[str, Array]:
-        """Of each actuator's force [N or N·m], by actuator (…)."""
-        return self._asked("actuator_forces")
-
-    @property
-    def actuators(self) -> Mapping[str, Array]:
-        """Of each actuator's coordinate [m, rad] where the platform's coordinates stay as they are, by actuator (…)."""
-        return self._asked("actuators")
-
-    @property
-    def mass(self) -> Array:
-        """Of the robot's mass [kg] (…)."""
-        return self._asked("mass")
-
-    @overload
-    def _asked(self, quantity: Literal["actuator_forces", "actuators"]) -> Mapping[str, Array]: ...
-    @overload
-    def _asked(self, quantity: Literal["twist", "stiffness", "compliance", "mass"]) -> Array: ...
-    def _asked(self, quantity: str) -> Array | Mapping[str, Array]:
+    def __getattr__(self, quantity: str) -> Any:  # twist, stiffness, …
+        if quantity not in QUANTITIES:
+            raise AttributeError(f"a sensitivity has no {quantity}")
         if quantity not in self.derivatives:
             raise ArgumentError(f"{quantity} is not among the outputs={tuple(self.derivatives)}")
         return self.derivatives[quantity]

@@ -1,4 +1,4 @@
-"""In which directions no actuator moves the platform, at given poses: what a correction of the actuators must leave."""
+"""Directions in which no actuator moves the platform at given poses: the error that no correction removes."""
 
 from __future__ import annotations
 

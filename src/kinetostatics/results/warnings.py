@@ -1,4 +1,4 @@
-"""What to be careful about in a result, in full sentences."""
+"""Warnings about a result, in full sentences."""
 
 from __future__ import annotations
 

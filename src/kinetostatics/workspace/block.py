@@ -14,7 +14,7 @@ from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
-from kinetostatics.results.gravity_ways import force_ways, twist_ways
+from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
 from kinetostatics.status import TOLD, WITHOUT_NUMBERS, status_of
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, numbered
 from kinetostatics.workspace.grid import Block, sizes_of
@@ -120,8 +120,8 @@ def _extract(
         "mode": lambda: np.where(reached, REACHED, NOT_REACHED).astype(np.int8),
         "platform_pose": lambda: configuration.platform_coordinates(plan.orientation),
         "actuator_position": lambda: {name: np.where(reached, x, np.nan) for name, x in configuration.actuators.items()},
-        "gravity_mechanism": lambda: twist_ways(result),
-        "actuator_gravity_mechanism": lambda: force_ways(result),
+        "gravity_mechanism": lambda: gravity_mechanisms(result),
+        "actuator_gravity_mechanism": lambda: actuator_gravity_mechanisms(result),
         "intensity": lambda: _intensities(result, labels, "", shape),
         "attached_intensity": lambda: _intensities(result, labels, "attached_", shape),
     }

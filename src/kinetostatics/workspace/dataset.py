@@ -13,7 +13,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_along
-from kinetostatics.results.gravity_ways import WAYS
+from kinetostatics.results.gravity_mechanisms import MECHANISMS
 from kinetostatics.results.limb import wrench_units
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
@@ -111,7 +111,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
     axes: dict[str, tuple[str, ...]] = {
         **axes_of(robot.statics),
         "source": tuple(result.contributions),
-        "mechanism": WAYS,
+        "mechanism": MECHANISMS,
         "beam": tuple(robot.description.beams),
         "platform_coordinate": pose,
         "joint_coordinate": tuple(name for name, _ in q),

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from kinetostatics.results.gravity_ways import force_ways, twist_ways
+from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
 
 
 def test_ways_of_all_limbs_are_added_up():
@@ -16,11 +16,11 @@ def test_ways_of_all_limbs_are_added_up():
         actuator_contributions={"drive": {"platform_weight": -platform, "load": platform}},
         actuator_mechanism_contributions={"drive": limbs},
     )  # fmt: skip
-    ways = twist_ways(found)
+    ways = gravity_mechanisms(found)
     assert list(ways) == ["platform_weight", "attached", "deformation"]
     np.testing.assert_array_equal(list(ways.values()), [platform, 30 * platform, 400 * platform])
-    [(drive, ways)] = force_ways(found).items()
+    [(drive, ways)] = actuator_gravity_mechanisms(found).items()
     assert drive == "drive"
     np.testing.assert_array_equal(list(ways.values()), [-platform, 30 * platform, 400 * platform])
     none = SimpleNamespace(contributions={"platform_weight": platform}, mechanism_contributions={})
-    np.testing.assert_array_equal(list(twist_ways(none).values()), [platform, 0 * platform, 0 * platform])
+    np.testing.assert_array_equal(list(gravity_mechanisms(none).values()), [platform, 0 * platform, 0 * platform])
