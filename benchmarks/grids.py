@@ -101,30 +101,6 @@ WORKSPACES: dict[str, Workspace] = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Edge:
-    """Coordinates beside those of the workspace.
-
-    Attributes:
-        inside: ends with which the box comes near to where the robot ends, and all poses are reached.
-        outside: ends with which about 1 % of a grid are not.
-        far: coordinates of a pose that is far out of reach.
-    """
-
-    inside: dict[str, tuple[float, float]]
-    outside: dict[str, tuple[float, float]]
-    far: dict[str, float]
-
-
-EDGES = {
-    "2pru_upr": Edge({"z": (0.3, 0.65)}, {"z": (0.3, 0.669)}, {"z": 0.9}),
-    "linear_delta": Edge(
-        {"x": (-0.105, 0.105), "y": (-0.105, 0.105)}, {"x": (-0.113, 0.113), "y": (-0.113, 0.113)}, {"x": 0.4, "y": 0.1}
-    ),
-    "delta": Edge({"x": (-0.4, 0.4), "y": (-0.4, 0.4)}, {"x": (-0.502, 0.502), "y": (-0.502, 0.502)}, {"z": -1.3}),
-}
-
-
 def load(name: str) -> ks.Robot:
     """Return a robot."""
     return ks.load_robot(ROBOTS / f"{name}.urdf.xacro")

@@ -33,22 +33,19 @@ class Effort:
         frames: how many of them OpenSees solves.
         repeats: how often everything is measured.
         sizes: of the maps in processes of their own, each with its repeats.
-        cores: poses of the maps on several cores.
-        robots, edges: which are compared with OpenSees, and with poses out of reach.
+        robots: which are compared with OpenSees.
     """
 
     poses: int
     frames: int
     repeats: int
     sizes: tuple[tuple[int, int], ...]
-    cores: int
     robots: tuple[str, ...] = tuple(grids.WORKSPACES)
-    edges: tuple[str, ...] = tuple(grids.EDGES)
 
 
-FULL = Effort(20_000, 20, 3, ((5_000, 6), (20_000, 5), (100_000, 2), (1_000_000, 1)), 100_000)
-QUICK = Effort(20_000, 10, 1, ((5_000, 3), (20_000, 2), (100_000, 1)), 40_000)
-TINY = Effort(200, 2, 1, ((300, 1),), 300, ("3rps", "five_bar"), ("2pru_upr",))
+FULL = Effort(20_000, 20, 3, ((5_000, 6), (20_000, 5), (100_000, 2), (1_000_000, 1)))
+QUICK = Effort(20_000, 10, 1, ((5_000, 3), (20_000, 2), (100_000, 1)))
+TINY = Effort(200, 2, 1, ((300, 1),), ("3rps", "five_bar"))
 
 #: How OpenSees is asked, and how often faster a robot is wanted to be.
 WAYS = (("plain", "A, as `verify` asks it"), ("all_cases", "B, all numbers, lean"), ("one", "C, one analysis, lean"))
@@ -202,7 +199,5 @@ TOPICS: dict[str, Callable[[Page, Effort], None]] = {
     "opensees": opensees,
     "pinocchio": pinocchio,
     "sizes": lambda page, effort: scaling.sizes(page, effort.sizes),
-    "reach": lambda page, effort: scaling.reach(page, effort.edges, effort.poses, effort.repeats),
-    "cores": lambda page, effort: scaling.cores(page, "3rps", effort.cores, max(2, effort.repeats // 2)),
     "single": single,
 }
