@@ -45,13 +45,12 @@ POSES: dict[tuple[str, int], dict[str, Any]] = {
 }
 #: The commands that print each configuration, with the paper's signs.
 COMMANDS = {
-    ("3rps", 1): "kinetostatics analyze 3rps --gravity 0 0 -9.8",
-    (
-        "3rps",
-        2,
-    ): "kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion --gravity 0 0 -9.8",
-    ("2pru_upr", 1): "kinetostatics analyze 2pru_upr --platform z=600mm rx=0 ry=0 --orientation XYZ --gravity 0 0 9.8",
-    ("2pru_upr", 2): "kinetostatics analyze 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --gravity 0 0 9.8",
+    ("3rps", 1): "kinetostatics analyze 3rps --gravity 0 0 -9.8 --full",
+    ("3rps", 2): "kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion "
+    "--gravity 0 0 -9.8 --full",
+    ("2pru_upr", 1): "kinetostatics analyze 2pru_upr --platform z=600mm rx=0 ry=0 --orientation XYZ --gravity 0 0 9.8 --full",
+    ("2pru_upr", 2): "kinetostatics analyze 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --gravity 0 0 9.8 "
+    "--full",
 }
 REMARKS = {
     "3rps": """\

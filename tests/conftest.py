@@ -61,8 +61,7 @@ def pytest_collection_finish():
 def pytest_collection_modifyitems(items):
     """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file.
 
-    Of the cases of a test that is marked ``few(n)`` all but n of the quick ones, evenly spread, are "further", and
-    all that is further is slow.
+    Of the cases of a test that is marked ``few(n)`` all but n of the quick ones, evenly spread, are slow.
     """
     items.sort(key=lambda item: "unit" in item.path.parts)
     cases = {}
@@ -75,10 +74,7 @@ def pytest_collection_modifyitems(items):
         kept = {quick[round(k * (len(quick) - 1) / max(number - 1, 1))] for k in range(number)}
         for item in quick:
             if item not in kept:
-                item.add_marker("further")
-    for item in items:
-        if item.get_closest_marker("further"):
-            item.add_marker("slow")
+                item.add_marker("slow")
 
 
 @pytest.hookimpl(optionalhook=True)

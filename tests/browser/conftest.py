@@ -61,3 +61,9 @@ def page(browser, result, tmp_path_factory):
     ks.save_html(result, file)
     with visits(browser) as open_page:
         yield open_page(file.as_uri(), (1000, 640))
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")

@@ -28,7 +28,7 @@ def compared(browser, pair, tmp_path_factory):
         yield open_page(file.as_uri(), (1000, 600))
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_a_ghost_stands_where_the_second_result_is(compared, pair):
     e = compared.evaluate("robot_page.state.exaggeration")
     for root, result in zip(("", "Compared/"), pair, strict=True):
@@ -44,7 +44,7 @@ def test_a_ghost_stands_where_the_second_result_is(compared, pair):
     assert "z 600 mm" in head and "z 650 mm" in head
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared, pair):
     compared.select_option("select[name=compare]", "beside")
     settle(compared)
@@ -83,7 +83,7 @@ def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared,
     compared.select_option("select[name=compare]", "ghost")
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_an_address_opens_the_page_side_by_side(compared):
     address = compared.url
     compared.goto(f"{address}#beside&colour=stress&view=top")
@@ -95,7 +95,7 @@ def test_an_address_opens_the_page_side_by_side(compared):
     assert "von Mises stress [MPa]" in compared.inner_text("#robot-legend")
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_command_compares_poses_and_robots(tmp_path, capsys, monkeypatch, request):
     from kinetostatics.cli import main as cli
 

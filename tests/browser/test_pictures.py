@@ -42,7 +42,7 @@ def test_an_image_of_the_page_has_robot_names_and_legend(page):
     assert download.value.suggested_filename == "2pru_upr.png"
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_command_writes_an_image(browser, tmp_path, capsys, monkeypatch, request):
     monkeypatch.chdir(request.config.rootpath)
     file = tmp_path / "stress.png"

@@ -244,7 +244,7 @@ def test_group_switches_hide_arrows_and_labels(visit, one):
     assert not any(text.startswith(name) for text, *_ in page.evaluate(LABELS))
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_labels_do_not_overlap(visit, shown):
     page = visit(shown[1])
     for group in page.evaluate(NAMES, "Arrows"):

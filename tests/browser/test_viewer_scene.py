@@ -56,7 +56,6 @@ def parts_of(scene, group):
 # ---- motions -------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.smoke
 def test_platform_and_beam_stations_carry_the_results_twists(result, scene):
     assert scene.stations.sources == tuple(result.contributions)
     twists = np.stack(list(result.contributions.values()))
@@ -472,7 +471,6 @@ def test_fewer_triangles_keep_the_shape():
 # ---- the page, the command, live -----------------------------------------------------------------------------------
 
 
-@pytest.mark.smoke
 def test_page_holds_the_scene_and_no_address(scene):
     plain = scene.plain()
     page = page_html(plain)

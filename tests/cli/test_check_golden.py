@@ -20,7 +20,6 @@ def test_there_is_a_text_for_each_and_no_other():
 
 
 @pytest.mark.few(8)
-@pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 def test_check_says_what_it_said(name):
     found, expected = report(name).splitlines(), (GOLDEN / f"{name}.txt").read_text(encoding="utf-8").splitlines()

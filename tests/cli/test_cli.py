@@ -181,7 +181,6 @@ def test_version(capsys):
 # ---- check -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.smoke
 def test_check(capsys):
     code, out, err = run(capsys, "check", "3rps")
     assert code == 0 and err == ""
@@ -212,7 +211,6 @@ def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
 # ---- analyze ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.smoke
 def test_analyze_prints_the_paper(capsys):
     code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2, "--full")
     assert code == 0 and err == ""

@@ -59,7 +59,7 @@ def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
     assert float(found["workspace"]["z"]) == float(at["z"]) and float(found["workspace"]["y"]) == float(at["y"])
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html
@@ -121,7 +121,7 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == html
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
     """Its motion, where that comes from, the map and what actuators correct; the verdict is about o."""
     for name in ("scene_html", "verification_html"):

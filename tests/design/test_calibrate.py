@@ -71,7 +71,6 @@ def values(found):
     return {name: estimate.value for name, estimate in found.estimates.items()}
 
 
-@pytest.mark.smoke
 def test_everything_is_found_again(table):
     unknowns = ["rod_1", "rod_2", "rod_3", "payload.mass", "payload.x", "payload.y", "payload.z", "offset.front", "offset.level"]
     given = columns(table, table["loaded"], front=3e-6, level=-2e-5)
@@ -497,7 +496,7 @@ def test_wrong_signs_and_units_are_told(cantilever):
             assert found.estimates["rod"].value == pytest.approx(1 / factor, rel=0.01)
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_metres_that_look_like_millimetres_are_told():
     robot = package_robots.robot("3rps")
     rows = {"z": [15.0, 16.0], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "Fz": [-100.0, -100.0], "dz": [-1e-6, -1e-6]}
@@ -510,7 +509,7 @@ def test_metres_that_look_like_millimetres_are_told():
     assert len(told) == 1
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_estimates_that_nothing_has_are_told():
     """Readings upwards ask for a payload that pulls, and for a platform without weight: a warning, and an error in words."""
     rows = {"z": [0.5, 0.6], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "dz": [1e-6, 1.2e-6]}

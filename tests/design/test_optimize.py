@@ -110,7 +110,7 @@ def test_numbers_of_one_pattern_are_alike():
             ks.optimize("3rps", wrong)
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_lightest_cantilever_for_the_tip_of_a_tool(cantilever):
     """A tool's tip, a beyond the end, sags by F L³/3EI + a F L²/2EI; under a force there, wherever it comes from, by
     F (L³/3 + a L² + a² L)/EI."""

@@ -23,7 +23,6 @@ def cantilever(tmp_path_factory):
     return ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
 
 
-@pytest.mark.smoke
 def test_closed_forms_of_the_cantilever(cantilever):
     """w = F L³/3EI + q L⁴/8EI, with the tip's weight in F; m = ρAL + m_tip."""
     L, d, E, rho, m, g = 0.8, 0.04, 2e11, 7850, 5.0, 9.81
@@ -86,7 +85,7 @@ def test_a_length_moves_the_drives_and_the_pose_stays():
     assert found.actuator_forces["prismatic_2"] == pytest.approx(exact[7], rel=1e-6)
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_exact_derivatives_are_differences_of_analyses(cantilever):
     assert all(cantilever[name].exact for name in cantilever)
     pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.1, "ry": -0.05})
@@ -320,7 +319,7 @@ def test_bars(cantilever):
         ks.plot.sensitivities(1)
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_mistakes(cantilever):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match="did you mean 'rod_diameter'"):

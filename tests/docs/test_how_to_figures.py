@@ -53,7 +53,7 @@ def test_tolerances():
     assert max(s.parameters, key=s.share) == "platform.center_of_mass.x"
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_calibration():
     pytest.importorskip("scipy")
     swaps = {"[0.55, 0.6, 0.65]": "0.55", "found = ks.calibrate(robot": "kept = ks.calibrate(robot"}

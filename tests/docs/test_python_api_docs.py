@@ -28,7 +28,7 @@ def test_every_block_runs_and_prints_what_it_says(
         exec(compile(block, "python_api.md", "exec"), names)  # the page's own text
         said = re.findall(r"(?:^|print\(.*\)  )# (.*)$", block, re.MULTILINE)
         assert capsys.readouterr().out.splitlines() == said
-    assert len(blocks) == 10 and (tmp_path / "stronger.urdf").exists()
+    assert len(blocks) == 9 and (tmp_path / "stronger.urdf").exists()
 
 
 def test_the_example_prints_and_writes(tmp_path: Path) -> None:

@@ -48,7 +48,7 @@ def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
     assert "prismatic_1" in capsys.readouterr().out
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys):
     pytest.importorskip("matplotlib").use("Agg")
     pytest.importorskip("h5netcdf")

@@ -42,7 +42,6 @@ def test_where_a_limb_is_special_the_record_says_so_and_without_guards_it_would_
     np.testing.assert_allclose(*alone, rtol=0, atol=1e-12 * np.max(np.abs(alone)))
 
 
-@pytest.mark.smoke
 def test_sections_and_masses_are_inputs():
     """A record made for one robot holds for another of the same structure."""
     thin, thick = (package_robots.robot("3rps", rod_diameter=d) for d in (0.07, 0.09))

@@ -84,7 +84,7 @@ def test_poses_that_are_not_covered_and_telescopes_turned_inside_out(tmp_path):
         assert np.all(np.isnan(found[status != 0, :-1])) and np.all(np.isfinite(found[status == 0]))
 
 
-@pytest.mark.further
+@pytest.mark.slow
 @NEEDS_ARM
 def test_a_cortex_m7_takes_it(tmp_path):
     """No warning, no memory but the stack, and nothing called but libm and what copies and clears memory."""

@@ -254,7 +254,6 @@ def test_a_batch_is_what_its_poses_are():
     assert values["status"][1, 1] == ks.Status.UNREACHABLE and np.all(np.isnan(values["twist"][1, 1]))
 
 
-@pytest.mark.smoke
 def test_what_a_function_says_of_itself():
     f, at = function_of("3rps")
     assert list(f.inputs) == ["z", "rx", "ry", "load", "gravity"]

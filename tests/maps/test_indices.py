@@ -84,7 +84,6 @@ def test_stiffness_of_cantilevers_however_they_are_turned(seed):
     close(indices.quantity(ds, "greatest_rotational_stiffness_held"), (4 + shear) / (1 + shear) * EI / LENGTHS, 1e-10)
 
 
-@pytest.mark.smoke
 def test_stiffness_along_directions():
     ds = beams()
     close(indices.stiffness_along(ds, "x"), EA / LENGTHS)
@@ -454,7 +453,6 @@ def test_functions_are_documented():
     assert COMPONENTS == [*indices.poses.LINEAR, *indices.poses.ANGULAR]
 
 
-@pytest.mark.smoke
 def test_a_sag_with_an_unknown_component_is_unknown():
     twist = np.array([[3.0, 4, 0, 0, 0, 0], [np.nan, 4, 0, 0, 3, 4], [0, 0, 0, np.nan, 0, 1]])
     ds = map_of({"x": ([0.0, 1, 2], "m")}, twist=twist, forces={"a": [1.0, -3, 2], "b": [2.0, np.nan, -5]})

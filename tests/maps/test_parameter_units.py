@@ -106,7 +106,7 @@ def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
         assert again.density.units == "kg/m³"
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_units_that_are_typed_count_where_the_file_does_not_tell_them(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     path = file("${2 * p} 0 0")

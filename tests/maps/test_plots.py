@@ -86,7 +86,6 @@ def overlaps(figure):
 # ---- slices ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.smoke
 def test_slice_shows_the_maps_numbers_and_units(ds):
     ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", at={"z": 0.5})
     mesh = ax.collections[0]

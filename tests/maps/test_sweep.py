@@ -60,7 +60,6 @@ def check_pose(ds, at, result):
     assert float(here["characteristic_length"]) == pytest.approx(result.robot.length, rel=1e-12)
 
 
-@pytest.mark.smoke
 def test_every_number_is_that_of_the_single_analysis(robot, small):
     for z, rx, ry in ((0, 0, 0), (4, 3, 2), (2, 1, 0)):
         at = {"z": GRID["z"][z], "rx": GRID["rx"][rx], "ry": GRID["ry"][ry]}

@@ -140,7 +140,7 @@ def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses)
     assert differences(robot, target) == 0
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_the_mode_is_that_of_fine_continuation_in_every_batch():
     """The wrists that were found in another mode when others were asked for with them."""
     robot = package_robots.robot("spherical_3rrr")

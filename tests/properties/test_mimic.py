@@ -145,7 +145,7 @@ def test_gripper_on_a_wrist() -> None:
     assert np.all(robot.configuration(off).status == ks.Status.UNREACHABLE)
 
 
-@pytest.mark.parametrize("far", [40, pytest.param(400, marks=pytest.mark.further)])
+@pytest.mark.parametrize("far", [40, pytest.param(400, marks=pytest.mark.slow)])
 def test_gears_turn_on_and_on(far: float) -> None:
     """Both joints continuous: a platform geared down from a motor, followed over many turns."""
     text = GRIPPER.replace('<platform link="tool"/>', '<platform link="screw"/>').replace(

@@ -83,7 +83,6 @@ def test_drives_are_reached(name, seed):
         np.testing.assert_allclose(poses.actuators[joint], values, rtol=0, atol=1e-13)
 
 
-@pytest.mark.smoke
 def test_lengths_of_the_3rps_follow_from_its_geometry():
     """Inverse kinematics by hand: platform points to base points."""
     targets, _ = random_targets("3rps", np.random.default_rng(1), (30,))

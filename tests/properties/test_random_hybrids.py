@@ -178,7 +178,7 @@ def agrees_with_finite_elements(seed):
     return True
 
 
-@pytest.mark.further
+@pytest.mark.slow
 @needs_opensees
 @settings(max_examples=max(COUNT // 4, 1), deadline=None)
 @given(st.integers(0, 2**31))

@@ -179,7 +179,7 @@ def test_a_motor_of_a_screw_may_turn_often():
         assert ("'motor' look like degrees" in said_of(ks.Robot(parse_robot_text(text)))[0]) == expected
 
 
-@pytest.mark.further
+@pytest.mark.slow
 def test_tolerances_in_millimetres():
     """0.1 without a unit is a whole length of the robot; a part of it, or a unit, says what is meant."""
     pose = package_robots.robot("3rps").assemble()

@@ -5,8 +5,6 @@ import pytest
 
 from kinetostatics.limbs import beam as beams
 
-pytestmark = pytest.mark.smoke
-
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 

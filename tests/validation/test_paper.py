@@ -11,8 +11,6 @@ from places import TESTS
 
 import kinetostatics as ks
 
-pytestmark = pytest.mark.smoke
-
 HERE = TESTS
 TABLES = json.loads((HERE.parent / "examples" / "paper_tables.json").read_text(encoding="utf-8"))
 GRAVITY = {"3rps": (0, 0, -9.8), "2pru_upr": (0, 0, 9.8)}  # the second in the signs of the paper's Table 3

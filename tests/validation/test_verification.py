@@ -388,7 +388,6 @@ def test_cantilever_on_an_elastic_clamp(driven):
 
 
 @pytest.mark.slow
-@pytest.mark.smoke
 def test_gough_platform_on_elastic_joints():
     """K = Σ k $ $ᵀ, a strut being as soft as its rod, its actuator and the bearings at both ends together."""
     bearing, drive = 5e7, 2e7

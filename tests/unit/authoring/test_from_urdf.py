@@ -52,7 +52,6 @@ def analyzed(robot, **options):
     return ks.analyze(robot.assemble(), **{"gravity": (0, 0, 0), "load": LOAD, **options})
 
 
-@pytest.mark.smoke
 def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
     """A bent upper arm with force and moment at its end, shear included, and the gear of the elbow."""
     result = analyzed(ks.extend_robot(arm, **EXAMPLE))

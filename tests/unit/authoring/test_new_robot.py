@@ -23,7 +23,6 @@ def ends(robot):
     return [[pose.frame(f"{end}_{i}")[:3, 3] for end in ("foot", "seat")] for i in range(1, len(robot.topology.limbs) + 1)]
 
 
-@pytest.mark.smoke
 def test_sizes_mean_what_they_say():
     robot = ks.new_robot("3-RPS", base_radius=0.25, platform_radius=0.2, height=0.55)
     for k, (base, platform) in enumerate(ends(robot)):

@@ -66,7 +66,6 @@ COLUMNS = (
 )  # fmt: skip
 
 
-@pytest.mark.smoke
 @pytest.mark.parametrize("backward", [False, True])
 @pytest.mark.parametrize(("foot", "head", "across", "factor"), COLUMNS)
 def test_textbook_columns(foot, head, across, factor, backward):

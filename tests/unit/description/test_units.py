@@ -12,8 +12,6 @@ from kinetostatics.cli.values import parse_parameters, parse_quantity
 from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
 from kinetostatics.plot.display_units import CHOICES, display_unit
 
-pytestmark = pytest.mark.smoke
-
 DEGREE = math.pi / 180
 
 

@@ -16,7 +16,6 @@ from kinetostatics.files.reader import parse_robot_text
 NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
 
 
-@pytest.mark.smoke
 def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name in ("3rps", Path("3rps"), b"3rps"):
@@ -69,7 +68,6 @@ def test_what_is_no_path(wrong):
         ks.load_robot(wrong)
 
 
-@pytest.mark.smoke
 def test_every_robot_is_listed_with_what_it_is():
     found = ks.robots()
     assert sorted(found) == NAMES == list(found)

@@ -2,11 +2,8 @@
 
 import numpy as np
 import package_robots
-import pytest
 
 from kinetostatics.kinematics.ordinary_poses import ordinary_poses
-
-pytestmark = pytest.mark.smoke
 
 
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():

@@ -8,8 +8,6 @@ import pytest
 from kinetostatics.layout import numbers
 from kinetostatics.layout.numbers import NoiseFloor, NumberFormat, join_words, largest, quantity, vector
 
-pytestmark = pytest.mark.smoke
-
 
 @pytest.mark.parametrize(
     ("kind", "value", "text"),

@@ -8,8 +8,6 @@ from kinetostatics.limbs.force_method import distribute, elimination_order, rank
 from kinetostatics.limbs.statics import _relaxation
 from kinetostatics.math.linalg import null_space
 
-pytestmark = pytest.mark.smoke
-
 
 def alike(difference):
     """The compliance of two wrenches that differ by little: correlated, its eigenvalues are ``difference`` and 2."""

@@ -7,8 +7,6 @@ from simple_machines import joint, link, robot, springs
 
 from kinetostatics.limbs.geometry import _nearest_centres, _orientations
 
-pytestmark = pytest.mark.smoke
-
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr"])
 def test_limb_axes_are_right_handed(name):

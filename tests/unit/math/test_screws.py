@@ -1,11 +1,8 @@
 """Twists, wrenches, stiffness and compliance about another point; a twist told in words: its axis, and its pitch."""
 
 import numpy as np
-import pytest
 
 from kinetostatics.math.screws import describe_twist, move
-
-pytestmark = pytest.mark.smoke
 
 
 def test_a_pitch_is_the_way_per_turn():

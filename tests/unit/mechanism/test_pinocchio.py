@@ -216,7 +216,6 @@ def test_the_page_about_pinocchio_is_true(capsys):
     assert float(capsys.readouterr().out.split()[-1]) < 1e-9
 
 
-@pytest.mark.smoke
 def test_pinocchio_s_model_weighs_all_that_moves_with_a_body():
     """The outer of the arm's two bodies is a link of 1 kg at 0.15 m and the platform of 0.5 kg at 0.3 m."""
     model = arm(elastic=False).assemble().model

@@ -9,8 +9,6 @@ from simple_machines import joint, link, robot, springs
 import kinetostatics as ks
 from kinetostatics.parametric.numbers import numbers_of_parts
 
-pytestmark = pytest.mark.smoke
-
 METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
 
 

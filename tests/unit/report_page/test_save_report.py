@@ -34,7 +34,6 @@ def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_driv
     assert chapters.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no actuators")
 
 
-@pytest.mark.smoke
 def test_arguments_that_make_no_sense(tmp_path):
     found = robot("five_bar")
     pose = found.assemble()

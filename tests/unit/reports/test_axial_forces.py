@@ -6,8 +6,6 @@ from simple_machines import RHO, bar, joint, link, robot
 
 import kinetostatics as ks
 
-pytestmark = pytest.mark.smoke
-
 AREA = np.pi * 0.02**2 / 4
 
 

@@ -13,8 +13,6 @@ from kinetostatics.layout.text import block_lines
 from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_table
 from kinetostatics.sections import Tube
 
-pytestmark = pytest.mark.smoke
-
 TITLE = "Where the sag comes from: parts along the whole displacement and rotation"
 
 

@@ -6,8 +6,6 @@ import pytest
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.sections.shear import shear_functions
 
-pytestmark = pytest.mark.smoke
-
 
 def test_circle_and_tube():
     circle = Tube.of(0.1)

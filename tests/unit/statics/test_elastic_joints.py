@@ -13,8 +13,6 @@ from kinetostatics.description import JointStiffness
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.mechanism.elastic_joints import is_sprung
 
-pytestmark = pytest.mark.smoke
-
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
 STILL = (0, 0, 0)

@@ -8,8 +8,6 @@ import pytest
 from kinetostatics.workspace.continuity import PROBES, _Front
 from kinetostatics.workspace.edges import JointScale, suspect_edges
 
-pytestmark = pytest.mark.smoke
-
 
 def steps(*sizes):
     """Poses on a line whose one angle grows by these steps."""
