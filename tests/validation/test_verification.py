@@ -26,7 +26,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics import verification
 from kinetostatics.cli import main as cli
-from kinetostatics.engine.programs import compiled_solver
+from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam as beams
 from kinetostatics.mechanism.weights import Weights
@@ -107,7 +107,7 @@ def test_compiled_code_agrees_with_finite_elements(tmp_path_factory, monkeypatch
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "compiled")
     one = ks.load_robot(ROOT / "robots" / "2pru_upr.urdf.xacro")
     found = assert_agrees(one.assemble(platform={"z": 0.6, "rx": -0.09, "ry": -0.1}), load=LOAD)
-    assert compiled_solver(one.statics, "auto", 1) is not None
+    assert pose_code(one, one.statics, "auto", 1) is not None
     by_numpy = ks.analyze(found.configuration, LOAD, engine="numpy")
     np.testing.assert_allclose(found.result.twist, by_numpy.twist, rtol=1e-9)
     assert not np.array_equal(found.result.twist, by_numpy.twist)
