@@ -15,8 +15,7 @@ def test_the_tip_of_a_tool_beyond_a_cantilever(capsys, tmp_path):
     common += ["--gravity", "0", "0", "0", "--tool", "200mm", "0", "0"]
     sag = 64 * 500 * (0.8**3 / 3 + 0.2 * 0.8**2 / 2) / (np.pi * 2e11 * 0.04**4)
     assert main(common) == 0
-    out = capsys.readouterr().out
-    assert "At the tool's tip, (0.2, 0, 0) m from o" in out and f"{1e3 * sag:.4f} mm" in out
+    assert f"the tool's tip moves by {1e3 * sag:.3f} mm" in capsys.readouterr().out
     assert main([*common, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["tool"]["twist"][2] == pytest.approx(-sag, rel=1e-9)
     assert main([*common[:-3], "1kg", "0", "0"]) == 2 and "--tool" in capsys.readouterr().err
