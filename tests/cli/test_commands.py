@@ -34,7 +34,22 @@ PYTHON_ONLY = {
 COMMAND_ONLY = {
     *("full", "only"),
     *("json", "out", "near", "robot", "load_on", "payload_center", "payload_link", "top", "what", "table", "hinge_axis", "quiet"),
-    *("list", "copy", "pareto", "points", "plan", "load_case", "read", "readings", "sweep", "html", "screenshot", "live", "meshcat", "port"),
+    *(
+        "list",
+        "copy",
+        "pareto",
+        "points",
+        "plan",
+        "load_case",
+        "read",
+        "readings",
+        "sweep",
+        "html",
+        "screenshot",
+        "live",
+        "meshcat",
+        "port",
+    ),
     *(
         "colour",
         "view",
