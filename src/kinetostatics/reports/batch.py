@@ -9,6 +9,7 @@ from kinetostatics.layout.numbers import (
     ENERGIES,
     FORCE_KINDS,
     KINDS,
+    NOISE,
     PER_CENT,
     STIFFNESSES,
     STRESSES,
@@ -66,7 +67,7 @@ def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
         kind = FORCE_KINDS[actuator_unit(result.robot, name)]
         found.append((f"force of {name}", value, KINDS[kind], getattr(noise, kind)))
     for name, beam in result.beams.items():
-        found += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, 0.0)]
+        found += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, NOISE)]
     if result.beams:
         found.append(("strain energy", result.strain_energy, ENERGIES, 0.0))
     return found

@@ -14,6 +14,7 @@ from kinetostatics.layout.numbers import (
     MASSES,
     MILLIMETRES,
     MISSING,
+    NOISE,
     STRESSES,
     NoiseFloor,
     NumberFormat,
@@ -180,6 +181,10 @@ def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: No
 # ---- beams ---------------------------------------------------------------------------------------------------------
 
 
+def _per_cent(ratio: float) -> str:
+    return MISSING if not np.isfinite(ratio) else "0" if abs(ratio) <= NOISE else f"{100 * ratio:.3g}"
+
+
 def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     beams = list(result.beams.values())
     if not beams:
@@ -188,7 +193,7 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     ends: list[ArrayLike] = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
     most: list[ArrayLike] = [beam.deflection for beam in beams]
     force, shift = noise.format("force", axial), noise.format("displacement", np.array([*ends, *most]))
-    ratios = [f"{100 * float(beam.euler_ratio):.3g}" if np.isfinite(beam.euler_ratio) else MISSING for beam in beams]
+    ratios = [_per_cent(float(beam.euler_ratio)) for beam in beams]
     columns = [
         Column("beam", list(result.beams)),
         Column.of("length", [beam.length for beam in beams], MILLIMETRES, digits=5),

@@ -39,7 +39,7 @@ def beam_report(beam: BeamResult) -> Report:
         ("length", Number.range_of(beam.length, MILLIMETRES)),
         ("axial force", Number.range_of(beam.section_wrenches[..., 0], FORCES)),
         ("stress", Number.range_of(beam.stress, STRESSES)),
-        ("N/N_Euler", Number.range_of(beam.euler_ratio, PER_CENT)),
+        ("N/N_Euler", Number.range_of(beam.euler_ratio, PER_CENT, NOISE)),
         ("mass", Number.range_of(beam.mass, MASSES)),
         ("largest deflection", Number.range_of(np.linalg.norm(beam.deflections, axis=-1).max(axis=-1), LENGTHS)),
     ]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from kinetostatics.layout.blocks import Facts
-from kinetostatics.layout.numbers import ANGLES, FORCE_KINDS, LENGTHS, PER_CENT, STRESSES, NoiseFloor, quantity
+from kinetostatics.layout.numbers import ANGLES, FORCE_KINDS, LENGTHS, NOISE, PER_CENT, STRESSES, NoiseFloor, quantity
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.reports.forces import force_formats
@@ -36,7 +36,7 @@ def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
         worst = _worst(stress)
         rows.append(("largest stress", f"{quantity(stress[worst], STRESSES, digits=4)} in {worst}"))
     ratios = {name: float(beam.euler_ratio) for name, beam in result.beams.items() if np.isfinite(beam.euler_ratio)}
-    if ratios:
+    if ratios and max(ratios.values()) > NOISE:
         worst = _worst(ratios)
         rows.append(("buckling", f"{worst} carries {quantity(ratios[worst], PER_CENT, digits=3)} of its buckling load"))
     return Facts(rows)
@@ -52,7 +52,7 @@ def _displacement(result: Result, noise: NoiseFloor) -> str:
     twist = result.twist
     size = float(np.linalg.norm(twist[:3]))
     if size <= noise.displacement or not np.isfinite(size):
-        return ""
+        return "" if result.source_contributions else ": nothing is elastic"
     text = f", {_direction(twist[:3] / size, result.gravity)}"
     names, twists = list(result.contributions), np.reshape([*result.contributions.values()], (-1, 6))
     shares = _largest([_NAMES.get(name, _contribution(result, name)) for name in names], twists, result, noise, "from ", 2)

@@ -498,3 +498,47 @@ def test_tables_name_the_limbs_axes_as_the_paper_does():
         found.report(hinge_axes={"limb_9": "x"})
     with pytest.raises(ks.ArgumentError, match="must be 'x' or 'y'"):
         found.report(hinge_axes={"limb_1": "z"})
+
+
+# ---- the summary -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["3rps", "five_bar", "planar_3rrr"])
+def test_a_summary_fits_on_a_screen_and_rounding_errors_are_zero(name):
+    result = ks.analyze(package_robots.robot(name).assemble())
+    text = str(result)
+    assert len(text.partition("\nWarnings")[0].splitlines()) <= 25
+    assert not re.search(r"\de-\d|-0(?:\.0*)?(?![.\d])", str(result.report()))
+    names = [line.split("  ")[1] for line in text.partition("\nSummary\n")[2].partition("\n\n")[0].splitlines()]
+    assert names[:5] == ["displacement", "rotation", "softest", "stiffest", "actuators"]
+
+
+def test_a_summary_tells_direction_and_sources_of_the_displacement():
+    result = ks.analyze(package_robots.robot("3rps").assemble(), load=[0, 0, -500, 0, 0, 0])
+    (row,) = (line for line in " ".join(str(result).split()).split("Summary")[1:])
+    share = 100 * result.contributions["load"][2] / result.twist[2]
+    assert f"nm, down; {share:.0f} % from the load, " in row and "% by deformation of rod_1" in row
+    rigid = str(ks.analyze(small.robot_of(replace(small.four_bar(), beams=())).assemble(), on_failure="nan"))
+    assert "0 µm: nothing is elastic" in rigid
+
+
+def test_revolutes_about_one_point_are_one_row():
+    text = whole(ks.analyze(robot("3rps").assemble()))
+    assert row(text, "Joints", "spherical_1")[1:4] == ["spherical,", "3", "revolutes"] and "spherical_1_x" not in text
+
+
+def test_a_result_at_a_tool_is_a_result():
+    pose = robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
+    result = ks.analyze(pose, load=[50, 0, -500, 0, 0, 0])
+    tip = result.at_point((0.05, 0, 0.2))
+    arm = pose.platform_frame[:3, :3] @ [0.05, 0, 0.2]
+    shift = result.twist[:3] + np.cross(result.twist[3:], arm)
+    np.testing.assert_allclose(tip.twist, [*shift, *result.twist[3:]], rtol=1e-12)
+    parts = [twist for own in tip.source_contributions.values() for twist in own.values()]
+    scale = np.abs(tip.twist).max()
+    np.testing.assert_allclose(np.sum(parts, axis=0), tip.twist, atol=1e-9 * scale)
+    np.testing.assert_allclose(np.sum(list(tip.contributions.values()), axis=0), tip.twist, atol=1e-12 * scale)
+    np.testing.assert_allclose(tip.compliance @ tip.stiffness, np.eye(6), atol=1e-8)
+    assert tip.seen_from(None) is result and "the tool's tip moves by" in repr(tip)
+    np.testing.assert_array_equal(tip.to_dict()["twist"], result.twist)
+    np.testing.assert_array_equal(tip.to_dict()["tool"]["twist"], tip.twist)
