@@ -510,7 +510,7 @@ def test_a_summary_fits_on_a_screen_and_rounding_errors_are_zero(name):
     assert len(text.partition("\nWarnings")[0].splitlines()) <= 25
     assert not re.search(r"\de-\d|-0(?:\.0*)?(?![.\d])", str(result.report()))
     names = [line.split("  ")[1] for line in text.partition("\nSummary\n")[2].partition("\n\n")[0].splitlines()]
-    assert names[:5] == ["displacement", "rotation", "softest", "stiffest", "actuators"]
+    assert [name for name in names if name][:5] == ["displacement", "rotation", "softest", "stiffest", "actuators"]
 
 
 def test_a_summary_tells_direction_and_sources_of_the_displacement():
