@@ -5,8 +5,8 @@ import re
 from page_code import blocks, run_commands, run_python, text_of
 
 import kinetostatics as ks
+from kinetostatics.authoring.limb_parts import skeleton_of
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.authoring.skeleton import skeleton_of
 from kinetostatics.cli.main import main
 
 PAGE = text_of("start/robot_by_name")

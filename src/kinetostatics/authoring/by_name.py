@@ -1,4 +1,4 @@
-"""Robots built by name: from the notation, sizes and places to a commented robot file."""
+"""Robots from the field's notation: ``new_robot`` and the text of its file."""
 
 from __future__ import annotations
 

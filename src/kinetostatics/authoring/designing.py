@@ -1,4 +1,4 @@
-"""From the notation, sizes and places to all that a robot file is written from."""
+"""The design of a named robot: limbs, places, sections and file arguments, from the notation and given sizes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice, warn
-from kinetostatics.authoring.arguments_of_file import FileArguments, odd_lengths, rounded
+from kinetostatics.authoring.file_arguments import FileArguments, odd_lengths, rounded
+from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions
-from kinetostatics.authoring.materials import SHAPES, SectionText
 from kinetostatics.authoring.notation import Architecture, parse_architecture
 from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, Place, arranged, limb_frame, tabled
 from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
-from kinetostatics.authoring.skeleton import Skeleton, skeleton_of
+from kinetostatics.authoring.section_words import SHAPES, SectionText
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
 

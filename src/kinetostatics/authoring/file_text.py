@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 
 from kinetostatics.authoring.designing import Design
 from kinetostatics.authoring.limb_text import limb_macro
-from kinetostatics.authoring.materials import SectionText
 from kinetostatics.authoring.notation import JOINTS
 from kinetostatics.authoring.placement import direction
+from kinetostatics.authoring.section_words import SectionText
 
 #: Lines are as long at most.
 WIDTH = 125

@@ -1,4 +1,4 @@
-"""A plain URDF extended: a small xacro that includes it as it is and adds platform, loops, actuators and what is elastic."""
+"""Extension of a URDF: a small xacro that includes it unchanged and adds platform, loops, actuators, beams and stiffnesses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.authoring.by_name import write_new
-from kinetostatics.authoring.materials import MATERIALS, SHAPES, parse_section
+from kinetostatics.authoring.section_words import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
@@ -53,7 +53,7 @@ def extend_robot(
     axes: Mapping[str, object] | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> Robot:
-    """Extend a URDF that says nothing of platform, actuators and elastic parts, by a small xacro that includes it as it is.
+    """Extend a URDF without platform, actuators and elastic parts by a small xacro that includes it unchanged.
 
     Loops that another tool has written are read: closing frames of onshape-to-robot, ``robot.yaml`` of Gepetto's
     example-parallel-robots, ``<loop_joint>`` of Isaac Sim. Comments of the xacro suggest, with numbers from the file, which other
@@ -69,7 +69,7 @@ def extend_robot(
             tool has written loops: all driven joints, also loops; an empty list for none.
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two joints that move beside it. "suggested": all that the file suggests. A beam weighs what
-            the link's ``<inertial>`` says; if it says nothing, what its material weighs.
+            the link's ``<inertial>`` says; without one, what its material weighs.
         joint_stiffness: stiffnesses of actuators [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
             the comments.
         yaml: a ``robot.yaml`` of Gepetto's.

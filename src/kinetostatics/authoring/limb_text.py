@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from kinetostatics.authoring.skeleton import Point, Skeleton
+from kinetostatics.authoring.limb_parts import Point, Skeleton
 from kinetostatics.authoring.spherical import spherical_limb
 
 

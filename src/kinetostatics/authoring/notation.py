@@ -29,7 +29,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from kinetostatics.authoring.names import answer_to_name
+from kinetostatics.authoring.known_names import answer_to_name
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 

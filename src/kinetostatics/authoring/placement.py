@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.authoring.skeleton import Skeleton
 from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.csv_tables import read_csv

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from kinetostatics.argument_checks import check_mapping
-from kinetostatics.authoring.arguments_of_file import FileArguments, rounded
-from kinetostatics.authoring.materials import MATERIALS, SectionText, parse_section
+from kinetostatics.authoring.file_arguments import FileArguments, rounded
+from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.authoring.skeleton import Skeleton
+from kinetostatics.authoring.section_words import MATERIALS, SectionText, parse_section
 from kinetostatics.exceptions import ArgumentError, near_names
 
 MATERIAL_NAMES = ("youngs_modulus", "poisson_ratio", "shear_modulus", "density", "shear_coefficient", "thermal_expansion")

@@ -1,4 +1,4 @@
-"""Which links of a robot lie like beams between two joints that move, and what their files say of them."""
+"""Links between two moving joints, which may be beams: length, mass and the tube of that mass."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.authoring.materials import MATERIALS
+from kinetostatics.authoring.section_words import MATERIALS
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription

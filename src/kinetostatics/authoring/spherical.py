@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.authoring.arguments_of_file import FileArguments, rounded
+from kinetostatics.authoring.file_arguments import FileArguments, rounded
+from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.placement import Place
-from kinetostatics.authoring.skeleton import Skeleton
 from kinetostatics.exceptions import ArgumentError
 
 #: Both cones in which the axes lie where none is given: three axes at right angles.

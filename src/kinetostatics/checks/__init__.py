@@ -1,1 +1,1 @@
-"""What is known of a robot before any load: the facts behind ``kinetostatics check``."""
+"""Properties of a robot before any load: limbs, mobility, redundancy, warnings; the data of ``kinetostatics check``."""

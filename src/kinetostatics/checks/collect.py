@@ -1,4 +1,4 @@
-"""What there is to say about a robot, gathered so that one broken part does not hide the others."""
+"""Properties of a robot, gathered so that an error in one part does not hide the others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 
 def robot_facts(robot: Robot) -> RobotFacts:
-    """Gather what there is to say about a robot; errors become problems."""
+    """Return the properties of a robot; errors become problems."""
     description = robot.description
     facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
     facts.warnings += [*description.warnings, *robot.topology.warnings]

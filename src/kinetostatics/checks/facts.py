@@ -1,4 +1,4 @@
-"""All that is known of a robot before any load, as data: what ``kinetostatics check`` writes and ``--json`` prints."""
+"""Properties of a robot before any load, as data, which ``kinetostatics check`` writes and ``--json`` prints."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class FollowerFacts:
 
 @dataclass
 class MobilityFacts:
-    """What can move and what is held more than once.
+    """Mobility, local freedoms and redundant constraints.
 
     Attributes:
         platform: freedoms of the platform.
@@ -148,7 +148,7 @@ class AttachedBodiesFacts:
 
 @dataclass
 class RobotFacts:
-    """All that a report says of a robot; what cannot be computed is None, and ``problems`` say why.
+    """Properties of a robot; those that cannot be computed are None, and ``problems`` say why.
 
     Attributes:
         mobility: numbers and what they mean.
@@ -156,7 +156,7 @@ class RobotFacts:
         mass: of everything at the zero pose [kg].
         massless: rigid links between joints that weigh nothing.
         problems: what keeps the robot from being analysed at all.
-        warnings: what to be careful about, in the robot and at its zero pose.
+        warnings: of the robot and of its zero pose.
     """
 
     name: str

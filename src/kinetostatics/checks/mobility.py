@@ -1,4 +1,4 @@
-"""What can move: platform coordinates that place the platform, local freedoms by name, actuators in excess."""
+"""Mobility: platform coordinates that place the platform, local freedoms by name, redundant actuators."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import Robot
 
-#: What counts as zero in motions and self-stresses of unit size.
+#: Zero in motions and self-stresses of unit size.
 NOTHING = 1e-6
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 #: The order in which coordinates are preferred where they place the platform about equally well: z, x, y, rz, rx, ry.
@@ -46,7 +46,7 @@ class LocalFreedom:
 
 
 class Motions:
-    """What a robot can do at its best generic pose: scaled velocities ``free`` (nv, k) that keep the loops closed.
+    """The motions of a robot at its best generic pose: scaled velocities ``free`` (nv, k) that keep the loops closed.
 
     ``platform`` (6, nv) maps them to the platform's scaled twist at o, ``actuators`` (n, nv) to the actuators' rates.
     """

@@ -1,4 +1,4 @@
-"""The parts of a robot as a report has them: limbs, beams, elastic joints, joints that follow others."""
+"""Properties of the parts of a robot: limbs, beams, elastic joints, joints that mimic others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tu
 
 
 def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:
-    """Return what can be said of a limb without its pose."""
+    """Return the properties of a limb that do not depend on its pose."""
     graph = reader.limb(limb)
     beams = tuple(edge.beam for edge in limb.edges if edge.beam)
     moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
@@ -38,7 +38,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
     """Return the first limb that is built like this one, None if it is the first of its kind.
 
     Args:
-        limb: in question.
+        limb: to be compared.
         basis: of its wrenches.
         beams: of the robot.
         alike: the first limb of every kind, to which this one is added.

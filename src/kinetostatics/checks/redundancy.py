@@ -1,4 +1,4 @@
-"""What is held more than once: redundant constraints, and where they are.
+"""Redundant constraints, and where they are.
 
 A redundant constraint is a self-stress: forces in joints, without a load and with the actuators free, that are in equilibrium by
 themselves. All of them together are the null space of the joints' equations of all limbs; which joints they load says where they
@@ -105,7 +105,7 @@ class _SelfStress:
 
     @property
     def platform_wrenches(self) -> Array:
-        """What the platform puts on each limb (limbs, 6, r)."""
+        """Wrenches of the platform on each limb (limbs, 6, r)."""
         found = []
         for number, limb in enumerate(self.robot.topology.limbs):
             mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)

@@ -1,4 +1,4 @@
-"""What to be careful about in a robot: sizes and numbers that look like slips of the pen, and what beam theory does not cover."""
+"""Warnings of probable input errors (sizes, moduli, masses, stiffnesses), and of beams outside the limits of beam theory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ STUBBY = 5.0
 WIRE = 2000.0
 #: Part of the characteristic length, or angle [rad], by which open loops at zero are far from closing.
 FAR = 0.1
-#: Ratio of a beam's weight by its density to its link's <inertial> from which they are told apart.
+#: Ratio of a beam's weight by its density to its link's <inertial> from which they count as different.
 OTHER_MASS = 1.3
 #: Plausible thermal expansion of solids [1/K].
 EXPANSIONS = (-2e-5, 1e-3)
@@ -218,7 +218,7 @@ def _materials(facts: RobotFacts) -> Iterable[str]:
         if not 1 <= ratio <= 1000:
             return (
                 f"<has> a shear modulus of {beam.shear_modulus:.4g} Pa and a Young's modulus of {beam.youngs_modulus:.4g} Pa, "
-                "which hardly belong together"
+                "which are inconsistent"
             )
         return None
 

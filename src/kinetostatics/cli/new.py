@@ -8,8 +8,8 @@ import sys
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.arguments import Argument
-from kinetostatics.authoring.arguments_of_file import odd_lengths
-from kinetostatics.authoring.names import KNOWN_NAMES
+from kinetostatics.authoring.file_arguments import odd_lengths
+from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.options import check_folder

@@ -1,4 +1,4 @@
-"""Readers of attribute values; each raises an error that names the element, the attribute and what would be right."""
+"""Values of XML attributes: numbers, vectors, names, references; errors name the element, the attribute and the valid form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.files.xml import Element
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
-#: Numbers beyond these, in SI units, are slips that would overflow later: of anything, of lengths, and the least of sizes.
+#: Largest number, largest length [m] and smallest size, SI: beyond them numbers are input errors that would overflow later.
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 
 

@@ -1,4 +1,4 @@
-"""Where robots are: those that come with the package, installed packages, and what stands for a robot's file.
+"""Files of robots: given by path or by the name of a robot of this package, and folders of installed packages.
 
 ROS's packages, and robot descriptions that pip installs, leave a marker in an index: a file
 ``share/ament_index/resource_index/packages/NAME`` below the folder that they are installed into (ROS's own documentation
@@ -28,7 +28,7 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
 #: in a source checkout at its top. It is what ``$(find kinetostatics)`` means.
 OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 OWN_NAME = "kinetostatics"
-#: What to install for a package that is known to come from PyPI. Other names are not suggested: anybody may register one.
+#: PyPI's name of packages that are known to come from there. Other names are not suggested: anybody may register one.
 ON_PYPI = {"example-robot-data": "example-robot-data"}
 
 #: The first sentence of a file's first comment.
@@ -36,7 +36,7 @@ _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
 
 
 class Robots(dict[str, str]):
-    """What each robot that comes with the package is, by name; printed as a table."""
+    """Descriptions of the robots of the package, by name; printed as a table."""
 
     def __repr__(self) -> str:
         width = max(map(len, self), default=0)

@@ -1,6 +1,6 @@
-"""The elements of a robot file: the table of each, and what is read or written of it besides.
+"""The elements of a robot file: the table of each, and how parts of the description are written by it.
 
-What elements demand of one another is in :mod:`rules`.
+Rules between elements are in :mod:`rules`.
 """
 
 from __future__ import annotations

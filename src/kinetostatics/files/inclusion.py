@@ -1,4 +1,4 @@
-"""A file that one may not edit, as it is, and what it does not say: the text of a xacro that includes it."""
+"""The text of a xacro that includes a file unchanged and adds elements to it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units of a robot file's parameters, told by what changes with them.
+"""Units of a robot file's parameters, found from the numbers that change with them.
 
 A parameter has the unit of those numbers of the robot that change one for one with it: a length, if a rod's diameter grows by as
 much as the parameter does. Where no number does, or numbers of several kinds, its unit is not known.

@@ -1,4 +1,4 @@
-"""What a URDF leaves open that was not written for this package: its name, the platform, the base, and the driven joints."""
+"""Defaults of a URDF without elements of this package: its name, the platform, the base and the driven joints."""
 
 from __future__ import annotations
 

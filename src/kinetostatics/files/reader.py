@@ -1,4 +1,4 @@
-"""Reads robot files: URDF or xacro with the additional elements of the page on robot files."""
+"""Reading of robot files: URDF or xacro with the elements of this package."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def read_robot_file(
         base_link: the link that stands still, instead of that which the file names or the root of its tree.
 
     Returns:
-        What the file says.
+        The description.
 
     Raises:
         RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
@@ -88,7 +88,7 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
         parameters: as in :func:`read_robot_file`.
 
     Returns:
-        What the text says.
+        The description.
 
     Raises:
         RobotFileError: as in :func:`read_robot_file`.

@@ -1,4 +1,4 @@
-"""The elements of this package, read and checked: what each demands of its own values, of joints and of other elements."""
+"""The elements of this package, read and checked against joints, links and one another."""
 
 from __future__ import annotations
 
@@ -317,7 +317,7 @@ def read_joint_stiffness(
         driven: the joints and loops with a transmission.
 
     Returns:
-        What is elastic, by the joint's name; a group whose three values are infinite is the same as none.
+        Elastic joints by name; a group whose three values are infinite is the same as none.
     """
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
@@ -326,7 +326,7 @@ def read_joint_stiffness(
         if name in result:
             raise element.error(f"the joint {name!r} has a <joint_stiffness> already, in {result[name].place}")
         if found["linear"] is None and found["angular"] is None and found["drive"] is None:
-            raise element.error(f"{element.label} says nothing: give linear, angular or drive")
+            raise element.error(f"{element.label} has no stiffness: give linear, angular or drive")
         joint = joints.get(name) or loops[name]
         locked = name in driven or (isinstance(joint, Joint) and joint.mimic is not None)
         for group in ("linear", "angular"):

@@ -1,4 +1,4 @@
-"""Writes robots to files that load as the same robots."""
+"""Writing of robots to files that load as the same robots."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ _FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
 
 
 class Described(Protocol):
-    """What has a description: a robot."""
+    """An object with a description: a robot."""
 
     @property
     def description(self) -> RobotDescription:
-        """What its file says."""
+        """Its description."""
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
     """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
 
-    What the package does not use is written too: visuals and collisions, inertias, materials, dynamics, transmissions. Not
-    written are comments, xacro's macros and attributes that URDF does not know. Names of meshes that are relative to the
-    robot's file are made relative to the new one.
+    Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
+    Comments, xacro's macros and attributes that URDF does not know are not. Names of meshes that are relative to the robot's file
+    are made relative to the new one.
 
     Args:
         robot: the robot, or its description.

@@ -165,7 +165,7 @@ def test_texts_that_xacro_would_change_are_written_whole(arm) -> None:
         ({"joint_stiffness": "all"}, "joint_stiffness is 'all'; it is 'suggested', or numbers by joint"),
         ({"actuators": "two"}, "actuators is 'two'; it must be a list of joints"),
         ({"actuators": ["too"]}, "actuators: no joint 'too': did you mean 'two'"),
-        ({"platform_link": "tol"}, "platform='tol': .* no such link; did you mean 'tool'"),
+        ({"platform_link": "tol"}, "platform_link='tol': .* no such link; did you mean 'tool'"),
     ],
 )
 def test_wrong_arguments_are_answered(options, said, arm) -> None:

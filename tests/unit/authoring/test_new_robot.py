@@ -10,7 +10,7 @@ from places import ROBOTS, ROOT
 
 import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
-from kinetostatics.authoring.names import KNOWN_NAMES
+from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import package_folder

@@ -3,8 +3,8 @@
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.authoring.limb_parts import skeleton_of
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.authoring.skeleton import skeleton_of
 
 
 @pytest.mark.parametrize(

@@ -576,10 +576,10 @@ def written(folder, text, name="robot.yaml"):
 @pytest.mark.parametrize(
     ("answers", "message"),
     [
-        ({"platform_link": "tol"}, r"platform='tol': .* has no such link; did you mean 'tool'"),
+        ({"platform_link": "tol"}, r"platform_link='tol': .* has no such link; did you mean 'tool'"),
         ({"platform_link": "base"}, r"the link 'base' is both base and platform"),
         ({"base_link": "tool"}, r"the link 'tool' is both base and platform"),
-        ({"base_link": "bse"}, r"base='bse': .* has no such link; did you mean 'base'"),
+        ({"base_link": "bse"}, r"base_link='bse': .* has no such link; did you mean 'base'"),
         ({"types": {"closing_tol": "revolute"}}, r"types: there is no loop 'closing_tol'; did you mean 'closing_tool'"),
         ({"types": {"closing_tool": "hinge"}}, r"types: 'closing_tool' cannot be 'hinge'"),
         ({"types": "ball"}, r"types: 'closing_tool' cannot be 'ball'"),

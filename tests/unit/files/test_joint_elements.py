@@ -87,7 +87,7 @@ def test_joint_stiffness_is_read(attributes: str, expected: JointStiffness) -> N
 @pytest.mark.parametrize(
     ("element", "words"),
     [
-        ('<joint_stiffness joint="motor"/>', ["nothing", "linear, angular or drive"]),
+        ('<joint_stiffness joint="motor"/>', ["has no stiffness", "linear, angular or drive"]),
         ('<joint_stiffness drive="1"/>', ["'joint'"]),
         ('<joint_stiffness joint="moto" drive="1"/>', ["'moto'", "did you mean 'motor'"]),
         ('<joint_stiffness joint="motor" drive="1" axial="1"/>', ["'axial'", "drive"]),

@@ -143,3 +143,21 @@ def test_paths_are_shown_from_where_one_works(tmp_path, monkeypatch):
     assert shown_path(str(tmp_path.parent / "x.urdf")) == str(tmp_path.parent / "x.urdf")
     robot = ks.load_robot("3rps")
     assert str(robot_path("3rps").parent) not in f"{robot}{robot!r}{robot._repr_html_()}{robot.description!r}"
+
+
+def test_a_missing_file_is_the_same_error_everywhere(tmp_path, capsys):
+    path = tmp_path / "3rpss"
+    calls = (
+        ks.load_robot,
+        ks.files.read_robot_file,
+        ks.extend_robot,
+        lambda name: ks.sweep(name, {"z": [0.5]}),
+        lambda name: ks.optimize(name, {"rod_diameter": "5cm:6cm"}, "mass"),
+    )
+    said = set()
+    for call in calls:
+        with pytest.raises(ks.RobotFileError) as caught:
+            call(path)
+        said.add(str(caught.value))
+    assert len(said) == 1 and "cannot be read: No such file" in (text := said.pop()) and "did you mean '3rps'" in text
+    assert main(["analyze", str(path)]) == 2 and text in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Loops and actuators of a robot, from its source and from arguments; what neither says is listed in one error."""
+"""Loops and actuators of a robot, from its source and from arguments; missing information is listed in one error."""
 
 from __future__ import annotations
 

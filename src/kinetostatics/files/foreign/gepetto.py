@@ -8,7 +8,7 @@
     joint_name: ['to_rotule_1']
     joint_type: ['SPHERICAL']
 
-What the keys mean is what ``loader_tools.py`` (``completeRobotLoader``) of
+The keys mean what ``loader_tools.py`` (``completeRobotLoader``) of
 https://github.com/Gepetto/example-parallel-robots and ``ActuationModel`` of
 https://github.com/Gepetto/toolbox-parallel-robots do with them:
 
@@ -34,7 +34,7 @@ from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
 from kinetostatics.files.xml import Element, read_file, shortened
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
-#: What ``type`` says of a loop.
+#: Types of loops by ``type``.
 TYPES = {"3d": "spherical", "6d": "fixed"}
 #: The axes of the joint's frame about which a joint of ``joint_type`` turns, one after the other.
 RETYPED = {"SPHERICAL": "xyz", "UJOINT_XY": "xy", "UJOINT_YZ": "yz", "UJOINT_ZX": "zx", "FIXED": ""}
@@ -51,7 +51,7 @@ class Retyped:
 
 @dataclass(frozen=True)
 class GepettoFile:
-    """What a ``robot.yaml`` says.
+    """The content of a ``robot.yaml``.
 
     Attributes:
         loops: its loops.

@@ -1,4 +1,4 @@
-"""The one record of a loop that all readers return, and the source robot that they read it from."""
+"""A loop as another tool has written it, and the URDF that it belongs to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sections and materials in words: ``"tube 60mm 50mm steel"``."""
+"""Sections and materials written as text: ``"tube 60mm 50mm steel"``."""
 
 from __future__ import annotations
 

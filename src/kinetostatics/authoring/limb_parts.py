@@ -1,4 +1,4 @@
-"""What a limb's string of joints says of its parts: guides, joints at points, and the links between these points."""
+"""Parts of a limb, from its string of joints: guides, joints at points, and the links between these points."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Skeleton:
 
     @property
     def roles(self) -> tuple[str, ...]:
-        """What its beams are called by."""
+        """Names of the roles of its beams."""
         return tuple(dict.fromkeys(span.role for span in self.spans))
 
 

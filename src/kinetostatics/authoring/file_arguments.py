@@ -1,4 +1,4 @@
-"""The xacro arguments of a generated file: names, defaults and what they mean."""
+"""The xacro arguments of a generated file: names, defaults and comments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numbers import Real
 
 from kinetostatics.exceptions import ArgumentError, near_names
 
-#: Larger lengths [m] are slips, by the last part of an argument's name.
+#: Largest lengths [m], beyond which they are probably in mm, by the last part of an argument's name.
 LARGEST = {
     **dict.fromkeys(("radius", "height", "length", "stroke"), 20.0),
     **dict.fromkeys(("width", "diameter", "thickness"), 4.0),
@@ -127,5 +127,5 @@ def text_of_value(name: str, value: object) -> str:
 
 
 def rounded(value: float) -> float:
-    """Return a length rounded to two digits, as people write it."""
+    """Return a length rounded to two digits."""
     return float(f"{value:.2g}")

@@ -1,4 +1,4 @@
-"""Names that are known in the field, as examples of the notation."""
+"""Mechanisms with names in the field, as examples of the notation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class KnownName:
         architecture: its limbs in the notation.
         about: what it is.
         arrangement: how its limbs stand, if not evenly around the vertical.
-        words: what people call it, in small letters and digits alone; short ones count only as a whole.
+        words: its names, in small letters and digits alone; short ones count only as a whole.
         robot: one of the kind that comes with the package.
     """
 
