@@ -72,6 +72,8 @@ class Structure:
         followers: the coordinates that elastic actuators move along.
     """
 
+    NOT_RECORDED = ("graph",)
+
     def __init__(self, model: RobotStatics) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         self.body_at = {place: body for body in self.graph.bodies for place in body.places}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,6 +272,16 @@ class Beam(ShortRepr):
         name: its name; the link's unless given.
         place: where it is written.
     """
+
+    NOT_RECORDED: ClassVar = (
+        "section",
+        "material",
+        "start",
+        "end",
+        "shear_coefficient",
+        "y_axis",
+        "name",
+    )  # the model has numbers
 
     link: str
     section: Section

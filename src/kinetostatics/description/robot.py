@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import NoReturn, TypeVar
+from typing import ClassVar, NoReturn, TypeVar
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.elements import (
@@ -99,6 +99,8 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         springs: between points of two links, by name.
         parameters: values of the file's xacro arguments that it was read with, others being the file's own.
     """
+
+    NOT_RECORDED: ClassVar = ("name", "links", "joints", "platform", "platform_origin", "base", "loops", "attributes", "extra")
 
     name: str
     links: Mapping[str, Link]

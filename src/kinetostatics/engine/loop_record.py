@@ -32,7 +32,6 @@ def structure_of(
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> Solver:
     """Return a solver's copy that records."""
     copy: Solver = structure_of(solver, prescribed, local, tape).copy[0]
-    copy.forget()
     return copy
 
 

@@ -10,82 +10,16 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.buckling import structure as members
-from kinetostatics.description import elements
-from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
-from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.kinematics.solver import Solver
-from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.beam_geometry import BeamSpan
-from kinetostatics.mechanism.elastic_joints import ElasticJoint
-from kinetostatics.mechanism.joint_freedoms import Freedom
-from kinetostatics.mechanism.limbs import Topology
-from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
-from kinetostatics.mechanism.rigid_bodies import RigidBody
-from kinetostatics.mechanism.tree import TreeJoint
-from kinetostatics.mechanism.weights import Weights
-from kinetostatics.statics.model import RobotStatics
 
-#: What is kept of classes that hold more than records need; a solver's caches are made anew.
-KEPT: Mapping[type, tuple[str, ...]] = {
-    Solver: (
-        *("equations", "length", "reach", "slack", "tree", "mechanism", "platform_signs", "column_scale"),
-        *("_row_scale", "joint_of_column"),
-    ),
-    LoopEquations: (
-        *("mechanism", "tree", "loops", "closures", "count", "signs", "couplings", "loop_axes", "runs", "_tables", "_distance"),
-        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there", "neutral", "loop_of", "is_length"),
-    ),
-    LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
-    Couplings: ("count", "columns", "items", "_gradient", "names", "is_length"),
-    PrescribedCoordinates: tuple(item.name for item in fields(PrescribedCoordinates)),
-    SphericalRun: ("axes", "orientation"),
-    TreeJoint: ("kind", "body", "first_q", "first_v"),
-    Mechanism: ("tree", "platform_frame", "base_frame", "connections", "description", "body_of", "body_of_joint"),
-    Connection: (
-        *("name", "kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame", "axis", "mimic", "cone"),
-        *("lower", "upper"),
-    ),
-    RobotDescription: ("springs", "driven", "beams", "joint_stiffness"),
-    elements.Spring: (
-        *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
-    ),
-    elements.Beam: ("link",),
-    Topology: ("limbs", "hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
-    StaticModel: ("length", "closing_error"),
-    RobotStatics: (
-        *("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches", "parts"),
-        *("branch_drives", "branch_springs", "joint_table"),
-    ),
-    Weights: (
-        *("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
-        *("_centred", "_beam_body", "_beam_centre"),
-    ),
-    BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
-    ElasticJoint: ("joint", "body", "frame", "linear", "angular"),
-    members.Structure: (
-        *("model", "platform", "weights", "beams", "joints", "freedoms", "columns", "turning", "followers", "_given", "_twists"),
-        "_loose",
-    ),
-    RigidBody: (),
-    Freedom: ("rotates", "stiffness"),
-}
-#: What is left out of others.
-_LEFT_OUT: Mapping[str, tuple[str, ...]] = {
-    "LimbGroup": ("dofs",),
-    "LimbSkeleton": ("dofs", "_compounds"),
-    "Candidate": ("label",),
-}
 #: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have
 #: sines of 0 or 1e-17, would have a structure of its own.
 ROUNDING = 1e-14
@@ -160,14 +94,10 @@ class Structure:
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
-        names = KEPT.get(kind)
-        if names is None:
-            names = tuple(name for name in vars(item) if name not in _LEFT_OUT.get(kind.__name__, ()))
+        names = _recorded_names(item)
         self._say(kind.__qualname__, names)
         for name in names:
             object.__setattr__(copy, name, self._taken(getattr(item, name)))
-        if kind is Solver:
-            copy.forget()
         return copy
 
     def _number(self, value: float) -> Number:
@@ -203,3 +133,17 @@ class Structure:
         for place, number in enumerate(rest):
             copy[number] = self._tape.write(("parameter", first + place), float(flat[number]))
         return copy.reshape(array.shape).view(Recorded)
+
+
+def _recorded_names(item: object) -> tuple[str, ...]:
+    """Return the attributes of an object that records may depend on.
+
+    Left out are fields of a dataclass that are not compared, what is computed when it is asked for, and what a class calls
+    ``NOT_RECORDED``: labels, places in files, other programs' data.
+    """
+    kind = type(item)
+    if is_dataclass(item):
+        own = [field.name for field in fields(item) if field.compare]
+    else:
+        own = [name for name in vars(item) if not isinstance(getattr(kind, name, None), cached_property)]
+    return tuple(name for name in own if name not in getattr(kind, "NOT_RECORDED", ()))

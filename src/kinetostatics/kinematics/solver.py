@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,13 +76,21 @@ class Solver:
         self.joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
-        self.forget()
 
-    def forget(self) -> None:
-        """Make anew what is remembered of prescribed coordinates."""
-        self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
-        self._scales: dict[tuple[tuple[int, ...], ...], tuple[Array, Array]] = {}
-        self.strides: dict[PrescribedCoordinates, Array] = {}
+    @cached_property
+    def _free(self) -> dict[tuple[tuple[int, ...], ...], NDArray[np.intp]]:
+        """What :meth:`free_columns` has found."""
+        return {}
+
+    @cached_property
+    def _scales(self) -> dict[tuple[tuple[int, ...], ...], tuple[Array, Array]]:
+        """What :meth:`_factors` has found."""
+        return {}
+
+    @cached_property
+    def strides(self) -> dict[PrescribedCoordinates, Array]:
+        """What is known of how far coordinates may go in one go [m, rad]."""
+        return {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,8 @@ class Candidate:
             couple.
         label: its name in reports.
     """
+
+    NOT_RECORDED: ClassVar = ("label",)
 
     direction: tuple[str | int, ...]
     centre: int | tuple[int, int] | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.layout.mapping import ShortRepr
@@ -28,6 +29,8 @@ class StaticModel(ShortRepr):
         rank_tolerance: relative singular value below which a direction counts as dependent.
         closing_error: how far loops stay open because of rounding in the file [scaled m, rad].
     """
+
+    NOT_RECORDED: ClassVar = ("zero_frames", "example")
 
     mechanism: Mechanism
     topology: Topology

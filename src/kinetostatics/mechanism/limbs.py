@@ -9,6 +9,7 @@ equilibrium gives those of all other edges; a serial limb has one cut joint, its
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.mechanism.beam_geometry import BeamSpan
@@ -133,6 +134,8 @@ class Topology(ShortRepr):
     ``beam_ends`` names the places at the ends of every beam of ``beams``.
     ``without_support`` tells for places that hang on a beam elsewhere than at its ends the joint: nothing can act there.
     """
+
+    NOT_RECORDED: ClassVar = ("warnings",)
 
     limbs: tuple[Limb, ...]
     hanging: tuple[Limb, ...]

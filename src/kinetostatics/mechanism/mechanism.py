@@ -161,7 +161,12 @@ class Mechanism:
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body and placement (4, 4) in it of every link.
         tree: the tree in Pinocchio's coordinates.
+        platform_frame: body and placement (4, 4) in it of the frame o-xyz.
+        base_frame: body and placement of the base link if it moves relative to the root of the tree, else None. World axes are
+            those of the root link, or of the base link if it is not rigidly joined to the root.
     """
+
+    NOT_RECORDED = ("model", "at_link", "link_inertias")
 
     def __init__(self, description: RobotDescription) -> None:
         import pinocchio as pin
@@ -204,6 +209,10 @@ class Mechanism:
             mimic = description.joints[model.names[item.body]].mimic
             if mimic is not None:
                 item.write(mimic.offset, self.tree.neutral)
+        body, frame = self.body_of[description.platform]
+        self.platform_frame: tuple[int, Array] = body, frame @ description.platform_origin.matrix
+        base = self.body_of[description.base]
+        self.base_frame: tuple[int, Array] | None = None if base[0] == 0 else base
 
     def forward(self, q: Array) -> Frames:
         """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""
@@ -229,27 +238,12 @@ class Mechanism:
             result[connection.successor].append(connection)
         return result
 
-    @cached_property
-    def platform_frame(self) -> tuple[int, Array]:
-        """Body and placement (4, 4) in it of the frame o-xyz."""
-        body, placement = self.body_of[self.description.platform]
-        return body, placement @ self.description.platform_origin.matrix
-
     def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
         """Return the platform's orientation (3, 3, N) and the position of o (3, N) [m], world axes."""
         body, placement = self.platform_frame
         R = frames.rotation[:, :, body]
         position = frames.position[:, body] + np.einsum("ijn,j->in", R, placement[:3, 3])
         return np.einsum("ijn,jk->ikn", R, placement[:3, :3]), position
-
-    @cached_property
-    def base_frame(self) -> tuple[int, Array] | None:
-        """Body and placement of the base link if it moves relative to the root of the tree, else None.
-
-        World axes are those of the root link, or of the base link if it is not rigidly joined to the root.
-        """
-        body, placement = self.body_of[self.description.base]
-        return None if body == 0 else (body, placement)
 
     @cached_property
     def spherical_runs(self) -> tuple[SphericalRun, ...]:

@@ -34,6 +34,8 @@ class Weights:
         owner: for each of them the limb it belongs to, or ``base`` or ``platform``.
     """
 
+    NOT_RECORDED = ("_inertias", "_known")
+
     def __init__(self, mechanism: Mechanism, topology: Topology, beams: Mapping[str, BeamModel]) -> None:
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
         parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
