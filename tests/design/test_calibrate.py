@@ -524,3 +524,26 @@ def test_estimates_that_nothing_has_are_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert ks.calibrate(robot, down, ["payload.mass", "offset.dz"]).estimates["payload.mass"].impossible == ""
+
+
+def test_assembly_errors_are_found_beside_stiffnesses():
+    """Of a robot whose hinge is turned and whose rod is too long, with a rod that is softer than the file says."""
+    robot = package_robots.robot("2pru_upr")
+    poses = {"z": [0.55, 0.6, 0.65, 0.6, 0.55], "rx": [0.0, 0.1, -0.1, 0.2, -0.2], "ry": [0.0, -0.2, 0.1, 0.2, 0.1]}
+    modulus = robot.description.beams["rod_1"].youngs_modulus
+    soft = ks.Robot(robot.description.changed("rod_1", youngs_modulus=0.8 * modulus))
+    errors = {"revolute_1": {"twist": [0, 0, 0, 0, 2e-4, 0], "frame": "joint"}, "rod_2": {"length": 3e-5}}
+    load = np.tile([100.0, 50, -500, 0, 0, 0], (5, 1))
+    twist = ks.analyze(soft.assemble(platform={k: np.array(v) for k, v in poses.items()}), load, assembly_errors=errors).twist
+    rows = {**poses, "Fx": load[:, 0], "Fy": load[:, 1], "Fz": load[:, 2]}
+    rows |= {name: twist[:, k] for k, name in enumerate(("dx", "dy", "dz", "drx", "dry", "drz"))}
+    gauges = {
+        name: ks.Gauge(tuple(np.eye(3)[k % 3]), measures=("displacement", "rotation")[k > 2], sigma=1e-7)
+        for k, name in enumerate(("dx", "dy", "dz", "drx", "dry", "drz"))
+    }
+    wanted = {"rod_1.youngs_modulus": 0.8 * modulus, "revolute_1.error.ry": 2e-4, "rod_2.error.length": 3e-5}
+    found = ks.calibrate(robot, rows, [*wanted, "rod_3"], gauges=gauges)
+    assert {name: found.estimates[name].value for name in wanted} == pytest.approx(wanted, rel=1e-9)
+    assert found.estimates["rod_3"].value == pytest.approx(1.0, rel=1e-4) and found.reduced_chi_square < 1e-6
+    with pytest.raises(ks.ArgumentError, match="the errors of 'rod_2' are among the unknowns, too"):
+        ks.calibrate(robot, rows, [*wanted], gauges=gauges, assembly_errors={"rod_2": {"length": 1e-5}})

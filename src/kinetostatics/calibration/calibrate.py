@@ -55,9 +55,10 @@ def calibrate(
             drz, and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
         unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the joint is
             elastic as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
-            :func:`kinetostatics.tolerances` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; "payload.mass",
-            "payload.x", "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads
-            where nothing moves, or "offsets" for all gauges.
+            :func:`kinetostatics.tolerances` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; of an assembly error,
+            "hinge.error.rx" or "rod_1.error.length", which is no part of the robot that is returned; "payload.mass",
+            "payload.x", "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", the reading of a
+            gauge where nothing moves, or "offsets" for all gauges.
         gauges: by name, a :class:`Gauge` each, or the path of a CSV file of them.
         reference: what readings are differences to: "undeformed", the robot without any weight; "unloaded", the same pose with
             its weight and the payload, but without the load; or coordinates of one such pose, at which all were set to zero.

@@ -144,9 +144,15 @@ class Model:
                 if self.unknowns.moves
                 else replace(self.pose, robot=robot)
             )
-            load = self._load + self._weight(pose, values)
-            self._known = key, analyze(pose, load, self.gravity, on_failure="nan", **self.analysis)
+            self._known = key, self._analyzed(pose, values, self.unknowns.errors(values))
         return self._known[1]
+
+    def _analyzed(self, pose: Configuration, values: Array, errors: Mapping[str, Keyword]) -> Result:
+        given = self.analysis.get("assembly_errors") or {}
+        if twice := next((name for name in errors if name in given), None):
+            raise ArgumentError(f"assembly_errors: the errors of {twice!r} are among the unknowns, too")
+        load, every = self._load + self._weight(pose, values), {**given, **errors} or None
+        return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
 
     def _weight(self, pose: Configuration, values: Array) -> Array:
         """Return the weight of the payload (M, 6) at o."""
@@ -212,6 +218,10 @@ class Model:
                 columns.append(self.read(pose, np.einsum("nij,nj->ni", result.compliance, wrench)))
             elif item.kind == "offset":
                 columns.append(self._has_offset(item.parts[0][1]))
+            elif item.kind == "error":  # the twist is affine in it
+                alone = self.unknowns.errors(np.where(np.arange(len(values)) == k, item.scale, 0.0))
+                ends = (self._analyzed(pose, values, errors).twist for errors in (alone, self.unknowns.errors(0.0 * values)))
+                columns.append(self.read(pose, np.subtract(*ends)) / item.scale)
             else:
                 columns.append(self._by_argument(values, k, result))
         return np.stack(columns, axis=-1)
@@ -227,7 +237,7 @@ class Model:
         here, there = result.robot.description, changed(step)
         if here.joints == there.joints and here.loops == there.loops:
             try:
-                derivatives = derivatives_at(result, self.analysis)
+                derivatives = None if self.unknowns.errors(values) else derivatives_at(result, self.analysis)
                 if derivatives is not None:
                     twist = derivatives.by_change(item.name, step, changed)["twist"]
                     found = self.read(result.configuration, np.moveaxis(twist, -1, 0))

@@ -13,12 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.argument_checks import names_in
+from kinetostatics.argument_checks import Keyword, names_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
+from kinetostatics.parametric.errors import together
 from kinetostatics.parametric.numbers import Number
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.robot import Robot
@@ -40,7 +41,7 @@ class Unknown:
 
     Attributes:
         name: as it was asked for.
-        kind: "stiffness", "argument", "payload" or "offset".
+        kind: "stiffness", "argument", "error" (of assembly), "payload" or "offset".
         unit: of its value, SI.
         start: what is varied, where the search begins.
         scale: what is a change of the order of its value.
@@ -124,6 +125,10 @@ class Unknowns:
             return Unknown(name, "offset", unit, 0.0, self._sizes[name[7:]], (("offset", name[7:]),))
         if all(part in self._sources for part in parts):
             return Unknown(name, "stiffness", "", 1.0, 1.0, tuple(self._sources[part] for part in parts))
+        if name in self._robots.errors:
+            error = self._robots.errors[name]
+            scale = {"m": self.robot.length, "rad": 1.0, "K": 100.0}[error.unit]
+            return Unknown(name, "error", error.unit, 0.0, scale, (("error", name),))
         arguments: Mapping[str, float] = {}
         if "." not in name and len(parts) == 1:
             try:
@@ -133,11 +138,11 @@ class Unknowns:
                     raise
         if name not in (*self._robots.parts, *arguments):
             known = [*self._sources, *arguments, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
-            known += self._robots.parts if "." in name else []
+            known += [*self._robots.parts, *self._robots.errors] if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
                 f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or actuator, an argument of its file, a "
-                f"number of a part, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
+                f"number of a part, JOINT.error.rx, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
             )
         number = self._robots.number(name)
         scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)
@@ -158,6 +163,11 @@ class Unknowns:
                 for number in self._stiffnesses(*part):
                     found = number.changed_in(found, (1 / value - 1) * number.of(found))
         return found
+
+    def errors(self, values: Array) -> dict[str, Keyword]:
+        """Return the assembly errors as :func:`kinetostatics.analyze` takes them, a batch of one."""
+        found = [(self._robots.errors[item.name], v) for item, v in zip(self.items, values, strict=True) if item.kind == "error"]
+        return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
         """Return mass and first moment (3,) of the payload, and what the moment grows by with the mass (3,)."""
