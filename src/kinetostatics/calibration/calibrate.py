@@ -26,7 +26,7 @@ from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
 
-#: What is to be looked at where estimates make no sense.
+#: Advice where estimates are impossible.
 LOOK_AT = "look at the signs of readings, loads and gravity, at reference=, and for unknowns that are missing"
 
 

@@ -1,4 +1,4 @@
-"""Gauges: read from a table or given in Python, checked, and what they read of twists."""
+"""Gauges, from a table or from Python, and their readings of twists: u · d + (a × u) · r of a displacement at a, u · r."""
 
 from __future__ import annotations
 

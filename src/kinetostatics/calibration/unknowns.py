@@ -1,6 +1,6 @@
-"""What a calibration looks for: stiffnesses of parts, arguments of the robot's file, a payload, offsets of gauges.
+"""Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
-What is varied is what readings are linear in, wherever the robot is statically determinate: of a stiffness the compliance factor
+Varied are numbers in which readings are linear where the robot is statically determinate: of a stiffness the compliance factor
 c = 1 / factor, and of a centre of mass the first moment, if the mass is unknown as well.
 """
 

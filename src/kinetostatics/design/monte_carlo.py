@@ -1,4 +1,4 @@
-"""One pose of thousands of robots that differ a little, by one record of their loops and equilibrium.
+"""Monte Carlo: one pose of thousands of robots that differ a little, by one record of their loops and equilibrium.
 
 The numbers that a record takes are inputs of it, so that every robot is a column of one batch. What they are of a robot follows
 from a few that are made in full, each with one change of another size, by interpolation of their logarithms, which suits products
@@ -38,7 +38,7 @@ from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 
-#: What is computed.
+#: Quantities of each robot.
 WANTED = ("twist", "stiffness", "actuator_forces")
 _CLOSING = ("residual", "gradient")
 #: Where robots are made in full, as parts of the largest change of a parameter, besides the nominal one.

@@ -120,7 +120,7 @@ def optimize(
 
 @dataclass(frozen=True)
 class Search:
-    """What is to be optimized, checked.
+    """A checked optimization problem with its design variables.
 
     Attributes:
         problem: objective and requirements.
@@ -302,7 +302,7 @@ def _without_influence(
 def _multipliers(
     problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Evaluation
 ) -> tuple[list[float], tuple[str, ...]]:
-    """Return what one per cent looser saves of the objective, for each requirement, and which parameters are at a bound.
+    """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
 
     At the optimum the objective's gradient is a sum of those of the active margins with multipliers ≥ 0: least squares.
     """

@@ -67,7 +67,7 @@ def pareto(
         KinetostaticsError: SciPy is missing; the message says how to install it.
 
     Examples:
-        What a tripod has to weigh to sag less:
+        Mass of a tripod against its largest deflection:
 
         >>> import kinetostatics as ks
         >>> front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm,100mm,120mm"}, ("mass", "deflection_any_direction(500 N)"),

@@ -1,4 +1,4 @@
-"""The search for the best parameters.
+"""Nonlinear programming over ranges, and enumeration of listed values.
 
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
 starts, with central differences of whole analyses as gradients: they agree with exact derivatives to 4e-8, and take a third of
@@ -23,9 +23,9 @@ STEP = 1e-4
 STEPS, CONVERGED = 60, 1e-10
 #: Combinations of listed values that are tried, at most.
 MOST = 2000
-#: How far a point may come from the edge of the unit cube where a search begins.
+#: Distance of starting points from the edge of the unit cube.
 EDGE = 0.08
-#: How far requirements may be broken where the search begins for what breaks them least, in parts of their limits.
+#: Largest violation of a requirement, as part of its limit, where the search for the least violation begins.
 _MOST_BROKEN = 10.0
 
 

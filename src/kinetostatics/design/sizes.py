@@ -1,4 +1,4 @@
-"""What an optimization varies of a robot: its numbers, one or several alike."""
+"""Design variables of a robot: numbers of it, one or several with one value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an optimization may vary: ranges of a parameter, values of one, and catalogues of several together."""
+"""Design variables as they are given: ranges or lists of values of one parameter, catalogues of several together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kinetostatics.files.csv_tables import read_csv
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
 
-#: What may vary, by name, or by the names that a row of a catalogue sets.
+#: Ranges, lists and catalogues, by the name of the parameter, or the names of those that a row of a catalogue sets.
 Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Mapping[str | tuple[str, ...], object]"
 
 

@@ -1,4 +1,4 @@
-"""The numbers of a robot's parts, and descriptions in which one of them is a little different."""
+"""Numbers of a robot's parts by name, and the description with another value of one."""
 
 from __future__ import annotations
 

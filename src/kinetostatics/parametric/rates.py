@@ -1,4 +1,4 @@
-"""How fast a robot's numbers change with its description: by differences of fourth order.
+"""Derivatives of the constants of statics and loops by a number of the description: central differences of fourth order.
 
 Only the numbers that follow from a description are differenced, such as products of frames and 1/EI, at no loss but for some
 parts in 10¹²; what they do to a pose is differentiated exactly (:mod:`kinetostatics.functions.derivatives`).

@@ -1,4 +1,4 @@
-"""Robots that differ from one in the arguments of its file and in numbers of its parts, and the same pose of each of them."""
+"""The parametric robot: other arguments of its file and numbers of its parts, and its pose at the same coordinates."""
 
 from __future__ import annotations
 

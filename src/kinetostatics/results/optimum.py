@@ -34,7 +34,7 @@ class CheckedRequirement:
         pose: coordinates of the worst pose [m, rad].
         case: the worst of several loads, by its number from 0 along each axis; () where there is one.
         active: whether it decides: the worst is at the limit.
-        saving: by how much the objective would fall if the limit were one per cent looser, as far as the multiplier tells.
+        saving: the objective saved by relaxing the limit by 1 %, to first order (its Lagrange multiplier).
         is_below: whether the quantity must be below the limit, or above.
     """
 
