@@ -51,8 +51,8 @@ def pareto(
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 
     Args:
-        robot, vary, subject_to, platform, actuators, orientation, parameters, platform_link, base_link, tool, closure_tolerance,
-            analysis: as of :func:`kinetostatics.optimize`.
+        robot, vary, subject_to, platform, actuators, orientation, parameters: as of :func:`kinetostatics.optimize`.
+        platform_link, base_link, tool, closure_tolerance, analysis: as there.
         minimize: two quantities whose worst poses are minimized, see there.
         points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
             catalogues alone are tried completely, and all designs that are best are returned.
