@@ -77,8 +77,6 @@ _AXES = {
     "beam": "beam",
     "spring": "spring",
 }
-#: Variables along whose axes the coordinates of units are that all robots have.
-_UNITS_OF = ("twist", "stiffness", "compliance", "actuator_force", "actuator_position")
 #: Attributes of variables whose numbers stand for words.
 FLAGS: Mapping[str, Mapping[str, object]] = {
     "status": _flags({int(item): item.name.lower() for item in Status}),
@@ -117,9 +115,10 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
         "joint_coordinate": tuple(name for name, _ in q),
     }
     units = units_along(robot.statics)
-    said: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {
-        VARIABLES[name].unit: (VARIABLES[name].dims, units[VARIABLES[name].unit]) for name in _UNITS_OF
-    }
+    said: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {}
+    for item in VARIABLES.values():  # the first that has a unit varies along nothing else
+        if item.unit in units:
+            said.setdefault(item.unit, (item.dims, units[item.unit]))
     for kind, names, columns in (("", "labels", "constraint_wrenches"), ("attached_", "attached_labels", "attached_wrenches")):
         found = [(limb.name, numbered(getattr(limb, names)), getattr(limb, columns)) for limb in result.limbs.values()]
         axes[f"{kind}wrench"] = tuple(f"{limb}: {label}" for limb, labels, _ in found for label in labels)
