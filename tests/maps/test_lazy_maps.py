@@ -48,7 +48,7 @@ def test_only_the_chunks_that_are_needed_are_computed(computed):
 def test_threads_do_not_disturb_one_another():
     """Several blocks, and several robots, at the same time in one process."""
     load = xr.DataArray(np.eye(6)[:2] * 100, dims=("case", "component"))
-    arguments = {"load": load, "parameters": {"rod_diameter": [0.05, 0.1]}, "beams": True}
+    arguments = {"load": load, "parameters": {"rod_diameter": [0.05, 0.1]}, "outputs": ["default", "beams"]}
     ds = ks.sweep("3rps", GRID, **arguments, chunks={"z": 2, "rod_diameter": 1, "case": 1})
     assert ds["characteristic_length"].chunks == ((1, 1),) and ds["stiffness"].chunks == (
         (1, 1),
