@@ -74,13 +74,13 @@ FACTS: Mapping[str, Fact] = {
         Fact(
             "limit_exceeded",
             Status.LIMIT_EXCEEDED,
-            "a joint is beyond its limit, which changes no number",
+            "a joint is outside its limit; all results remain valid",
             "beyond a joint's limit",
         ),
         Fact(
             "basis_degenerate",
             Status.BASIS_DEGENERATE,
-            "a limb's canonical wrenches degenerate: its intensities are missing; that changes no other number",
+            "the wrench basis of a limb is degenerate; its intensities are undefined, all other results valid",
             "with unreadable intensities",
         ),
         Fact(
@@ -92,7 +92,7 @@ FACTS: Mapping[str, Fact] = {
         Fact(
             "buckles",
             None,
-            "the robot buckles: the pose cannot carry its loads, whatever the numbers say",
+            "a member buckles; the results do not apply",
             "that buckle",
         ),
     )

@@ -120,8 +120,8 @@ def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
     of_o = ks.compensate(pose, load)
     differences = [abs(float(found.actuators[drive] - of_o.actuators[drive])) for drive in found.actuators]
     assert max(differences) > 1e-3 * max(abs(float(shift)) for shift in of_o.corrections.values())
-    assert found.to_dict()["tool"] == tool.tolist() and "the tool's tip misses" in repr(found)
-    assert ("of the tool's tip. Left" in str(found)) and found.to_dict()["units"]["residual_error"]
+    assert found.to_dict()["tool"] == tool.tolist() and "the tool's tip is off by" in repr(found)
+    assert ("of the tool's tip. Not corrected" in str(found)) and found.to_dict()["units"]["residual_error"]
 
 
 def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():

@@ -34,7 +34,7 @@ ROUNDING = 1e-12
 #: Units and meaning of the numbers.
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
-    "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the wanted pose",
+    "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the target pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
     "uncorrected_error": "pose error of the loaded platform without correction: displacement at o [m], rotation [rad]",
     "residual_error": "the same at the corrected actuators",
@@ -55,7 +55,7 @@ def compensation_report(found: Compensation) -> Report:
     else:
         title += state_title(found.result)
     if not np.all(np.isin(found.status, WITHOUT_NUMBERS)):
-        title.append(f"; {point_name(found.tool)} misses its place by {before} uncorrected, by {after} corrected")
+        title.append(f"; {point_name(found.tool)} is off by {before} uncorrected, by {after} corrected")
     sections = _one if found.shape == () else _batch
     return Report(title, lambda: [*sections(found), warning_section(found.warnings)], lambda: _data(found))
 
@@ -68,16 +68,16 @@ def _one(found: Compensation) -> Iterator[Section]:
         words = {**STATUS_WORDS, **{fact.status: fact.words for fact in FACTS.values() if fact.status is not None}}
         yield Section(None, [Text(f", {words[status]}", lead=status_word(status))])
     pose = pose_facts(found.target, found.uncorrected.gravity, found.uncorrected.load)
-    yield Section("Wanted of the loaded platform", [pose], "pose")
+    yield Section("Target pose of the loaded platform", [pose], "pose")
     if status in WITHOUT_NUMBERS:
         return
     yield Section("Actuators", [_actuators(found)], "actuators")
-    of, misses = "", "the loaded platform misses the target pose"
+    of, what = "", "the loaded platform"
     if found.tool is not None:
-        of, misses = " of the tool's tip", f"{point_name(found.tool)} misses where it is wanted"
-    yield Section(f"By how much {misses}, world axes", [_misses(found)], "errors")
+        of, what = " of the tool's tip", point_name(found.tool)
+    yield Section(f"Pose error of {what}, world axes", [_misses(found)], "errors")
     rest = [name for name in found.residual_error_coordinates if name not in found.controlled]
-    left = f"Left as it is, for want of actuators: {join_words(rest)}." if rest else "Nothing is left."
+    left = f"Not corrected (too few actuators): {join_words(rest)}." if rest else "No error remains."
     yield Section("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
     yield from _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
@@ -96,7 +96,7 @@ def _actuators(found: Compensation) -> Table:
         shift = Number.of(found.corrections[name], UNITS_OF[kind.unit], ROUNDING)
         force = Number.of(found.actuator_forces[name], UNITS_OF[kind.force_unit], noise)
         rows.append((name, *(Number(float(place), form) for place in places), shift, force))
-    return Table.of_rows(("actuator", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
+    return Table.of_rows(("actuator", "at the target pose", "corrected", "correction", "force to feed forward"), rows)
 
 
 def _misses(found: Compensation) -> Table:

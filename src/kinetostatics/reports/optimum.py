@@ -18,7 +18,7 @@ def optimum_report(found: Optimum) -> Report:
     verdict = Word("feasible", "good") if found.feasible else Word("NOT feasible", "bad")
     more = f", {found.minimized} {_written(found.objective, found.unit)}"
     if not found.feasible:
-        more = ": no parameters within the bounds were found that meet all requirements; these come nearest"
+        more = ": no parameters within the bounds meet all requirements; closest design found"
     elif not math.isnan(found.before):
         more += f" ({_written(found.before, found.unit)} with the file's own parameters)"
     title = [f"Optimum of {found.robot.name!r}: ", verdict, more]

@@ -83,7 +83,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
         if self.verified:
             return f"verified: {what}"
         if not self.conclusive:
-            return f"not verified: {what}; the finite elements themselves are only sure to {max(self.scatter.values()):.1e} here"
+            return f"not verified: {what}; the reference solution is accurate to {max(self.scatter.values()):.1e} here"
         return f"NOT verified: {what}"
 
 

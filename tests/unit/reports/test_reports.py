@@ -180,7 +180,7 @@ def test_turning_drives_and_loads():
 
 def test_limits_are_warned_of():
     text = whole(ks.analyze(robot("3rps").assemble(platform={"z": 1.5, "rx": 0, "ry": 0})))
-    assert "LIMIT_EXCEEDED, a joint is beyond its limit, which changes no number" in text
+    assert "LIMIT_EXCEEDED, a joint is outside its limit; all results remain valid" in text
     assert sum("is beyond its limits" in line for line in part(text, "Warnings")) == 3
 
 
