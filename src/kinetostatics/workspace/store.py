@@ -166,10 +166,9 @@ class Store(Arrays):
         try:
             yield
         except OSError as error:
-            raise KinetostaticsError(
-                f"{error.filename or self.folder}: {error.strerror or error}; what has been computed stays in {self.folder}, and "
-                "the same call goes on with it"
-            ) from None
+            begun = f"; what has been computed stays in {self.folder}, and the same call goes on with it"
+            stays = begun if hasattr(self, "arrays") else ""
+            raise KinetostaticsError(f"{error.filename or self.folder}: {error.strerror or error}{stays}") from None
 
     def _create(self) -> None:
         import zarr
