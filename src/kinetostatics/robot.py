@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import warn
 from kinetostatics.buckling.members import Members
-from kinetostatics.buckling.structure import Structure
+from kinetostatics.buckling.structure import BucklingModel
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
@@ -146,7 +146,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def members(self) -> Members:
         """Beams in one line, which buckle as one, and what they are part of."""
-        return Members(Structure(self.statics))
+        return Members(BucklingModel(self.statics))
 
     def assemble(
         self,

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from simple_machines import two_columns
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import Search
+from kinetostatics.compensation.search import BroydenSearch
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
 
@@ -194,8 +194,8 @@ def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
 
 def test_few_steps_correct_what_hardly_bends(monkeypatch):
     """The sag of a stiff robot is nearly the same beside a pose: the second step leaves nothing to do."""
-    calls, learnt = [], Search.learnt
-    monkeypatch.setattr(Search, "learnt", lambda self, *args: calls.append(1) or learnt(self, *args))
+    calls, learnt = [], BroydenSearch.learnt
+    monkeypatch.setattr(BroydenSearch, "learnt", lambda self, *args: calls.append(1) or learnt(self, *args))
     ks.compensate(tripod(), LOAD)
     assert len(calls) <= 3
 

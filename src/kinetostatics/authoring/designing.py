@@ -14,7 +14,7 @@ from kinetostatics.authoring.file_arguments import FileArguments, odd_lengths, r
 from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.notation import Architecture, parse_architecture
-from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, Place, arranged, limb_frame, tabled
+from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, LimbPlace, arranged, limb_frame, tabled
 from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
 from kinetostatics.authoring.section_words import SHAPES, SectionText
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
@@ -38,7 +38,7 @@ class Design:
     name: str
     architecture: Architecture
     skeletons: tuple[Skeleton, ...]
-    places: tuple[Place, ...]
+    places: tuple[LimbPlace, ...]
     options: tuple[LimbOptions, ...]
     sections: dict[str, SectionText]
     shared_material: bool
@@ -121,7 +121,7 @@ def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
 # ---- the arguments of the file --------------------------------------------------------------------------------------
 
 
-def _place_arguments(arguments: FileArguments, places: Sequence[Place], sizes: Mapping[str, float]) -> None:
+def _place_arguments(arguments: FileArguments, places: Sequence[LimbPlace], sizes: Mapping[str, float]) -> None:
     polar = any(place.at_base is not None for place in places)
     texts = "".join(place.base_text + place.platform_text for place in places)
     spread = any("spread" in place.at_base.text for place in places if place.at_base is not None)
@@ -146,7 +146,7 @@ def _geometry_arguments(
     arguments: FileArguments,
     architecture: Architecture,
     skeletons: Sequence[Skeleton],
-    places: Sequence[Place],
+    places: Sequence[LimbPlace],
     spans: Sequence[np.ndarray],
 ) -> dict[str, float]:
     """Add lengths and limits; return the longest length of each role."""
@@ -219,7 +219,7 @@ def _limb_options(
     k: int,
     architecture: Architecture,
     skeletons: Sequence[Skeleton],
-    places: Sequence[Place],
+    places: Sequence[LimbPlace],
     spans: Sequence[np.ndarray],
     prefixes: Sequence[Mapping[str, str]],
     sections: Mapping[str, SectionText],
@@ -258,7 +258,7 @@ def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span:
         )
 
 
-def _head(skeleton: Skeleton, place: Place, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
+def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
     """Return a limb macro's parameters, the lines that place it, and the direction of its guide."""
     vectors = {
         "vertical": "[0, 0, 1]",

@@ -27,7 +27,7 @@ from kinetostatics.files.plain_urdf import drivable, first_base
 from kinetostatics.files.reader import describe, parse_robot_text
 from kinetostatics.files.robot_element import plain_transmission
 from kinetostatics.files.urdf import read_joints, read_links, tree_root
-from kinetostatics.files.xml import Element, to_text
+from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
@@ -164,7 +164,7 @@ def _floats(description: RobotDescription) -> bool:
 
 
 def _loops(
-    path: str, root: Element, yaml: str | os.PathLike[str] | None
+    path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
     """Return the source, with joints that the YAML retypes, its loops, its actuators and warnings."""
     source = _source(path, root)
@@ -183,7 +183,7 @@ def _loops(
     return source, loops, Actuators(named, transmissions, said.driven_note), list(said.warnings)
 
 
-def _source(path: str, root: Element) -> SourceRobot:
+def _source(path: str, root: XmlElement) -> SourceRobot:
     warnings: list[str] = []  # the same will come up when the new file is read
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
@@ -211,7 +211,7 @@ def _turned_axes(description: RobotDescription) -> str:
 # ---- actuators ------------------------------------------------------------------------------------------------------------
 
 
-def _actuators(root: Element, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
+def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
     """Return the joints that get a transmission, and those that get one because nothing else would hold what hangs on them."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from kinetostatics.authoring.notation import Architecture, JointSymbol, LimbGroup, error_at
+from kinetostatics.authoring.notation import AlikeLimbs, Architecture, JointSymbol, error_at
 
 #: Points of a limb at most: at the base, at an elbow, at the platform.
 MAX_POINTS = 3
@@ -29,7 +29,7 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Span:
+class LimbSpan:
     """A link between two points of a limb.
 
     Attributes:
@@ -58,11 +58,11 @@ class Skeleton:
         ends_rigid: whether its last link is fixed to the platform.
     """
 
-    group: LimbGroup
+    group: AlikeLimbs
     guide: JointSymbol | None
     guide_turns: bool
     points: tuple[Point, ...]
-    spans: tuple[Span, ...]
+    spans: tuple[LimbSpan, ...]
     ends_rigid: bool
 
     @property
@@ -76,7 +76,7 @@ class Skeleton:
         return tuple(dict.fromkeys(span.role for span in self.spans))
 
 
-def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
+def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     """Return the parts of a limb.
 
     Raises:
@@ -94,8 +94,8 @@ def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
         reason = "the slide of a cylindrical joint at the platform cannot be driven; drive another joint, or write P and R for it"
         raise error_at(text, joints[-1].place, reason)
     points: list[Point] = [Point("C", guide)] if guide_turns else []
-    spans: list[Span] = []
-    waiting: Span | None = None
+    spans: list[LimbSpan] = []
+    waiting: LimbSpan | None = None
     if not guide_turns and joints and joints[0].kind in ("P", "4R", "4S"):
         points.append(Point("", None))  # what stands rigidly on the base or on the carriage
     for number, joint in enumerate(joints):
@@ -104,21 +104,21 @@ def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
         if slides or joint.kind == "4R":
             if waiting is not None:
                 raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
-            waiting = Span("telescope", "rod", joint, joint.kind == "C") if slides else Span("parallelogram", "rod")
+            waiting = LimbSpan("telescope", "rod", joint, joint.kind == "C") if slides else LimbSpan("parallelogram", "rod")
         elif joint.kind == "4S":
             if waiting is not None or not last:
                 raise error_at(
                     text, joint.place, "the rods of (4S) end at the platform; write it last, behind [R] or [P]: '3-[R](4S)'"
                 )
             if points and points[-1].kind:
-                spans.append(Span("rod", "rod"))
+                spans.append(LimbSpan("rod", "rod"))
                 points.append(Point("4S", joint))
             else:
                 points[-1] = Point("4S", joint)
-            waiting = Span("rods", "rod")
+            waiting = LimbSpan("rods", "rod")
         else:
             if points:
-                spans.append(waiting or Span("rod", "rod"))
+                spans.append(waiting or LimbSpan("rod", "rod"))
             points.append(Point(joint.kind, joint))
             waiting = None
         if len(points) > MAX_POINTS:
@@ -133,7 +133,7 @@ def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
     if len(points) > MAX_POINTS:
         raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
     if len(spans) > 1:
-        spans = [Span(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
+        spans = [LimbSpan(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
     return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans), ends_rigid)
 
 

@@ -77,7 +77,7 @@ class JointSymbol:
 
 
 @dataclass(frozen=True)
-class LimbGroup:
+class AlikeLimbs:
     """Limbs that are alike.
 
     Attributes:
@@ -117,7 +117,7 @@ class Architecture:
     """
 
     source: str
-    groups: tuple[LimbGroup, ...]
+    groups: tuple[AlikeLimbs, ...]
     actuators_chosen: bool = False
 
     @property
@@ -126,7 +126,7 @@ class Architecture:
         return "+".join(f"{group.count}-{group.text}" if group.count > 1 else group.text for group in self.groups)
 
     @property
-    def limbs(self) -> tuple[LimbGroup, ...]:
+    def limbs(self) -> tuple[AlikeLimbs, ...]:
         """One entry for each limb."""
         return tuple(group for group in self.groups for _ in range(group.count))
 
@@ -197,7 +197,7 @@ def error_at(text: str, place: int, reason: str) -> ArgumentError:
     return ArgumentError(f"architecture {text!r}, place {place} ({here}): {reason}")
 
 
-def _group(text: str, at: int) -> tuple[LimbGroup, int]:
+def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
     """Read the limbs of one term; return them and where the next sign stands."""
     start = re.compile(r"\s*").match(text, at)
     place = (start.end() if start else at) + 1
@@ -220,7 +220,7 @@ def _group(text: str, at: int) -> tuple[LimbGroup, int]:
         raise error_at(text, min(at, len(text)) + 1, f"a limb is missing here; write its joints from base to platform: {LETTERS}")
     if at < len(text) and not text[at + 1 :].strip():
         raise error_at(text, at + 1, "a limb is missing behind it; write its joints, or leave the sign out")
-    return LimbGroup(count, tuple(joints), place), at
+    return AlikeLimbs(count, tuple(joints), place), at
 
 
 def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
@@ -275,7 +275,7 @@ def _with_usual_actuators(found: Architecture) -> Architecture:
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
 
-    def driven(group: LimbGroup) -> LimbGroup:
+    def driven(group: AlikeLimbs) -> AlikeLimbs:
         """Return limbs whose first prismatic joint is driven, else the first that can be."""
         number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
         joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))

@@ -36,7 +36,7 @@ class Angle:
 
 
 @dataclass(frozen=True)
-class Place:
+class LimbPlace:
     """Where a limb stands.
 
     Attributes:
@@ -65,7 +65,7 @@ def direction(word: str | Point, azimuth: float) -> Point:
     return {"vertical": (0.0, 0.0, 1.0), "radial": (c, s, 0.0), "tangential": (-s, c, 0.0)}[word]
 
 
-def limb_frame(place: Place, height: float) -> tuple[np.ndarray, float]:
+def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
     """Return the platform's point in the limb's frame at zero [m], and the azimuth that its directions are told from.
 
     It is what the macro ``limb_frame`` of the library computes.
@@ -133,7 +133,7 @@ def arranged(
     values: Mapping[str, float],
     guide: str,
     axis: str | None,
-) -> list[Place]:
+) -> list[LimbPlace]:
     """Return where limbs stand, by symmetry.
 
     Args:
@@ -154,7 +154,7 @@ def arranged(
     for k, angle in enumerate(azimuths_of(architecture, azimuths)):
         if angle is None:
             height = values["base_height"]
-            places.append(Place((0, 0, height), (0, 0, 0), None, None, "[0, 0, base_height]", "[0, 0, 0]", axis, guide))
+            places.append(LimbPlace((0, 0, height), (0, 0, 0), None, None, "[0, 0, base_height]", "[0, 0, 0]", axis, guide))
             continue
         base = platform = _degrees(angle)
         if pairs:
@@ -165,7 +165,7 @@ def arranged(
             (values[radius] * math.cos(at.value), values[radius] * math.sin(at.value))
             for radius, at in (("base_radius", base), ("platform_radius", platform))
         )
-        places.append(Place((x, y, values["base_height"]), (u, v, 0.0), base, platform, axis=axis, guide=guide))
+        places.append(LimbPlace((x, y, values["base_height"]), (u, v, 0.0), base, platform, axis=axis, guide=guide))
     return places
 
 
@@ -180,7 +180,7 @@ def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
     )
 
 
-def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[Place]:
+def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[LimbPlace]:
     """Return three limbs that are the same one turned cyclically, X to Y to Z to X.
 
     Limbs whose revolute axes are parallel to their guide stand beside it, as in a Tripteron: limb 1 at −Y, guide and axes along
@@ -206,7 +206,7 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
         base, base_text = point("base_radius")
         platform, platform_text = point("platform_radius")
         axis, rail = (along, along) if beside else (across, along)
-        places.append(Place(base, platform, None, None, base_text, platform_text, _point(axis), _point(rail)))
+        places.append(LimbPlace(base, platform, None, None, base_text, platform_text, _point(axis), _point(rail)))
     return places
 
 
@@ -236,7 +236,7 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     return found
 
 
-def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: object, guide: str) -> list[Place]:
+def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: object, guide: str) -> list[LimbPlace]:
     """Return where limbs stand by a table: a list with a mapping, or (base, platform) or (base, platform, direction), for each.
 
     Raises:
@@ -266,7 +266,7 @@ def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: obj
                 raise ArgumentError(f"{what}: {key} is 0 0 0; it must be a direction")
         base, platform = points["base"], points["platform"]
         places.append(
-            Place(base, platform, None, None, _text(base), _text(platform), points.get("axis"), points.get("guide", guide))
+            LimbPlace(base, platform, None, None, _text(base), _text(platform), points.get("axis"), points.get("guide", guide))
         )
     return places
 

@@ -14,7 +14,7 @@ import numpy as np
 from kinetostatics.authoring.file_arguments import FileArguments, rounded
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.authoring.placement import Place
+from kinetostatics.authoring.placement import LimbPlace
 from kinetostatics.exceptions import ArgumentError
 
 #: Both cones in which the axes lie where none is given: three axes at right angles.
@@ -33,7 +33,7 @@ def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -
 
 
 def add_spherical_arguments(
-    arguments: FileArguments, architecture: Architecture, places: Sequence[Place], sizes: Mapping[str, float]
+    arguments: FileArguments, architecture: Architecture, places: Sequence[LimbPlace], sizes: Mapping[str, float]
 ) -> dict[str, float]:
     """Add what places the limbs of a spherical robot; return the longest length of each role."""
     base, platform = sizes["base_radius"], sizes["platform_radius"]
@@ -61,7 +61,9 @@ def add_spherical_arguments(
     }
 
 
-def _check_arcs(architecture: Architecture, k: int, place: Place, cones: tuple[float, float], arcs: tuple[float, float]) -> None:
+def _check_arcs(
+    architecture: Architecture, k: int, place: LimbPlace, cones: tuple[float, float], arcs: tuple[float, float]
+) -> None:
     """Refuse arcs that do not reach from a limb's first axis to its last."""
     assert place.at_base is not None and place.at_platform is not None  # its azimuths are given or even
     first, last = (

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
-from kinetostatics.buckling.structure import BeamEnds, Structure
+from kinetostatics.buckling.structure import BeamEnds, BucklingModel
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
@@ -33,7 +33,7 @@ class Members:
         structure: the robot.
     """
 
-    def __init__(self, structure: Structure) -> None:
+    def __init__(self, structure: BucklingModel) -> None:
         self.structure = structure
         model = structure.model
         frames = model.zero_frames

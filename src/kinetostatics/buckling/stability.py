@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
 from kinetostatics.buckling.elimination import definite_in_order, fronts
-from kinetostatics.buckling.structure import Follower, Structure
+from kinetostatics.buckling.structure import BucklingModel, Follower
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody
@@ -137,7 +137,7 @@ class Forces:
         return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others)
 
 
-def forces_of(structure: Structure, solution: Solution) -> Forces:
+def forces_of(structure: BucklingModel, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; what rigid parts leave open has one of its possible values."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
@@ -153,13 +153,13 @@ def forces_of(structure: Structure, solution: Solution) -> Forces:
     return Forces(frames, solution.o, solution.gravity, beam_forces(model, solution), joints, points, others)
 
 
-def stability(structure: Structure, forces: Forces) -> Stability:
+def stability(structure: BucklingModel, forces: Forces) -> Stability:
     """Assemble K and K_G."""
     found = _Assembly(structure, forces)
     return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, structure.followers)
 
 
-def surely_stable(structure: Structure, forces: Forces) -> Mask:
+def surely_stable(structure: BucklingModel, forces: Forces) -> Mask:
     """Return where (N,) K + K_G is positive definite, at a small part of the cost; False, too, where a beam nearly buckles alone.
 
     Whatever the inner coordinates of a beam, x′(K + K_G)x ≥ u′(B + G)u − |C′u|²/(1 − β), with u the motions of its ends, C what
@@ -175,7 +175,7 @@ def surely_stable(structure: Structure, forces: Forces) -> Mask:
 class _Assembly:
     """K (n, n, N) and K_G (n + b, n + b, N); condensed: K's diagonal (n, N), and what K + K_G exceeds (n, n, N)."""
 
-    def __init__(self, structure: Structure, forces: Forces, condensed: bool = False) -> None:
+    def __init__(self, structure: BucklingModel, forces: Forces, condensed: bool = False) -> None:
         self.structure, self.given, self.condensed = structure, forces, condensed
         self.places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
         self.frames, self.o = forces.frames, forces.o

@@ -23,7 +23,7 @@ from kinetostatics.statics.model import RobotStatics
 
 
 @dataclass(frozen=True)
-class Joint:
+class BucklingJoint:
     """A joint between two bodies, and the coordinates of its freedoms.
 
     ``closes``: whether it closes a loop of the tree; ``sign``: 1 where its coordinates move the outer side relative to the inner
@@ -56,7 +56,7 @@ class BeamEnds:
     outer: RigidBody
 
 
-class Structure:
+class BucklingModel:
     """Bodies, joints and beams of a robot, and the coordinates of its small motions.
 
     Attributes:
@@ -84,7 +84,7 @@ class Structure:
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
-        self.joints: list[Joint] = []
+        self.joints: list[BucklingJoint] = []
         self.freedoms: list[Freedom | None] = []
         self.columns: dict[RigidBody, tuple[int, ...]] = {}
         at: dict[RigidBody, list[BodyEdge]] = {}
@@ -105,7 +105,9 @@ class Structure:
                     inner, outer = edge.ends
                     other, mine = edge.other(here), self._more(own[id(edge)])
                     closes = other in self.columns
-                    self.joints.append(Joint(edge.connection, inner, outer, mine, closes, 1 if closes or other is outer else -1))
+                    self.joints.append(
+                        BucklingJoint(edge.connection, inner, outer, mine, closes, 1 if closes or other is outer else -1)
+                    )
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
                         queue.append(other)
@@ -129,7 +131,7 @@ class Structure:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
             inner, outer = (body, behind) if joint.predecessor == link else (behind, body)
-            self.joints.append(Joint(joint, inner, outer, mine, False, 1 if outer is behind else -1))
+            self.joints.append(BucklingJoint(joint, inner, outer, mine, False, 1 if outer is behind else -1))
             body, link = behind, joint.other(link)
         return body
 

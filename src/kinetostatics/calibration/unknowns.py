@@ -20,7 +20,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.errors import together
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.robot import ParametricRobot
 from kinetostatics.robot import Robot
 
@@ -106,7 +106,7 @@ class Unknowns:
         named = {f"{kind}:{name}": (kind, name) for kind, name in found}
         return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
 
-    def _stiffnesses(self, kind: str, name: str) -> list[Number]:
+    def _stiffnesses(self, kind: str, name: str) -> list[RobotNumber]:
         """Return the numbers by which a part is stiff, one of the kinds."""
         every = (self._robots.every_part.get(f"{name}.{number}", ()) for number in KINDS[kind])
         return [item for several in every for item in several if item.step is not None]

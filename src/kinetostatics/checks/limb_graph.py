@@ -54,16 +54,16 @@ class GraphReader:
 
 
 @dataclass(eq=False)
-class _Line:
+class _Edge:
     """An edge of the graph while it is reduced."""
 
     start: RigidBody
     end: RigidBody
     chain: Chain
 
-    def leaving(self, node: RigidBody) -> _Line:
+    def leaving(self, node: RigidBody) -> _Edge:
         """Return the same edge as it leads away from a node."""
-        return self if self.start is node else _Line(self.end, self.start, _turned(self.chain))
+        return self if self.start is node else _Edge(self.end, self.start, _turned(self.chain))
 
 
 def _turned(chain: Chain) -> Chain:
@@ -136,10 +136,10 @@ class _Reducer:
         named[self.graph.base], named[self.graph.platform] = (description.base,), (description.platform,)
         return named
 
-    def _make_lines(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Line]:
+    def _make_lines(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Edge]:
         compound_of = {name: compound for compound in compounds for name in compound.joints}
         runs: dict[tuple[str, ...], list[BodyEdge]] = {}
-        found: list[_Line] = []
+        found: list[_Edge] = []
         for edge in edges:
             start, end = (self._node[body] for body in edge.ends)
             if edge.connection is not None:
@@ -147,14 +147,14 @@ class _Reducer:
                 if compound is not None and len(compound.joints) > 1:
                     runs.setdefault(compound.joints, []).append(edge)
                 elif not self._is_weld(edge):
-                    found.append(_Line(start, end, (self.reader.joint(compound or edge.connection),)))
+                    found.append(_Edge(start, end, (self.reader.joint(compound or edge.connection),)))
             elif edge.beam is not None:
-                found.append(_Line(start, end, self._along_beam(edge)))
+                found.append(_Edge(start, end, self._along_beam(edge)))
         for joints, parts in runs.items():
             ends = [self._node[body] for edge in parts for body in edge.ends]
             outer = [node for node in ends if ends.count(node) == 1]
             if len(outer) == 2:  # else a run whose ends are one piece: it lies within the base or a ring of its own
-                found.append(_Line(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
+                found.append(_Edge(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
         return found
 
     def _along_beam(self, edge: BodyEdge) -> Chain:
@@ -198,7 +198,7 @@ class _Reducer:
     def _reduce(self, terminals: set[RigidBody]) -> None:
         """Merge edges that follow one another, and take off rings and dead ends."""
         while True:
-            at: dict[RigidBody, list[_Line]] = {}
+            at: dict[RigidBody, list[_Edge]] = {}
             for line in self.lines:
                 at.setdefault(line.start, []).append(line)
                 at.setdefault(line.end, []).append(line)
@@ -215,12 +215,12 @@ class _Reducer:
                 position = self.lines.index(at[node][0])
                 self.lines = [line for line in self.lines if line not in at[node]]
                 if others:
-                    merged = _Line(first.end, others[0].end, _joined(inwards, others[0].chain))
+                    merged = _Edge(first.end, others[0].end, _joined(inwards, others[0].chain))
                     self.lines.insert(min(position, len(self.lines)), merged)
                 else:
                     self.hanging.append(Hanging(self.name(first.end), inwards, False))
 
-    def _without_rings(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> list[_Line]:
+    def _without_rings(self, start: RigidBody, end: RigidBody, lines: list[_Edge]) -> list[_Edge]:
         """Take off the runs that hang together on one of two bodies and do not lead to the other."""
         inner = [{line.start, line.end} - {start, end} for line in lines]
         pairs = ((k, h) for k, h in combinations(range(len(lines)), 2) if inner[k] & inner[h])
@@ -234,7 +234,7 @@ class _Reducer:
                 self.hanging.append(Hanging(self.name(root), (self._branches(root, root, mine),), True))
         return left
 
-    def _branches(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> Branches:
+    def _branches(self, start: RigidBody, end: RigidBody, lines: list[_Edge]) -> Branches:
         """Return runs directed outwards from ``start``, the nearest first."""
 
         def others(node: RigidBody) -> Iterator[RigidBody]:

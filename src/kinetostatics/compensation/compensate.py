@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, names_in
 from kinetostatics.arguments import check
-from kinetostatics.compensation.search import MOST, Coordinates, Search, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.search import MOST, BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
@@ -107,7 +107,7 @@ def compensate(
     if shape != configuration.shape:
         uncorrected = analyze(target, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
-    of_o, of_tool = (Coordinates(*_well_conditioned(target, given), robot.length) for given in (commanded, names))
+    of_o, of_tool = (ScaledCoordinates(*_well_conditioned(target, given), robot.length) for given in (commanded, names))
     closure_tolerance = configuration.closure_tolerance if closure_tolerance is None else closure_tolerance
     problem = _Problem(robot, target, of_o, of_tool, place, load, gravity, analysis, closure_tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
@@ -154,8 +154,8 @@ class _Problem:
         self,
         robot: Robot,
         target: Configuration,
-        commanded: Coordinates,
-        controlled: Coordinates,
+        commanded: ScaledCoordinates,
+        controlled: ScaledCoordinates,
         tool: Array | None,
         load: ArrayLike,
         gravity: ArrayLike,
@@ -176,7 +176,7 @@ class _Problem:
         """
         pose, found = self.target, uncorrected
         u, least = self.commanded.of(target_frame(self.target, None)), error_tolerance(self.robot.length)
-        search = Search.begun(u, self._first_inverse(u), self._error(found))
+        search = BroydenSearch.begun(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
             if not np.any(search.going):
                 break

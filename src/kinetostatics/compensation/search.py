@@ -38,7 +38,7 @@ def arrival_tolerance(robot: RobotKinematics) -> float:
     return LED * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
 
-class Coordinates:
+class ScaledCoordinates:
     """Some coordinates of the platform, scaled to lengths.
 
     Attributes:
@@ -62,7 +62,7 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
-class Search:
+class BroydenSearch:
     """State of the search at N poses.
 
     Attributes:
@@ -84,25 +84,25 @@ class Search:
     going: Mask
 
     @classmethod
-    def begun(cls, u: Array, inverse: Array, error: Array) -> Search:
+    def begun(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
         """Return the first step from the wanted pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
         size = _size(error)
         still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
 
-    def moved(self) -> Search:
+    def moved(self) -> BroydenSearch:
         """Return the search after the next step; what has arrived stays."""
         step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
         return replace(self, u=self.u + step, step=step)
 
-    def learnt(self, error: Array, tolerance: float) -> Search:
+    def learnt(self, error: Array, tolerance: float) -> BroydenSearch:
         """Return the search with the error (n, N) that was found after the last step, and the next step."""
         inverse = _learnt(self.inverse, self.step, error - self.error, self.going)
         smaller = _size(error) < self.size / 2
         stale = np.where(smaller, 0.0, self.stale + 1.0)
         size = np.where(self.going, _size(error), self.size)
         going = self.going & np.isfinite(size) & (size > EXACT) & ~((size <= tolerance) & ~smaller) & (stale < STALE)
-        return Search(self.u, self.step, inverse, error, size, stale, going).moved()
+        return BroydenSearch(self.u, self.step, inverse, error, size, stale, going).moved()
 
 
 def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:

@@ -30,8 +30,8 @@ from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.parametric.errors import AssemblyError, together
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.errors import ErrorParameter, together
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.rates import varied
 from kinetostatics.parametric.robot import ParametricRobot, same_pose
 from kinetostatics.progress import waiting
@@ -57,8 +57,8 @@ def random_robots(
     nominal: Result,
     derivatives: Derivatives | None,
     family: ParametricRobot,
-    numbers: Sequence[Number],
-    errors: Sequence[AssemblyError],
+    numbers: Sequence[RobotNumber],
+    errors: Sequence[ErrorParameter],
     linear: Mapping[str, Array],
     values: Array,
     analysis: Mapping[str, Keyword],
@@ -112,7 +112,7 @@ def random_robots(
 def _analysed(
     description: RobotDescription,
     nominal: Result,
-    errors: Sequence[AssemblyError],
+    errors: Sequence[ErrorParameter],
     amounts: Array,
     analysis: Mapping[str, Keyword],
     tool: Array | None,
@@ -199,7 +199,7 @@ class ManyRobots:
         NotRecordedError: something cannot be recorded.
     """
 
-    def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[Number], reach: Array) -> None:
+    def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[RobotNumber], reach: Array) -> None:
         self._derivatives, self._robots, self._numbers, self._reach = derivatives, robots, numbers, reach
         self._robot: Robot = derivatives.robot
         self._prescribed = derivatives.prescribed

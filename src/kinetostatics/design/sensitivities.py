@@ -26,7 +26,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.robot import ParametricRobot, opens_loops, same_pose
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
@@ -143,7 +143,7 @@ def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in QUANTITIES if name in asked)
 
 
-def _all_numbers(robots: ParametricRobot) -> list[tuple[str, Number]]:
+def _all_numbers(robots: ParametricRobot) -> list[tuple[str, RobotNumber]]:
     """Return the arguments of a robot's file, or, if there are none, all numbers of its parts but for where things are."""
     try:
         names = list(robots.arguments)
@@ -153,7 +153,7 @@ def _all_numbers(robots: ParametricRobot) -> list[tuple[str, Number]]:
 
 
 def slopes_by(
-    number: Number,
+    number: RobotNumber,
     nominal: Result,
     derivatives: Derivatives | None,
     analysis: Mapping[str, Keyword],
@@ -222,7 +222,9 @@ def _is_lost(slopes: Mapping[str, Array], result: Result) -> bool:
     return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
 
 
-def _sensitivity(number: Number, slopes: Mapping[str, Array], exact: bool, nominal: Result, asked: Sequence[str]) -> Sensitivity:
+def _sensitivity(
+    number: RobotNumber, slopes: Mapping[str, Array], exact: bool, nominal: Result, asked: Sequence[str]
+) -> Sensitivity:
     found: dict[str, Array | Mapping[str, Array]] = {}
     for name in asked:
         if name.startswith("actuator"):

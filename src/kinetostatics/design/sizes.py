@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.robot import ParametricRobot, check_unit
 from kinetostatics.robot import Robot
 
@@ -23,7 +23,7 @@ class Sizes:
     """
 
     robots: ParametricRobot
-    alike: Mapping[str, Sequence[Number]]
+    alike: Mapping[str, Sequence[RobotNumber]]
 
     def own(self, name: str) -> float:
         """Return the file's own value; of several numbers their mean."""
@@ -60,7 +60,7 @@ def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tupl
         ArgumentError: there is none of a name, or a number is named twice, or numbers of several kinds are to be alike; or a
             number was given in a unit of another kind than its own.
     """
-    alike: dict[str, list[Number]] = {}
+    alike: dict[str, list[RobotNumber]] = {}
     for name, number in robots.select(names, "vary"):
         alike.setdefault(name, []).append(number)
     for name, several in alike.items():

@@ -27,8 +27,8 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.ordering import first_largest, ranked
-from kinetostatics.parametric.errors import AssemblyError, together
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.errors import ErrorParameter, together
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.robot import ParametricRobot, check_unit, opens_loops
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
@@ -133,7 +133,7 @@ def tolerances(
     errors = [item for item in errors if item.name in effects]
     if not effects:
         raise ArgumentError(f"no error of a joint or beam of {robot.name!r} has an effect")
-    every: list[Number | AssemblyError] = [*numbers, *errors]
+    every: list[RobotNumber | ErrorParameter] = [*numbers, *errors]
     ratio = DEVIATIONS[distribution]
     parameters = {
         item.name: Tolerance(item.name, item.value, item.unit, given[item.name], ratio * given[item.name]) for item in every
@@ -174,7 +174,7 @@ def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
 
 def _read_tolerances(
     family: ParametricRobot, tolerances: Mapping[str, object] | None
-) -> tuple[list[Number], list[AssemblyError], dict[str, float]]:
+) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
     """Return parameters, the file's arguments first, assembly errors, and the tolerances of all.
 
     Raises:
@@ -192,7 +192,7 @@ def _read_tolerances(
     numbers.sort(key=lambda item: item.read is None)
     found: dict[str, float] = {}
     odd: set[str] = set()  # patterns of which that was said
-    every: list[Number | AssemblyError] = [*numbers, *errors]
+    every: list[RobotNumber | ErrorParameter] = [*numbers, *errors]
     for item in every:
         pattern = named[item.name]
         given = tolerances[pattern]
@@ -206,7 +206,7 @@ def _read_tolerances(
     return numbers, errors, found
 
 
-def _amount(number: Number | AssemblyError, given: object) -> float:
+def _amount(number: RobotNumber | ErrorParameter, given: object) -> float:
     """Return a tolerance in SI.
 
     Raises:
@@ -232,7 +232,7 @@ def _amount(number: Number | AssemblyError, given: object) -> float:
 
 
 def _by_number(
-    number: Number,
+    number: RobotNumber,
     amount: float,
     nominal: Result,
     derivatives: Derivatives | None,
@@ -253,7 +253,7 @@ def _effect(arrays: Mapping[str, Array], driven: Sequence[str], force: float = 0
 
 
 def _by_errors(
-    errors: Sequence[AssemblyError],
+    errors: Sequence[ErrorParameter],
     amounts: Sequence[float],
     nominal: Result,
     analysis: Mapping[str, Keyword],

@@ -25,7 +25,7 @@ _TERMS = 11
 Spell = Callable[[float], str]
 
 
-class Lines:
+class Instructions:
     """Instructions under construction, whose results have numbers behind the name of the last.
 
     Args:
@@ -76,7 +76,7 @@ class Lines:
         return item if isinstance(item, str) else self._constant(item)
 
 
-def sine_or_cosine(lines: Lines, angle: str, of_cosine: bool) -> None:
+def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
     """Write the sine or cosine of an angle."""
     shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
     quarters = lines.of("fsub", shifted, _ROUNDER)
@@ -97,7 +97,7 @@ def sine_or_cosine(lines: Lines, angle: str, of_cosine: bool) -> None:
     lines.add(f"bitcast {lines.whole} {turned} to {lines.real}", last=True)
 
 
-def angle_of_point(lines: Lines, y: str, x: str) -> None:
+def angle_of_point(lines: Instructions, y: str, x: str) -> None:
     """Write the angle of the point (x, y)."""
     across, along = lines.call("fabs", y), lines.call("fabs", x)
     steep = lines.add(f"fcmp ogt {lines.real} {across}, {along}")

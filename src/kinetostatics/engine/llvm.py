@@ -12,7 +12,7 @@ from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from kinetostatics.engine.angles import Lines, angle_of_point, sine_or_cosine
+from kinetostatics.engine.angles import Instructions, angle_of_point, sine_or_cosine
 from kinetostatics.engine.scalars import Operation, Tape
 
 if TYPE_CHECKING:
@@ -207,7 +207,7 @@ class _Writer:
         short = "f64" if letter == "s" else f"v{self._lanes}f64"
         if name in ("sine", "cosine", "angle"):
             integer = "i64" if letter == "s" else f"<{self._lanes} x i64>"
-            lines = Lines(result, real, integer, truth, short, lambda value: self._constant(value, letter))
+            lines = Instructions(result, real, integer, truth, short, lambda value: self._constant(value, letter))
             if name == "angle":
                 angle_of_point(lines, a[0], a[1])
             else:

@@ -48,7 +48,7 @@ class PoseModel(NamedTuple):
     statics: RobotStatics
     prescribed: PrescribedCoordinates | None = None
     places: LoadedPlaces | None = None
-    members: members.Structure | None = None
+    members: members.BucklingModel | None = None
 
     @classmethod
     def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates | None = None) -> PoseModel:

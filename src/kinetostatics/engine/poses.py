@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.structure import Structure as StructureOfMembers
+from kinetostatics.buckling.structure import BucklingModel as StructureOfMembers
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, Pose, PoseModel, outputs_at, pose_record
@@ -29,7 +29,7 @@ ANALYSIS = (_FIRST, tuple(name for name in OF_EQUILIBRIUM if name not in ("twist
 STABILITY = (("is_stable",),)
 
 
-class Place(NamedTuple):
+class OutputPlace(NamedTuple):
     """Where an output is: its shape without the poses, whether it is truths, and its first row among these or among numbers."""
 
     shape: Sequence[int]
@@ -102,7 +102,7 @@ class PoseCode:
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])
-        self.places = {name: Place(*place) for name, place in code.table["places"].items()}
+        self.places = {name: OutputPlace(*place) for name, place in code.table["places"].items()}
         self._ends, self._truths = code.table["ends"], int(code.table["truths"])
         numbers, truths = self.computed(*example)
         found = {name: place.of(numbers, truths) for name, place in self.places.items()}
@@ -114,7 +114,7 @@ class PoseCode:
         return next(number for number, stage in enumerate(self._stages) if name in stage)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Compute poses: what :meth:`Place.of` takes outputs from; the first row of truth values is where the record holds.
+        """Compute poses: what :meth:`OutputPlace.of` takes outputs from; the first row of truth values is where the record holds.
 
         Args:
             x: (nq', N) coordinates.
@@ -154,7 +154,7 @@ def compiled(
         for name in stage:
             mine = record.rows[name]
             truth = bool(mine) and all(isinstance(record.tape.values[row], bool) for row in mine)
-            places[name] = Place(record.shapes[name], truth, len(rows[truth]))
+            places[name] = OutputPlace(record.shapes[name], truth, len(rows[truth]))
             rows[truth].extend(mine)
         ends.append(len(rows[0]))
     operations = sum(llvm.needed_by(record.tape, (*rows[0], *rows[1])))

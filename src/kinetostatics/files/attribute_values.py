@@ -11,7 +11,7 @@ from typing import NoReturn
 from kinetostatics.description.elements import Vector
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.xml import Element
+from kinetostatics.files.xml import XmlElement
 
 # float() alone would also take "1_0", "infinity" and digits of other scripts, which URDF tools do not.
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -21,7 +21,7 @@ _SPACE = " \t\r\n"
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 
 
-def allow(element: Element, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
+def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
     """Raise an error for an attribute or child that the element does not have; namespaced ones are others' business."""
     attributes, children = tuple(attributes), tuple(children)
     for name in element.attributes:
@@ -39,7 +39,7 @@ def _unknown(reason: str, name: str, right: Collection[str]) -> str:
     return f"{reason}; {near}" + ("" if near.startswith("known") else f" (known: {', '.join(sorted(right))})")
 
 
-def text(element: Element, name: str) -> str:
+def text(element: XmlElement, name: str) -> str:
     """Return an attribute that must be there and not be blank."""
     value = element.attributes.get(name)
     if value is None:
@@ -49,7 +49,7 @@ def text(element: Element, name: str) -> str:
     return value
 
 
-def new_name(element: Element, name: str = "name") -> str:
+def new_name(element: XmlElement, name: str = "name") -> str:
     """Return the name of something, which must be there and in one line."""
     value = text(element, name)
     if not value.isprintable():
@@ -57,7 +57,7 @@ def new_name(element: Element, name: str = "name") -> str:
     return value
 
 
-def reference(element: Element, name: str, known: Collection[str], kind: str) -> str:
+def reference(element: XmlElement, name: str, known: Collection[str], kind: str) -> str:
     """Return an attribute that must be the name of something that exists."""
     value = text(element, name)
     if value not in known:
@@ -68,7 +68,7 @@ def reference(element: Element, name: str, known: Collection[str], kind: str) ->
     return value
 
 
-def _parse(element: Element, name: str, item: str, largest: float = LARGEST) -> float:
+def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) -> float:
     """Return one number of an attribute."""
     if _NUMBER.fullmatch(item):
         value = float(item)
@@ -93,14 +93,14 @@ def _without_unit(item: str) -> str:
     return f"; numbers in a file are in SI units, which are not written: {float(typed[0]) * unit.size:.12g}"
 
 
-def number(element: Element, name: str, default: float | None = None) -> float:
+def number(element: XmlElement, name: str, default: float | None = None) -> float:
     """Return a finite number; without a default the attribute must be there."""
     if default is not None and name not in element.attributes:
         return default
     return _parse(element, name, text(element, name).strip(_SPACE))
 
 
-def positive(element: Element, name: str) -> float:
+def positive(element: XmlElement, name: str) -> float:
     """Return a number that must be there and be greater than zero."""
     value = number(element, name)
     if value <= 0:
@@ -110,7 +110,7 @@ def positive(element: Element, name: str) -> float:
     return value
 
 
-def not_negative(element: Element, name: str, default: float | None = None) -> float:
+def not_negative(element: XmlElement, name: str, default: float | None = None) -> float:
     """Return a number that must not be below zero."""
     value = number(element, name, default)
     if value < 0:
@@ -118,16 +118,16 @@ def not_negative(element: Element, name: str, default: float | None = None) -> f
     return value
 
 
-def _wrong_sign(element: Element, name: str, right: str) -> NoReturn:
+def _wrong_sign(element: XmlElement, name: str, right: str) -> NoReturn:
     raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be {right}")
 
 
-def _too_small(element: Element, name: str) -> NoReturn:
+def _too_small(element: XmlElement, name: str) -> NoReturn:
     where = f"{name}={element.attributes[name]!r} of {element.label}"
     raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
 
 
-def vector(element: Element, name: str, largest: float = LARGEST) -> Vector:
+def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
     """Return three numbers of at most ``largest``, which must be there."""
     value = element.attributes.get(name)
     if value is None:
@@ -135,12 +135,12 @@ def vector(element: Element, name: str, largest: float = LARGEST) -> Vector:
     return _three(element, name, re.split(f"[{_SPACE}]+", value), lambda item: _parse(element, name, item, largest))
 
 
-def point(element: Element, name: str) -> Vector:
+def point(element: XmlElement, name: str) -> Vector:
     """Return the three coordinates [m] of a point, which must be there."""
     return vector(element, name, LONGEST)
 
 
-def _three(element: Element, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
+def _three(element: XmlElement, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
     items = list(filter(None, items))
     if len(items) != 3:
         raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
@@ -148,12 +148,12 @@ def _three(element: Element, name: str, items: Iterable[str], read: Callable[[st
     return x, y, z
 
 
-def positive_or_inf(element: Element, name: str) -> float:
+def positive_or_inf(element: XmlElement, name: str) -> float:
     """Return a number that must be there and be greater than zero, or "inf"."""
     return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
 
 
-def stiffnesses(element: Element, name: str) -> Vector:
+def stiffnesses(element: XmlElement, name: str) -> Vector:
     """Return three numbers that must be there and be zero or greater, or "inf"."""
 
     def read(item: str) -> float:
@@ -167,7 +167,7 @@ def stiffnesses(element: Element, name: str) -> Vector:
     return _three(element, name, text(element, name).split(), read)
 
 
-def direction(element: Element, name: str) -> Vector:
+def direction(element: XmlElement, name: str) -> Vector:
     """Return a unit vector along three numbers that are not all zero."""
     value = vector(element, name, sys.float_info.max)
     if abs(math.hypot(*value) - 1) < 1e-15:  # it stays as it is, so that what was written comes back

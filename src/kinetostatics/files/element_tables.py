@@ -23,11 +23,11 @@ from kinetostatics.files.tables import (
     STIFFNESSES,
     TEXT,
     VECTOR,
+    ElementTable,
     Row,
-    Table,
     written,
 )
-from kinetostatics.files.xml import Element
+from kinetostatics.files.xml import XmlElement
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
 _X, _Y, _Z, _ZERO = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
@@ -44,7 +44,7 @@ def _limit(needed: bool) -> tuple[Row, ...]:
 
 # ---- links and joints --------------------------------------------------------------------------------------------------
 
-INERTIAL = Table(
+INERTIAL = ElementTable(
     "inertial",
     {
         "": (),
@@ -53,9 +53,9 @@ INERTIAL = Table(
     },
     open=("", "mass"),
 )
-SHAPE = Table("visual", {"": (), "origin": _frame("origin")}, open=("",))
+SHAPE = ElementTable("visual", {"": (), "origin": _frame("origin")}, open=("",))
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-JOINT = Table(
+JOINT = ElementTable(
     "joint",
     {
         "": (Row("name", NAME), Row("type", TEXT)),
@@ -72,9 +72,9 @@ JOINT = Table(
     },
     open=("", "parent", "child", "axis", "limit"),
 )
-BASE = Table("base", {"": (Row("link", TEXT, name="base"),)})
-PLATFORM = Table("platform", {"": (Row("link", TEXT, name="platform"),), "origin": _frame("platform_origin")})
-LOOP = Table(
+BASE = ElementTable("base", {"": (Row("link", TEXT, name="base"),)})
+PLATFORM = ElementTable("platform", {"": (Row("link", TEXT, name="platform"),), "origin": _frame("platform_origin")})
+LOOP = ElementTable(
     "loop",
     {
         "": (Row("name", NAME), Row("type", TEXT)),
@@ -94,7 +94,7 @@ LOOP = Table(
 )
 
 
-def limits(found: dict[str, Keyword], element: Element) -> None:
+def limits(found: dict[str, Keyword], element: XmlElement) -> None:
     """Complete ``lower`` and ``upper``: infinite if both are left out, and zero if one of them is, as in URDF."""
     lower, upper = found["lower"], found["upper"]
     if lower is None and upper is None:
@@ -111,10 +111,10 @@ def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
     return {"lower": None, "upper": None} if (item.lower, item.upper) == (-math.inf, math.inf) else {}
 
 
-def write_link(link: Link, extra: Iterable[Element]) -> Element:
+def write_link(link: Link, extra: Iterable[XmlElement]) -> XmlElement:
     """Return a ``<link>`` with further child elements."""
     label = f"link {link.name!r}"
-    inertial: list[Element] = []
+    inertial: list[XmlElement] = []
     if link.has_inertial:
         try:
             moments = written("numbers", link.inertia.moments).split()
@@ -122,19 +122,19 @@ def write_link(link: Link, extra: Iterable[Element]) -> Element:
             raise link.place.error(f"inertia of {label} {error}") from None
         if len(moments) != len(MOMENTS):
             raise link.place.error(f"inertia of {label} has {len(moments)} moments; it must have six: {', '.join(MOMENTS)}")
-        inertia = Element("inertia", dict(zip(MOMENTS, moments, strict=True)), (), link.place, label)
+        inertia = XmlElement("inertia", dict(zip(MOMENTS, moments, strict=True)), (), link.place, label)
         inertial.append(INERTIAL.write(link, link.place, label, given={"rpy": link.inertia.rpy}, more=[inertia]))
-    return Element("link", {"name": link.name}, (*inertial, *extra), link.place, label)
+    return XmlElement("link", {"name": link.name}, (*inertial, *extra), link.place, label)
 
 
-def write_joint(joint: Joint, extra: Iterable[Element]) -> Element:
+def write_joint(joint: Joint, extra: Iterable[XmlElement]) -> XmlElement:
     """Return a ``<joint>`` with further child elements."""
     kind = JOINT_TYPES.get(joint.type)
     always = [path for path, there in (("axis", kind and kind.has_axis), ("limit", kind and kind.has_limits)) if there]
     return JOINT.write(joint, joint.place, f"joint {joint.name!r}", given=_unlimited(joint), always=always, more=extra)
 
 
-def write_loop(loop: Loop) -> Element:
+def write_loop(loop: Loop) -> XmlElement:
     """Return a ``<loop>``."""
     kind = JOINT_TYPES.get(loop.type)
     always = ("axis",) if kind is not None and kind.has_axis else ()
@@ -149,8 +149,8 @@ def _sizes(*names: str) -> tuple[Row, ...]:
 
 
 #: Elements of sections: their class and their numbers.
-SECTIONS: dict[str, tuple[type[Section], Table]] = {
-    tag: (kind, Table(tag, {"": rows}))
+SECTIONS: dict[str, tuple[type[Section], ElementTable]] = {
+    tag: (kind, ElementTable(tag, {"": rows}))
     for tag, kind, rows in (
         ("circle", Tube, (Row("diameter", POSITIVE, name="outer_diameter"),)),
         ("tube", Tube, _sizes("outer_diameter", "inner_diameter")),
@@ -163,7 +163,7 @@ SECTIONS: dict[str, tuple[type[Section], Table]] = {
         ),
     )
 }
-BEAM = Table(
+BEAM = ElementTable(
     "beam",
     {
         "": (
@@ -184,7 +184,7 @@ BEAM = Table(
 )
 
 
-def read_section(beam: Element) -> Section:
+def read_section(beam: XmlElement) -> Section:
     """Return the section of a ``<beam>``."""
     found = beam.children
     if len(found) != 1:
@@ -202,7 +202,7 @@ def read_section(beam: Element) -> Section:
         raise found[0].error(f"{found[0].label}: {error}") from None
 
 
-def write_beam(beam: Beam, joints: Collection[str]) -> Element:
+def write_beam(beam: Beam, joints: Collection[str]) -> XmlElement:
     """Return a ``<beam>``, at whose ends ``joints`` may be."""
     label = f"beam {beam.name!r}"
     ends = {"start": _end(beam.start, beam, joints), "end": _end(beam.end, beam, joints)}
@@ -220,7 +220,7 @@ def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None
     return text
 
 
-def _write_section(beam: Beam, label: str) -> Element:
+def _write_section(beam: Beam, label: str) -> XmlElement:
     """Return the element of a section, which must be what the section's own numbers follow from."""
     section = beam.section
     table = dict(SECTIONS.values()).get(type(section))  # of a tube <tube>
@@ -241,7 +241,7 @@ def _write_section(beam: Beam, label: str) -> Element:
 
 # ---- springs and elastic joints ------------------------------------------------------------------------------------------
 
-SPRING = Table(
+SPRING = ElementTable(
     "spring",
     {
         "": (Row("name", NAME), Row("stiffness", NOT_NEGATIVE), Row("free_length", NOT_NEGATIVE), Row("preload", NUMBER, 0.0)),
@@ -251,11 +251,11 @@ SPRING = Table(
         "successor/origin": (Row("xyz", POINT, _ZERO, "successor_point"),),
     },
 )
-COUNTERWEIGHT = Table(
+COUNTERWEIGHT = ElementTable(
     "counterweight",
     {"": (Row("name", NAME), Row("link", TEXT), Row("mass", POSITIVE)), "origin": (Row("xyz", POINT, _ZERO, "point"),)},
 )
-JOINT_STIFFNESS = Table(
+JOINT_STIFFNESS = ElementTable(
     "joint_stiffness",
     {
         "": (
@@ -268,12 +268,12 @@ JOINT_STIFFNESS = Table(
 )
 
 
-def write_spring(spring: Spring) -> Element:
+def write_spring(spring: Spring) -> XmlElement:
     """Return a ``<spring>``."""
     return SPRING.write(spring, spring.place, f"spring {spring.name!r}")
 
 
-def write_stiffness(item: JointStiffness) -> Element:
+def write_stiffness(item: JointStiffness) -> XmlElement:
     """Return a ``<joint_stiffness>``; one that is rigid after all says so."""
     rigid = item.linear is None and item.angular is None and item.drive is None
     given = {"linear": (math.inf,) * 3} if rigid else None

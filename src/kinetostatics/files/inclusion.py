@@ -12,12 +12,12 @@ from kinetostatics.arguments import check
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.bundled import INDEX, PackageNotFound, package_folder, read_robot
 from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import Element, parse, to_elements, to_text
+from kinetostatics.files.xml import XmlElement, parse, to_elements, to_text
 
 XACRO = "http://www.ros.org/wiki/xacro"
 
 
-def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[Element, str, bool]:
+def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[XmlElement, str, bool]:
     """Return the ``<robot>`` of a file, xacro expanded, the file's path, and whether it uses xacro.
 
     Raises:
@@ -37,7 +37,7 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
     return root, name, uses_xacro
 
 
-def include_path(source: str, root: Element, uses_xacro: bool, additions: str, out: str) -> str | None:
+def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
     """Return the path to include a source by, or None if xacro would change what it says.
 
     Args:
@@ -81,7 +81,7 @@ def including_text(name: str, include: str, comment: str, additions: str) -> str
     )
 
 
-def whole_text(root: Element, additions: str) -> str:
+def whole_text(root: XmlElement, additions: str) -> str:
     """Return the text of a plain URDF: a source, written anew, with additional elements."""
     attributes = {name: value for name, value in root.attributes.items() if name != "xmlns:xacro"}
     head, closing, tail = to_text(replace(root, attributes=attributes), indented=True).rpartition("</robot>")

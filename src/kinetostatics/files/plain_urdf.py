@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.xml import Element
+from kinetostatics.files.xml import XmlElement
 
 #: How many names a message lists.
 LISTED = 8
@@ -20,7 +20,7 @@ def listed(names: Collection[str]) -> str:
     return ", ".join(map(repr, list(names)[:LISTED])) + (", …" if len(names) > LISTED else "")
 
 
-def file_name(root: Element, path: str, warnings: list[str]) -> str:
+def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
     """Return a name for a robot without one: its file's, without its ending."""
     stem = re.sub(r"\W+", "_", os.path.basename(path).partition(".")[0]).strip("_")[:100] or "robot"
     warnings.append(f"{root.place}: <robot> has no name; it is called {stem!r}, like its file.")
@@ -38,7 +38,7 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
     return name
 
 
-def missing_platform(root: Element, links: Collection[str], joints: Mapping[str, Joint]) -> RobotFileError:
+def missing_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]) -> RobotFileError:
     """Return the error of a file that does not say which link is the platform.
 
     It lists the links at the ends of the tree to which moving joints lead, most joints first; of several that are fixed to each

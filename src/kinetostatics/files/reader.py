@@ -27,10 +27,10 @@ from kinetostatics.files.rules import (
     with_counterweights,
     with_right_mimics,
 )
-from kinetostatics.files.tables import Table
+from kinetostatics.files.tables import ElementTable
 from kinetostatics.files.urdf import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import Element, parse, to_elements
+from kinetostatics.files.xml import XmlElement, parse, to_elements
 
 
 def read_robot_file(
@@ -147,7 +147,7 @@ def known_valid(description: RobotDescription) -> RobotDescription:
 
 
 def describe(
-    root: Element, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
+    root: XmlElement, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
     """Return the robot of an element ``<robot>``.
 
@@ -219,7 +219,7 @@ def describe(
     )
 
 
-def _check_robot_level(root: Element) -> None:
+def _check_robot_level(root: XmlElement) -> None:
     """Refuse misspelled elements, which every reader would skip in silence."""
     version = root.attributes.get("version", "1.0")
     if version.strip() not in ("1.0", "1"):
@@ -237,7 +237,7 @@ def _check_robot_level(root: Element) -> None:
             materials.add(material)
 
 
-def _only(root: Element, table: Table, links: Mapping[str, Link]) -> Element | None:
+def _only(root: XmlElement, table: ElementTable, links: Mapping[str, Link]) -> XmlElement | None:
     """Return the one element of a table that names a link, or None."""
     found = root.named(table.tag)
     if len(found) > 1:

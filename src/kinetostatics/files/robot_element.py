@@ -23,7 +23,7 @@ from kinetostatics.files.element_tables import (
     write_spring,
     write_stiffness,
 )
-from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
+from kinetostatics.files.xml import XmlElement, parse, shortened, to_elements, to_text
 
 Item = TypeVar("Item")
 
@@ -35,7 +35,7 @@ def robot_text(description: RobotDescription, comment: str = "") -> str:
     return to_text(robot_element(description), comment, indented=True)
 
 
-def robot_element(description: RobotDescription) -> Element:
+def robot_element(description: RobotDescription) -> XmlElement:
     """Return a description as the element ``<robot>``.
 
     Raises:
@@ -52,7 +52,7 @@ def robot_element(description: RobotDescription) -> Element:
     for name, value in attributes.items():
         if not _ATTRIBUTE.fullmatch(name) or not isinstance(value, str) or not value.isprintable():
             raise place.error(shortened(f"{name!r} = {value!r} is no attribute for <robot>"))
-    return Element(
+    return XmlElement(
         "robot",
         attributes if description.name is None else {"name": description.name, **attributes},
         (
@@ -71,13 +71,13 @@ def robot_element(description: RobotDescription) -> Element:
     )
 
 
-def plain_transmission(joint: str, place: Place) -> Element:
+def plain_transmission(joint: str, place: Place) -> XmlElement:
     """Return the transmission that says no more than that a joint is driven."""
-    entry = Element("joint", {"name": joint}, (), place, "the driven joints")
-    return Element("transmission", {"name": f"drive_{joint}"}, (entry,), place)
+    entry = XmlElement("joint", {"name": joint}, (), place, "the driven joints")
+    return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
 
-def extra_of_robot(root: Element, known: Iterable[str]) -> str:
+def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
     """Return the text of what stands in ``<robot>`` besides ``known`` elements and plain transmissions; transmissions last."""
     kept = [child for child in root.children if child.tag not in (*known, "transmission")]
     for child in root.named("transmission"):
@@ -97,7 +97,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 
 @lru_cache(maxsize=1000)
-def _elements_of(extra: str, place: Place, owner: str) -> tuple[Element, ...]:
+def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
     """Return elements that are kept as text, as ones of their owner's place.
 
     Raises:
@@ -114,11 +114,11 @@ def _elements_of(extra: str, place: Place, owner: str) -> tuple[Element, ...]:
     return root.children
 
 
-def _transmissions(driven: tuple[str, ...], known: list[Element], place: Place) -> list[Element]:
+def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
     """Return the transmissions that drive ``driven`` in this order: those already ``known`` where they fit, else plain ones."""
     joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
-    result: list[Element] = []
+    result: list[XmlElement] = []
     position = 0
     while position < len(driven):
         number = of_joint.get(driven[position])

@@ -14,7 +14,7 @@ from kinetostatics.description.robot import by_name
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.attribute_values import reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
-from kinetostatics.files.xml import Element
+from kinetostatics.files.xml import XmlElement
 
 #: How far an axis may lie beside an axis of the joint's frame.
 _ALIGNED = 1e-9
@@ -26,13 +26,13 @@ SINGLE = ", ".join(names_of("is_single"))
 # ---- axes ----------------------------------------------------------------------------------------------------------------
 
 
-def lacks_axis(element: Element) -> bool:
+def lacks_axis(element: XmlElement) -> bool:
     """Whether a joint or loop leaves out the ``<axis>`` it has; the axes of a universal joint may well be left out."""
     kind = JOINT_TYPES.get(element.attributes.get("type", ""))
     return kind is not None and kind.has_axis and kind.turns is not Axes.BOTH and element.child("axis") is None
 
 
-def axis_warning(element: Element) -> str:
+def axis_warning(element: XmlElement) -> str:
     """Return the warning of an ``<axis>`` that is left out."""
     kind = JOINT_TYPES[text(element, "type")]
     slides = {Axes.AXIS: "slides along ", Axes.ACROSS: "slides across "}.get(kind.slides, "")
@@ -44,12 +44,12 @@ def axis_warning(element: Element) -> str:
 # ---- <loop>, <spring>, <counterweight> -----------------------------------------------------------------------------------
 
 
-def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
+def read_loops(root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
     """Read all ``<loop>``."""
     return by_name("joint or loop", [_loop(element, links, warnings) for element in root.named("loop")], joints)
 
 
-def _loop(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Loop:
+def _loop(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> Loop:
     found = LOOP.read(element)
     name = found["type"]
     if name not in (known := names_of("in_loop")):
@@ -88,14 +88,14 @@ def _loop(element: Element, links: Mapping[str, Link], warnings: list[str]) -> L
     return Loop(**found, place=element.place)
 
 
-def _check_sides(element: Element, links: Mapping[str, Link]) -> None:
+def _check_sides(element: XmlElement, links: Mapping[str, Link]) -> None:
     """Check the links that a loop or spring joins."""
     first, second = (reference(element.required_child(tag), "link", links, "link") for tag in ("predecessor", "successor"))
     if first == second:
         raise element.error(f"{element.label} joins the link {first!r} to itself")
 
 
-def read_springs(root: Element, links: Mapping[str, Link]) -> dict[str, Spring]:
+def read_springs(root: XmlElement, links: Mapping[str, Link]) -> dict[str, Spring]:
     """Read all ``<spring>``."""
     springs: list[Spring] = []
     for element in root.named("spring"):
@@ -105,7 +105,7 @@ def read_springs(root: Element, links: Mapping[str, Link]) -> dict[str, Spring]:
 
 
 def with_counterweights(
-    root: Element, links: Mapping[str, Link], joints: Mapping[str, Joint]
+    root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint]
 ) -> tuple[dict[str, Link], dict[str, Joint]]:
     """Return links and joints, and for every ``<counterweight>`` a link that weighs and the fixed joint that holds it."""
     masses: list[Link] = []
@@ -121,7 +121,9 @@ def with_counterweights(
 # ---- <beam> --------------------------------------------------------------------------------------------------------------
 
 
-def read_beams(root: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> dict[str, Beam]:
+def read_beams(
+    root: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]
+) -> dict[str, Beam]:
     """Read all ``<beam>``.
 
     Args:
@@ -138,7 +140,7 @@ def read_beams(root: Element, links: Collection[str], connections: Collection[st
     return beams
 
 
-def _beam(element: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
+def _beam(element: XmlElement, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
     given = [name for name in ("poisson_ratio", "shear_modulus") if name in element.attributes]
     found = BEAM.read(element)
     link = reference(element, "link", links, "link")
@@ -173,7 +175,7 @@ def _beam(element: Element, links: Collection[str], connections: Collection[str]
     return beam
 
 
-def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> None:
+def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -> None:
     """Compare a beam with those before it."""
     for other in beams.values():
         if other.link != beam.link:
@@ -194,7 +196,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> N
         )
 
 
-def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd | None:
+def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEnd | None:
     """Read ``from`` or ``to``: a joint or loop, with ``:parent`` or ``:child`` behind it where the side matters."""
     if name not in element.attributes:
         return None
@@ -217,7 +219,7 @@ def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd |
 # ---- <transmission>, <mimic> ---------------------------------------------------------------------------------------------
 
 
-def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
+def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
     """Return the joints and loops that the ``<transmission>`` name.
 
     Without loops there is only a warning of one that cannot drive anything; in a closed loop it matters which joints are driven.
@@ -257,7 +259,7 @@ _MASTERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>
 
 
 def with_right_mimics(
-    root: Element, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
+    root: XmlElement, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
 ) -> dict[str, Joint]:
     """Return the joints; without loops those that mimic what they cannot do so no more, and there is a warning.
 
@@ -278,7 +280,7 @@ def with_right_mimics(
     return result
 
 
-def _check_mimic(element: Element, mimic: Mimic, joints: Mapping[str, Joint], loops: Collection[str]) -> None:
+def _check_mimic(element: XmlElement, mimic: Mimic, joints: Mapping[str, Joint], loops: Collection[str]) -> None:
     found = element.required_child("mimic")
     if mimic.joint in loops:
         raise found.error(
@@ -293,7 +295,7 @@ def _check_mimic(element: Element, mimic: Mimic, joints: Mapping[str, Joint], lo
         raise found.error(f"{element.label} mimics {master.name!r}, which is {master.type}; {_MASTERS}")
 
 
-def check_masters(root: Element, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
+def check_masters(root: XmlElement, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
     """Raise an error unless every joint that mimics follows a driven one."""
     for element in root.named("joint"):
         mimic = joints[element.attributes["name"]].mimic
@@ -307,7 +309,7 @@ def check_masters(root: Element, joints: Mapping[str, Joint], driven: Collection
 
 
 def read_joint_stiffness(
-    root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop], driven: Collection[str]
+    root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], driven: Collection[str]
 ) -> dict[str, JointStiffness]:
     """Read all ``<joint_stiffness>``.
 
@@ -343,7 +345,7 @@ def read_joint_stiffness(
     return result
 
 
-def _check_group(element: Element, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
+def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
     """Check three stiffnesses; all must be there if the joint's freedoms cannot be told apart from what it blocks."""
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns

@@ -14,7 +14,7 @@ from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Pl
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files import attribute_values as values
 from kinetostatics.files.attribute_values import allow
-from kinetostatics.files.xml import Element, shortened
+from kinetostatics.files.xml import XmlElement, shortened
 
 #: Default of an attribute that must be there, as must the element that it stands in.
 NEEDED = object()
@@ -24,7 +24,7 @@ NEEDED = object()
 class Kind:
     """How a value is read, and in what ``form`` it is written: a text, a number or several numbers."""
 
-    read: Callable[[Element, str], Keyword]
+    read: Callable[[XmlElement, str], Keyword]
     form: str = "number"
 
 
@@ -72,7 +72,7 @@ PARTS: dict[str, Callable[..., Keyword]] = {
 
 
 @dataclass(frozen=True)
-class Table:
+class ElementTable:
     """An element.
 
     Attributes:
@@ -94,7 +94,7 @@ class Table:
             inside = tuple(tag for head, _, tag in beneath if head == path)
             self._inner[path] = (*inside, *self.children) if not path else inside
 
-    def read(self, element: Element, without: Collection[str] = ()) -> dict[str, Keyword]:
+    def read(self, element: XmlElement, without: Collection[str] = ()) -> dict[str, Keyword]:
         """Return the values of an element by field, parts of it as objects.
 
         Args:
@@ -106,7 +106,7 @@ class Table:
         """
         found: dict[str, Keyword] = {}
         parts: dict[str, dict[str, Keyword]] = {}
-        at: dict[str, Element | None] = {"": element}
+        at: dict[str, XmlElement | None] = {"": element}
         for path, rows in self.rows.items():
             head, _, tag = path.rpartition("/")
             here = at[head]
@@ -135,8 +135,8 @@ class Table:
         *,
         given: Mapping[str, Keyword] | None = None,
         always: Collection[str] = (),
-        more: Iterable[Element] = (),
-    ) -> Element:
+        more: Iterable[XmlElement] = (),
+    ) -> XmlElement:
         """Return the element that reads as an item of the description.
 
         Args:
@@ -151,7 +151,7 @@ class Table:
             RobotFileError: a value is no text or number, where it should be one.
         """
         given = given or {}
-        inside: dict[str, list[Element]] = {path: [] for path in self.rows}
+        inside: dict[str, list[XmlElement]] = {path: [] for path in self.rows}
         inside[""] += more
         for path, rows in reversed(list(self.rows.items())):
             texts: dict[str, str] = {}
@@ -175,7 +175,7 @@ class Table:
                 texts[row.attribute] = text
             if says:
                 head, _, tag = path.rpartition("/")
-                element = Element(tag or self.tag, texts, tuple(inside[path]), place, label)
+                element = XmlElement(tag or self.tag, texts, tuple(inside[path]), place, label)
                 if not path:
                     return element
                 inside[head].insert(0, element)

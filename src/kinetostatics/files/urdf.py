@@ -17,7 +17,7 @@ from kinetostatics.exceptions import near_names
 from kinetostatics.files.attribute_values import LONGEST, new_name, number, reference, text
 from kinetostatics.files.element_tables import INERTIAL, JOINT, MOMENTS, SHAPE, limits
 from kinetostatics.files.rules import SINGLE, axis_warning, lacks_axis
-from kinetostatics.files.xml import Element, to_text
+from kinetostatics.files.xml import XmlElement, to_text
 
 #: Elements of this package, which mean something only directly inside ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", "counterweight")
@@ -32,7 +32,7 @@ _DYNAMICS = {
 }
 
 
-def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
+def read_links(root: XmlElement, warnings: list[str]) -> dict[str, Link]:
     """Read all ``<link>``."""
     links = [_link(element, warnings) for element in root.named("link")]
     if not links:
@@ -40,7 +40,7 @@ def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
     return by_name("link", links)
 
 
-def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
+def read_joints(root: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
     """Read all ``<joint>``, the joints of the spanning tree."""
     return by_name("joint", [_joint(element, links, warnings) for element in root.named("joint")])
 
@@ -80,12 +80,12 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     return roots[0]
 
 
-def other_children(element: Element, *children: str) -> str:
+def other_children(element: XmlElement, *children: str) -> str:
     """Return the text of the child elements of ``element`` that are not called one of ``children``."""
     return "".join(to_text(child, header=False) for child in element.children if child.tag not in children)
 
 
-def _check_children(element: Element, known: tuple[str, ...], warnings: list[str]) -> None:
+def _check_children(element: XmlElement, known: tuple[str, ...], warnings: list[str]) -> None:
     """Refuse elements of this package in the wrong place, and warn of probable misspellings."""
     for child in element.children:
         if child.tag in known:
@@ -97,7 +97,7 @@ def _check_children(element: Element, known: tuple[str, ...], warnings: list[str
             warnings.append(f"{child.place}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?")
 
 
-def _link(element: Element, warnings: list[str]) -> Link:
+def _link(element: XmlElement, warnings: list[str]) -> Link:
     name = new_name(element)
     _check_children(element, _LINK_CHILDREN, warnings)
     for shape in element.named("visual") + element.named("collision"):
@@ -111,7 +111,7 @@ def _link(element: Element, warnings: list[str]) -> Link:
     return Link(name, **found, inertia=inertia, has_inertial=True, extra=extra, place=element.place)
 
 
-def _moments(link: Element, inertial: Element, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
+def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
     """Return ixx, ixy, ixz, iyy, iyz, izz, which the statics do not need: what is missing or impossible is zero."""
     tensor = inertial.child("inertia")
     if tensor is None:
@@ -130,7 +130,7 @@ def _moments(link: Element, inertial: Element, warnings: list[str]) -> tuple[flo
     return xx, xy, xz, yy, yz, zz
 
 
-def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
+def _joint(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) -> Joint:
     kind = text(element, "type")
     if kind not in (known := names_of("in_tree")):
         raise element.error(
@@ -163,7 +163,7 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
     return joint
 
 
-def _check_joint(element: Element, joint: Joint, warnings: list[str]) -> None:
+def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None:
     """Check a joint by itself."""
     kind, axis = JOINT_TYPES[joint.type], element.child("axis")
     if kind.has_limits and element.child("limit") is None:

@@ -1,4 +1,4 @@
-"""XML text to a tree of :class:`Element`, each of which knows the file and line it was written in.
+"""XML text to a tree of :class:`XmlElement`, each of which knows the file and line it was written in.
 
 The tree passes through minidom, because xacro works on minidom documents. The place of an element is kept as DOM
 user data, not as an attribute: cloning (which is how xacro expands macros) carries it along, and neither xacro nor
@@ -28,7 +28,7 @@ _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
 
 
 @dataclass(frozen=True)
-class Element:
+class XmlElement:
     """An XML element of the expanded file: its ``content`` is child elements and text in order.
 
     ``owner`` is what it is a part of (``joint 'j1'``) where it has no line of its own.
@@ -36,14 +36,14 @@ class Element:
 
     tag: str
     attributes: Mapping[str, str]
-    content: tuple[Element | str, ...]
+    content: tuple[XmlElement | str, ...]
     place: Place
     owner: str = ""
 
     @cached_property
-    def children(self) -> tuple[Element, ...]:
+    def children(self) -> tuple[XmlElement, ...]:
         """The child elements."""
-        return tuple(item for item in self.content if isinstance(item, Element))
+        return tuple(item for item in self.content if isinstance(item, XmlElement))
 
     @property
     def label(self) -> str:
@@ -61,18 +61,18 @@ class Element:
             reason = f"{self.owner}: {reason}"
         return self.place.error(shortened(reason))
 
-    def named(self, tag: str) -> list[Element]:
+    def named(self, tag: str) -> list[XmlElement]:
         """Return the child elements called ``tag``."""
         return [child for child in self.children if child.tag == tag]
 
-    def child(self, tag: str) -> Element | None:
+    def child(self, tag: str) -> XmlElement | None:
         """Return the child element called ``tag``, or None; two of them are an error."""
         found = [child for child in self.children if child.tag == tag]
         if len(found) > 1:
             raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
         return found[0] if found else None
 
-    def required_child(self, tag: str) -> Element:
+    def required_child(self, tag: str) -> XmlElement:
         """Return the child element called ``tag``; none or two of them are an error."""
         found = self.child(tag)
         if found is None:
@@ -111,7 +111,7 @@ class _KeepPlace:
 _KEEP_PLACE = _KeepPlace()
 
 
-class _Builder(expatbuilder.ExpatBuilder):
+class _DocumentBuilder(expatbuilder.ExpatBuilder):
     """Builds a document, notes each element's line, and refuses entities."""
 
     file = ""
@@ -130,7 +130,7 @@ class _Builder(expatbuilder.ExpatBuilder):
         raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
 
 
-class _NamespaceBuilder(_Builder, expatbuilder.ExpatBuilderNS):
+class _NamespaceBuilder(_DocumentBuilder, expatbuilder.ExpatBuilderNS):
     """The same with XML namespaces, which xacro's documents have."""
 
 
@@ -152,7 +152,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
         raise RobotFileError("the file is empty", file)
     # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
     mentions_xacro = "xacro" in data if isinstance(data, str) else b"xacro" in data
-    builder = _NamespaceBuilder() if mentions_xacro and not plain else _Builder()
+    builder = _NamespaceBuilder() if mentions_xacro and not plain else _DocumentBuilder()
     builder.file = file
     try:
         document = builder.parseString(data)
@@ -163,7 +163,7 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
     return document, builder.uses_xacro
 
 
-def _parse_failure(error: expat.ExpatError, builder: _Builder) -> str:
+def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
     """Say what does not parse, and which element was open."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
@@ -189,7 +189,7 @@ _NO_NAME = re.compile(r"[\s<>&\"'/=]|^[-.\d]|^$")
 _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
-def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> Element:
+def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
     """Turn a document into elements, without comments, processing instructions and blank text between elements.
 
     Args:
@@ -203,11 +203,11 @@ def to_elements(document: minidom.Document, place: Place | None = None, owner: s
     order = [root for root in document.childNodes if isinstance(root, minidom.Element)]
     for node in order:  # grows on the way: parents come before their children
         order.extend(child for child in node.childNodes if isinstance(child, minidom.Element))
-    built: dict[int, Element] = {}
+    built: dict[int, XmlElement] = {}
     for node in reversed(order):
         here = place or node.getUserData(_PLACE) or place_of(node) or Place("")
         attributes = {str(name): str(value) for name, value in node.attributes.items()}
-        content: list[Element | str] = []
+        content: list[XmlElement | str] = []
         for child in node.childNodes:
             if isinstance(child, minidom.Element):
                 content.append(built.pop(id(child)))
@@ -219,8 +219,8 @@ def to_elements(document: minidom.Document, place: Place | None = None, owner: s
         if _NO_CHARACTER.search("".join((node.tagName, *attributes, *attributes.values(), *texts))):
             raise here.error(shortened(f"<{node.tagName}> has a character that XML does not allow"))
         if not any(text.strip() for text in texts):
-            content = [item for item in content if isinstance(item, Element)]
-        built[id(node)] = Element(node.tagName, attributes, tuple(content), here, owner)
+            content = [item for item in content if isinstance(item, XmlElement)]
+        built[id(node)] = XmlElement(node.tagName, attributes, tuple(content), here, owner)
     return built[id(order[0])]
 
 
@@ -229,7 +229,7 @@ _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t": " ", "\r": " "})}
 
 
-def to_text(root: Element, comment: str = "", header: bool = True, indented: bool = False) -> str:
+def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: bool = False) -> str:
     """Write elements as XML text.
 
     Args:
@@ -241,7 +241,7 @@ def to_text(root: Element, comment: str = "", header: bool = True, indented: boo
     parts = ['<?xml version="1.0"?>\n'] if header else []
     if comment:
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
-    stack: list[tuple[Element | str, int | None]] = [(root, 0 if indented else None)]  # strings are text that is ready
+    stack: list[tuple[XmlElement | str, int | None]] = [(root, 0 if indented else None)]  # strings are text that is ready
     while stack:
         item, depth = stack.pop()
         if isinstance(item, str):
@@ -253,7 +253,7 @@ def to_text(root: Element, comment: str = "", header: bool = True, indented: boo
             parts.append(f"{head}/>")
             continue
         parts.append(f"{head}>")
-        if depth is None or not all(isinstance(part, Element) for part in item.content):
+        if depth is None or not all(isinstance(part, XmlElement) for part in item.content):
             stack.append((f"</{item.tag}>", None))
             content = reversed(item.content)
             stack.extend((part.translate(_ESCAPES), None) if isinstance(part, str) else (part, None) for part in content)

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetostatics.compensation.search import Coordinates, Search, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.search import BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.derivatives import tangent_record
 from kinetostatics.engine.loop_record import (
@@ -165,7 +165,7 @@ def _written(joint: TreeJoint, value: str) -> Iterator[str]:
 
 
 @dataclass(frozen=True)
-class Jacobian:
+class CJacobian:
     """Derivatives of outputs by inputs.
 
     Attributes:
@@ -183,14 +183,14 @@ class Jacobian:
 
 def _jacobian(
     line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
-) -> Jacobian:
+) -> CJacobian:
     """Record derivatives; the record of poses grows."""
     what = robot.solver, line.prescribed, example_at(robot, line.prescribed), line.local
     rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed, line.local).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
     inputs = ("x", *LOADS)
     tangent = tangent_record(record.tape, record.all_rows(names), len(inputs))
-    return Jacobian(
+    return CJacobian(
         c_program("rates", rates.tape, (*rates.numbers, *rates.truths), own, ("x", "c")),
         c_program("tangent", record.tape, tangent, numbers, (*inputs, *(f"d_{name}" for name in inputs))),
         dict(zip(names, accumulate((len(record.rows[name]) for name in names), initial=0), strict=False)),
@@ -250,7 +250,11 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         names: of the coordinates that are to come out as wanted.
         orientation: what its angles mean.
     """
-    wanted, least, driven = Coordinates(names, orientation, robot.length), error_tolerance(robot.length), robot.description.driven
+    wanted, least, driven = (
+        ScaledCoordinates(names, orientation, robot.length),
+        error_tolerance(robot.length),
+        robot.description.driven,
+    )
     R, o = robot.mechanism.platform_pose(robot.statics.example)
     platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
 
@@ -258,7 +262,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         pose = _pose(stands)
         asked, angles = wanted.of(pose), orientation.coordinates(pose[0])
         error = wanted.of(loaded(*pose, twist), angles) - asked
-        return _flat(wanted, asked, angles, Search.begun(asked, np.eye(n)[:, :, None], error))
+        return _flat(wanted, asked, angles, BroydenSearch.begun(asked, np.eye(n)[:, :, None], error))
 
     def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
         asked, angles, search = _unflat(now, n)
@@ -304,16 +308,16 @@ def _pose(stands: Array) -> tuple[Array, Array]:
     return stands[:9].reshape(3, 3, 1), stands[9:]
 
 
-def _flat(wanted: Coordinates, asked: Array, angles: Array, search: Search) -> list[Array]:
+def _flat(wanted: ScaledCoordinates, asked: Array, angles: Array, search: BroydenSearch) -> list[Array]:
     """Return the coordinates that are commanded, those that are wanted, all angles, and the search, as numbers."""
     parts = [getattr(search, field.name) for field in fields(search)]
     return [search.u / wanted.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
-def _unflat(numbers: Array, n: int) -> tuple[Array, Array, Search]:
+def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
     """Return the wanted coordinates, the angles and the search from numbers."""
     _, asked, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
-    search = Search(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
+    search = BroydenSearch(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
     return asked, angles, search
 
 

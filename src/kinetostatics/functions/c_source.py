@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinetostatics.engine.c_code import literal
-from kinetostatics.functions.c_programs import Jacobian, Line, Programs
+from kinetostatics.functions.c_programs import CJacobian, Line, Programs
 from kinetostatics.functions.values import LOADS, Facts, Quantity
 from kinetostatics.math.arrays import Array
 
@@ -293,7 +293,7 @@ def _correction(name: str, parts: Programs) -> str:
 # ---- derivatives ---------------------------------------------------------------------------------------------------------
 
 
-def _differentiate(name: str, scalar: str, facts: Facts, jacobian: Jacobian) -> str:
+def _differentiate(name: str, scalar: str, facts: Facts, jacobian: CJacobian) -> str:
     """Return the function that computes derivatives."""
     lost = [
         f"    for (k = 0; k < {size(output) * size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
@@ -323,7 +323,7 @@ int {name}_differentiate(
 """
 
 
-def _by(value: Quantity, scalar: str, facts: Facts, jacobian: Jacobian) -> Iterator[str]:
+def _by(value: Quantity, scalar: str, facts: Facts, jacobian: CJacobian) -> Iterator[str]:
     """Yield lines of C that take derivatives by one input."""
     columns, is_load = size(value), value.name in LOADS
     moved = "none" if is_load else f"d_x + {facts['controlled'].index(value.name)} * NX"

@@ -27,7 +27,7 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.parametric.numbers import Number
+from kinetostatics.parametric.numbers import RobotNumber
 from kinetostatics.parametric.rates import rates_of, varied
 from kinetostatics.parametric.robot import alike
 from kinetostatics.results.result import Result
@@ -221,7 +221,7 @@ class Derivatives:
     def _by_components(self, kind: int, size: int) -> dict[str, Array]:
         return _stacked([self._asked(self.nominal.along({kind: unit[:, None]})) for unit in np.eye(size)])
 
-    def by_numbers(self, numbers: Sequence[Number]) -> dict[str, Array]:
+    def by_numbers(self, numbers: Sequence[RobotNumber]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
 
         NaN where the loops cannot stay closed, as those of an overconstrained robot, and by a component without derivative.

@@ -30,7 +30,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.parametric.numbers import Number, numbers_of_parts
+from kinetostatics.parametric.numbers import RobotNumber, numbers_of_parts
 from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.robot import Robot
@@ -90,7 +90,7 @@ class Function:
         return Named({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
 
     @cached_property
-    def _numbers(self) -> dict[str, tuple[Number, ...]]:
+    def _numbers(self) -> dict[str, tuple[RobotNumber, ...]]:
         return numbers_of_parts(self.robot)
 
     def __repr__(self) -> str:

@@ -166,7 +166,7 @@ Block: TypeAlias = "Table | Facts | Text | Lines"
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A part of a report.
 
     Attributes:
@@ -182,9 +182,9 @@ class Section:
     detail: bool = False
 
 
-def warning_section(warnings: Iterable[str]) -> Section:
+def warning_section(warnings: Iterable[str]) -> ReportSection:
     """Return the section of warnings, or that there are none."""
-    return Section("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
+    return ReportSection("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
 
 
 def once(names: Iterable[str]) -> list[str]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.layout.blocks import Block, Column, Facts, Section, Table, Text
+from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text
 
 _SIDES = {"l": "left", "r": "right"}
 
@@ -31,7 +31,7 @@ def html_path(path: str | os.PathLike[str], what: str) -> str:
     return file
 
 
-def report_html(title: str, sections: Iterable[Section], level: int = 3) -> str:
+def report_html(title: str, sections: Iterable[ReportSection], level: int = 3) -> str:
     """Return a report as HTML, its titles as headings of a ``level``. All its text is escaped."""
     parts = [f"<p><strong>{escape(title)}</strong></p>"]
     for section in sections:

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.layout.blocks import Section
+from kinetostatics.layout.blocks import ReportSection
 from kinetostatics.layout.html import report_html
 from kinetostatics.layout.plain import Json, plain
 from kinetostatics.layout.text import report_text
@@ -24,14 +24,14 @@ class Report:
     def __init__(
         self,
         title: str | Sequence[str],
-        sections: Callable[[], Iterable[Section]],
+        sections: Callable[[], Iterable[ReportSection]],
         data: Callable[[], Mapping[str, object]] = dict,
     ) -> None:
         self.title: Sequence[str] = (title,) if isinstance(title, str) else title
         self._sections, self._data = sections, data
 
     @cached_property
-    def sections(self) -> list[Section]:
+    def sections(self) -> list[ReportSection]:
         """The sections that tell anything."""
         return [section for section in self._sections() if section.blocks]
 
@@ -51,7 +51,7 @@ class Report:
                 raise ArgumentError(f"the report has no section {key!r}: {near_names(key, known)}")
         return self._with(lambda: (section for section in self.sections if section.title is None or section.key in keys))
 
-    def _with(self, sections: Callable[[], Iterable[Section]]) -> Report:
+    def _with(self, sections: Callable[[], Iterable[ReportSection]]) -> Report:
         return Report(self.title, sections, self._data)
 
     def text(self, colour: bool = False) -> str:

@@ -5,19 +5,19 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from kinetostatics.layout.blocks import Block, Column, Facts, Section, Table, Text, Word
+from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text, Word
 from kinetostatics.layout.colour import painted
 
 #: Lines are kept this short where their content allows it.
 WIDTH = 110
 
 
-def report_text(title: Sequence[str], sections: Iterable[Section], colour: bool = False) -> str:
+def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour: bool = False) -> str:
     """Return a report as text.
 
     Args:
         title: pieces of the first line, of which words may have a tone.
-        sections: see :class:`Section`.
+        sections: see :class:`ReportSection`.
         colour: whether with codes of colours.
     """
     first = next((k for k, piece in enumerate(title) if isinstance(piece, Word)), len(title))

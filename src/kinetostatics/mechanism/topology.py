@@ -20,10 +20,10 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
     Raises:
         RobotFileError: a beam's ends, or joints along it, are invalid.
     """
-    return _Builder(mechanism).build()
+    return _TopologyBuilder(mechanism).build()
 
 
-class _Builder:
+class _TopologyBuilder:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism, self.graph = mechanism, BodyGraph(mechanism)
         self.spans = dict(self.graph.spans)

@@ -14,7 +14,7 @@ from kinetostatics.robot import Robot
 
 
 @dataclass(frozen=True)
-class AssemblyError:
+class ErrorParameter:
     """One error of a joint or beam of the unloaded robot.
 
     Attributes:
@@ -35,7 +35,7 @@ class AssemblyError:
         return 0.0
 
 
-def errors_of(robot: Robot) -> dict[str, AssemblyError]:
+def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
     """Return the errors of all joints and beams of the limbs, by name."""
     found = []
     for limb in robot.topology.limbs:
@@ -46,11 +46,11 @@ def errors_of(robot: Robot) -> dict[str, AssemblyError]:
                 found.append((edge.beam, "length", "m"))
                 if robot.description.beams[edge.beam].thermal_expansion:
                     found.append((edge.beam, "temperature", "K"))
-    every = (AssemblyError(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
+    every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
     return {item.name: item for item in every}
 
 
-def together(errors: Sequence[AssemblyError], amounts: Array) -> dict[str, Keyword]:
+def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
     """Return errors by amounts (errors, N) as :func:`kinetostatics.analyze` takes them, a batch of N."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):

@@ -30,7 +30,7 @@ Part: TypeAlias = Any  # what stands there: parts of a robot and their fields, m
 
 
 @dataclass(frozen=True)
-class Number:
+class RobotNumber:
     """One number of a robot: an argument of its file, or a number of a part.
 
     Attributes:
@@ -74,9 +74,9 @@ class Number:
         return _value(there, self.path)
 
 
-def numbers_of_parts(robot: Robot) -> dict[str, tuple[Number, ...]]:
+def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
     """Return the numbers of a robot's parts by name; of vectors and placements all components, also those that cannot change."""
-    found: dict[str, tuple[Number, ...]] = {}
+    found: dict[str, tuple[RobotNumber, ...]] = {}
     for name, path, unit in _places(robot):
         item = _found(robot.description, path)
         if isinstance(item, Origin):
@@ -86,13 +86,13 @@ def numbers_of_parts(robot: Robot) -> dict[str, tuple[Number, ...]]:
             values, steps = item, [STEP * value if 0 < value < np.inf else None for value in item]
             steps = (STEP * robot.length,) * 3 if unit == "m" else steps
         elif item and math.isfinite(item):
-            found[name] = (Number(name, unit, item, STEP * abs(item), robot.description, path),)
+            found[name] = (RobotNumber(name, unit, item, STEP * abs(item), robot.description, path),)
             continue
         else:
             continue
         rows = zip(COMPONENTS, values, steps, strict=False)
         found[name] = tuple(
-            Number(f"{name}.{axis}", "rad" if k > 2 else unit, value, step, robot.description, (*path, k))
+            RobotNumber(f"{name}.{axis}", "rad" if k > 2 else unit, value, step, robot.description, (*path, k))
             for k, (axis, value, step) in enumerate(rows)
         )
     return found

@@ -18,8 +18,8 @@ from kinetostatics.files.parameter_units import parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.parametric.errors import AssemblyError, errors_of
-from kinetostatics.parametric.numbers import STEP, Number, numbers_of_parts
+from kinetostatics.parametric.errors import ErrorParameter, errors_of
+from kinetostatics.parametric.numbers import STEP, RobotNumber, numbers_of_parts
 from kinetostatics.robot import Robot
 
 if TYPE_CHECKING:
@@ -46,17 +46,17 @@ class ParametricRobot:
     # ---- its numbers --------------------------------------------------------------------------------------------------
 
     @cached_property
-    def every_part(self) -> dict[str, tuple[Number, ...]]:
+    def every_part(self) -> dict[str, tuple[RobotNumber, ...]]:
         """All numbers of parts by name, of vectors and placements all components."""
         return numbers_of_parts(self.robot)
 
     @cached_property
-    def parts(self) -> dict[str, Number]:
+    def parts(self) -> dict[str, RobotNumber]:
         """The numbers of parts that can be changed, one by one."""
         return {item.name: item for several in self.every_part.values() for item in several if item.step is not None}
 
     @cached_property
-    def errors(self) -> dict[str, AssemblyError]:
+    def errors(self) -> dict[str, ErrorParameter]:
         """The assembly errors of joints and beams, by name."""
         return errors_of(self.robot)
 
@@ -96,7 +96,7 @@ class ParametricRobot:
             "there, or save it"
         )
 
-    def number(self, name: str) -> Number:
+    def number(self, name: str) -> RobotNumber:
         """Return one number that is known to be there."""
         if "." in name and name in self.parts:
             return self.parts[name]
@@ -105,7 +105,9 @@ class ParametricRobot:
         def read(other: float) -> RobotDescription:
             return self._read({name: other})
 
-        return Number(name, parameter_unit(value, read), value, STEP * (abs(value) or 1.0), self.robot.description, read=read)
+        return RobotNumber(
+            name, parameter_unit(value, read), value, STEP * (abs(value) or 1.0), self.robot.description, read=read
+        )
 
     def names(self, patterns: Sequence[str], what: str = "", errors: bool = False) -> dict[str, str]:
         """Return the names that patterns stand for, each with its pattern.
@@ -132,7 +134,7 @@ class ParametricRobot:
                 found.setdefault(name, pattern)
         return found
 
-    def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, Number]]:
+    def select(self, patterns: Sequence[str], what: str = "") -> list[tuple[str, RobotNumber]]:
         """Return the numbers that patterns name, each with its pattern, see :meth:`names`."""
         return [(pattern, self.number(name)) for name, pattern in self.names(patterns, what).items()]
 
@@ -181,7 +183,7 @@ class ParametricRobot:
         return _changed(there, [(parts[name], by) for name, by in amounts.items() if name in parts])
 
 
-def _changed(description: RobotDescription, changes: Sequence[tuple[Number, float]]) -> RobotDescription:
+def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
     """Return a robot with numbers changed, in an order that makes a robot at each step: a tube grows before its hole.
 
     Raises:
@@ -201,7 +203,7 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[Number, floa
     return description
 
 
-def check_unit(number: Number | AssemblyError, typed: str, what: str) -> None:
+def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
     """Complain of a number that is given in a unit of another kind than its own; that may not be known.
 
     Raises:

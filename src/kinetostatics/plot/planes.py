@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.masks import edges
-from kinetostatics.plot.selection import Axis
+from kinetostatics.plot.selection import ShownAxis
 from kinetostatics.plot.style import name_ticks
 
 #: Coordinates of polar figures: the one that goes round, and the one that goes outwards.
@@ -80,7 +80,7 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
     return suits if polar is None and given is None else bool(polar or given)
 
 
-def rectangle(across: Axis, up: Axis) -> Plane:
+def rectangle(across: ShownAxis, up: ShownAxis) -> Plane:
     """Return cells on a rectangle."""
     every = np.arange(len(across.values))
     x, y = edges(across.values), edges(up.values)
@@ -89,7 +89,7 @@ def rectangle(across: Axis, up: Axis) -> Plane:
     return Plane(False, x, y, every, across.values, up.values, every, ratio if in_space else None)
 
 
-def round_a_pole(across: Axis, up: Axis) -> Plane:
+def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
     """Return cells round a pole: ``across`` are azimuths, ``up`` are tilts, both sorted and in degrees."""
     turn, every = across.values, np.arange(len(across.values))
     borders, gap = edges(turn), turn[0] + 360.0 - turn[-1]
@@ -112,7 +112,7 @@ def round_a_pole(across: Axis, up: Axis) -> Plane:
     )
 
 
-def label_axes(ax: Axes, plane: Plane, across: Axis, up: Axis) -> None:
+def label_axes(ax: Axes, plane: Plane, across: ShownAxis, up: ShownAxis) -> None:
     """Write names and numbers at the axes, and show all cells."""
     if isinstance(ax, PolarAxes):
         _label_round(ax, plane, across, up)
@@ -122,7 +122,7 @@ def label_axes(ax: Axes, plane: Plane, across: Axis, up: Axis) -> None:
     name_ticks(ax.yaxis, up)
 
 
-def _label_round(ax: PolarAxes, plane: Plane, across: Axis, up: Axis) -> None:
+def _label_round(ax: PolarAxes, plane: Plane, across: ShownAxis, up: ShownAxis) -> None:
     first, last = np.degrees(plane.x_edges[[0, -1]])
     step = next((step for step in STEPS if (last - first) / step < 9), STEPS[-1])
     ticks = [k * step for k in range(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)]

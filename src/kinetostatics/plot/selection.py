@@ -24,7 +24,7 @@ COORDINATES = ("platform_pose", "actuator_position", "q")
 
 
 @dataclass(frozen=True)
-class Axis:
+class ShownAxis:
     """A swept coordinate as the figure shows it.
 
     Attributes:
@@ -61,7 +61,7 @@ class Selection:
     """
 
     what: str
-    axes: tuple[Axis, ...]
+    axes: tuple[ShownAxis, ...]
     values: Array
     status: NDArray[np.int8]
     units: str
@@ -69,7 +69,7 @@ class Selection:
     fixed: str
 
 
-def axis_of(ds: xr.Dataset, name: str) -> Axis:
+def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
     """Return a swept coordinate as figures show it.
 
     Raises:
@@ -79,9 +79,9 @@ def axis_of(ds: xr.Dataset, name: str) -> Axis:
         raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
     numbers = np.asarray(ds[name].values)
     if not np.issubdtype(numbers.dtype, np.number):
-        return Axis(name, np.arange(float(len(numbers))), name, "", tuple(str(item) for item in numbers))
+        return ShownAxis(name, np.arange(float(len(numbers))), name, "", tuple(str(item) for item in numbers))
     size, unit = coordinate_unit(str(ds[name].attrs.get("units", "")), numbers)
-    return Axis(name, numbers / size, label(name, unit), unit)
+    return ShownAxis(name, numbers / size, label(name, unit), unit)
 
 
 def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
@@ -104,7 +104,7 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
     return [rest.pop(0) if name is None else name for name in wanted]
 
 
-def _say_at_which(axes: Sequence[Axis]) -> str:
+def _say_at_which(axes: Sequence[ShownAxis]) -> str:
     """Say that these coordinates have several values and are not fixed, and how they would be."""
     several = ", ".join(f"{axis.name} has {len(axis.values)} values, from {axis.said(0)} to {axis.said(-1)}" for axis in axes)
     named = ", ".join(f"{axis.name!r}: …" for axis in axes)
@@ -248,7 +248,7 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
     return np.asarray(status.transpose(*dims).values, dtype=np.int8)
 
 
-def place_of(coordinate: xr.DataArray, axis: Axis, value: float) -> int:
+def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
     """Return the place of the value of a coordinate that is nearest to a given one, or has a given name.
 
     Raises:
@@ -295,7 +295,7 @@ def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Range:
+class ValueRange:
     """The values that colours or heights show.
 
     Attributes:
@@ -310,14 +310,14 @@ class Range:
     note: str
 
 
-def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | None) -> Range:
+def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | None) -> ValueRange:
     """Return the range of finite values: what is asked for, or the main one."""
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
     words = ([f"from {least:.3g}"] if least < low else []) + ([f"up to {most:.3g}"] if most > high else [])
     note = f", {' '.join(words)}".replace("-", "−") if words and value_range is None else ""
     below, above = least < low, most > high
-    return Range(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
+    return ValueRange(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:

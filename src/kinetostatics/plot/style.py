@@ -20,7 +20,7 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plot.display_units import typeset
-from kinetostatics.plot.selection import Axis
+from kinetostatics.plot.selection import ShownAxis
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -151,7 +151,7 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
         figure.set_figheight(figure.get_figheight() + (rows - 2) * 11 / 72)
 
 
-def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:
+def name_ticks(axis: XAxis | YAxis, shown: ShownAxis) -> None:
     """Put ticks at round values of a coordinate, or names at the values of one that has names."""
     if shown.ticks:
         axis.set_ticks(shown.values, shown.ticks)

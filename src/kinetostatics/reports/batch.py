@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Number, Section, Table, Text, warning_section
+from kinetostatics.layout.blocks import Number, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import (
     ENERGIES,
     FORCE_KINDS,
@@ -23,15 +23,15 @@ from kinetostatics.results.result import Result
 from kinetostatics.status import WITHOUT_NUMBERS
 
 
-def batch_sections(result: Result) -> list[Section]:
+def batch_sections(result: Result) -> list[ReportSection]:
     """Return states and extremes; the latter only where a pose has numbers."""
     known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
     header = ("quantity", "unit", "smallest", "at", "largest", "at")
     rows = [_row(result, *item) for item in _quantities(result)] if known else []
     title = "Extremes over the valid poses, and at which element of the batch"
     return [
-        Section("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
-        Section(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
+        ReportSection("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
+        ReportSection(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
         warning_section(result.warnings if result.status.size else ()),
     ]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Number, Section, Table, Text
+from kinetostatics.layout.blocks import Number, ReportSection, Table, Text
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, MISSING, NOISE, UNITS_OF, in_unit, quantity
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
@@ -61,7 +61,7 @@ def calibration_report(found: Calibration) -> Report:
     )
 
 
-def _sections(found: Calibration) -> list[Section]:
+def _sections(found: Calibration) -> list[ReportSection]:
     rows = [
         (item.name, estimate_words(item, item.start), estimate_words(item, item.value), interval_words(item))
         for item in found.estimates.values()
@@ -80,10 +80,10 @@ def _sections(found: Calibration) -> list[Section]:
         outliers.append(Text(f"and {len(found.outliers) - MOST} more outliers", "warning"))
     title = f"Estimates; a stiffness as a factor of the file's (intervals: {100 * found.level:.4g} %)"
     return [
-        Section(title, [Table.of_rows(("unknown", "file", "estimate", "interval"), rows, "lrrl")], "estimates"),
+        ReportSection(title, [Table.of_rows(("unknown", "file", "estimate", "interval"), rows, "lrrl")], "estimates"),
         _not_determined(found.unidentifiable, "what stands above for these is one of many values that fit equally well"),
-        Section("Measured less computed", [Table.of_rows(header, fits)], "residuals"),
-        Section("", [*map(Text, _sentences(found)), *outliers]),
+        ReportSection("Measured less computed", [Table.of_rows(header, fits)], "residuals"),
+        ReportSection("", [*map(Text, _sentences(found)), *outliers]),
     ]
 
 
@@ -96,9 +96,11 @@ def _outlier(found: Calibration, k: int) -> str:
     return f"outlier: row {item.row}, {item.gauge}: measured {measured}, computed {computed}, {off}"
 
 
-def _not_determined(items: Sequence[Unidentifiable], end: str) -> Section:
+def _not_determined(items: Sequence[Unidentifiable], end: str) -> ReportSection:
     texts = [Text(f"{item.words}.", "warning") for item in items]
-    return Section("What these readings cannot tell", [*texts, Text(f"({end})", indent=2)] if items else [], "unidentifiable")
+    return ReportSection(
+        "What these readings cannot tell", [*texts, Text(f"({end})", indent=2)] if items else [], "unidentifiable"
+    )
 
 
 def _sentences(found: Calibration) -> list[str]:
@@ -149,7 +151,7 @@ def plan_report(found: MeasurementPlan) -> Report:
     return Report(title, lambda: _plan_sections(found), lambda: {"robot": found.robot.name, **attributes(found, names.split())})
 
 
-def _plan_sections(found: MeasurementPlan) -> list[Section]:
+def _plan_sections(found: MeasurementPlan) -> list[ReportSection]:
     left = Text(f"({found.left_out} more are out of reach, singular or beyond a joint's limit)")
     numbers = np.flatnonzero(np.any(found.load, axis=0)).tolist()
     columns = {name: values for name, values in found.coordinates.items()}
@@ -164,9 +166,9 @@ def _plan_sections(found: MeasurementPlan) -> list[Section]:
     title = f"Measurements [m, rad, N, N·m]; read {', '.join(found.gauges)} at each"
     errors = "Standard errors to be expected (SI; of a stiffness relative)"
     return [
-        Section(None, [left] if found.left_out else []),
-        Section(title, [Table.of_rows(("", *columns), rows, "r" * (1 + len(columns)))], "measurements"),
-        Section(errors, [Table.of_rows(("unknown", "this plan", "random plans"), cells)], "errors"),
+        ReportSection(None, [left] if found.left_out else []),
+        ReportSection(title, [Table.of_rows(("", *columns), rows, "r" * (1 + len(columns)))], "measurements"),
+        ReportSection(errors, [Table.of_rows(("unknown", "this plan", "random plans"), cells)], "errors"),
         _not_determined(found.unidentifiable, "no pose and load among the candidates tells it"),
-        Section("", [Text(gain)]),
+        ReportSection("", [Text(gain)]),
     ]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Block, Cell, Column, Number, Section, Table, Text, warning_section
+from kinetostatics.layout.blocks import Block, Cell, Column, Number, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import (
     ANGLES,
     DEGREES,
@@ -60,29 +60,29 @@ def compensation_report(found: Compensation) -> Report:
     return Report(title, lambda: [*sections(found), warning_section(found.warnings)], lambda: _data(found))
 
 
-def _one(found: Compensation) -> Iterator[Section]:
+def _one(found: Compensation) -> Iterator[ReportSection]:
     status = Status(int(found.status))
     if status == Status.UNREACHABLE:
-        yield Section(None, [Text(", no actuator positions bring the loaded platform there", lead=status_word(status))])
+        yield ReportSection(None, [Text(", no actuator positions bring the loaded platform there", lead=status_word(status))])
     elif status != Status.OK:
         words = {**STATUS_WORDS, **{fact.status: fact.words for fact in FACTS.values() if fact.status is not None}}
-        yield Section(None, [Text(f", {words[status]}", lead=status_word(status))])
+        yield ReportSection(None, [Text(f", {words[status]}", lead=status_word(status))])
     pose = pose_facts(found.target, found.uncorrected.gravity, found.uncorrected.load)
-    yield Section("Target pose of the loaded platform", [pose], "pose")
+    yield ReportSection("Target pose of the loaded platform", [pose], "pose")
     if status in WITHOUT_NUMBERS:
         return
-    yield Section("Actuators", [_actuators(found)], "actuators")
+    yield ReportSection("Actuators", [_actuators(found)], "actuators")
     of, what = "", "the loaded platform"
     if found.tool is not None:
         of, what = " of the tool's tip", point_name(found.tool)
-    yield Section(f"Pose error of {what}, world axes", [_misses(found)], "errors")
+    yield ReportSection(f"Pose error of {what}, world axes", [_misses(found)], "errors")
     rest = [name for name in found.residual_error_coordinates if name not in found.controlled]
     left = f"Not corrected (too few actuators): {join_words(rest)}." if rest else "No error remains."
-    yield Section("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
+    yield ReportSection("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
     yield from _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
         said = "With the coordinates x, y and z the tip itself comes where it is wanted, if the actuators allow; angles stay."
-        yield Section("", [Text(said)])
+        yield ReportSection("", [Text(said)])
 
 
 def _actuators(found: Compensation) -> Table:
@@ -108,7 +108,7 @@ def _misses(found: Compensation) -> Table:
     return Table(columns)
 
 
-def _uncorrectable(found: Compensation) -> Iterator[Section]:
+def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
     """Yield the directions in which no actuator moves the platform, scaled, and how much remains along each."""
     length = found.target.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
@@ -122,13 +122,13 @@ def _uncorrectable(found: Compensation) -> Iterator[Section]:
     place = f"at {point_name(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
     said = "No choice of coordinates changes what remains along these; times that length it is a displacement."
     title = f"Directions in which no actuator moves the platform, {place}"
-    yield Section(title, [Table(columns), Text(said)], "directions")
+    yield ReportSection(title, [Table(columns), Text(said)], "directions")
 
 
-def _batch(found: Compensation) -> Iterator[Section]:
+def _batch(found: Compensation) -> Iterator[ReportSection]:
     counts = [(item, int(np.sum(found.status == item))) for item in Status]
     states = [(status_word(item), f"{number}") for item, number in counts if number]
-    yield Section("Status", [Table.of_rows(("status", "poses"), states)], "status")
+    yield ReportSection("Status", [Table.of_rows(("status", "poses"), states)], "status")
     if np.all(np.isin(found.status, WITHOUT_NUMBERS)):
         return
     connections = found.target.robot.mechanism.connections
@@ -148,14 +148,14 @@ def _batch(found: Compensation) -> Iterator[Section]:
         ends = (Number(float(end), form, with_unit=False) for end in (np.nanmin(values), np.nanmax(values)))
         table.append((name, form.unit, *ends))
     header = ("quantity", "unit", "smallest", "largest")
-    yield Section("Extremes over the poses that have numbers", [Table.of_rows(header, table, "llrr")], "extremes")
+    yield ReportSection("Extremes over the poses that have numbers", [Table.of_rows(header, table, "llrr")], "extremes")
     said: list[Block] = [Text(f"Corrected: {join_words(found.controlled)}{'' if found.tool is None else f' of {who}'}.")]
     if left := 6 - found.target.robot.mobility.platform:
         some = "one direction" if left == 1 else f"{left} directions"
         said.append(
             Text(f"In {some} no actuator moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
         )
-    yield Section("", said)
+    yield ReportSection("", said)
 
 
 def _data(found: Compensation) -> dict[str, object]:

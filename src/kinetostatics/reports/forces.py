@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.layout.blocks import Block, Column, Facts, Number, Section, Table, Text, once
+from kinetostatics.layout.blocks import Block, Column, Facts, Number, ReportSection, Table, Text, once
 from kinetostatics.layout.numbers import (
     FORCE_KINDS,
     MASSES,
@@ -30,7 +30,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.sections.kinds import Section as BeamSection
 
 
-def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[Section]:
+def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[ReportSection]:
     """Return the tables of all forces."""
     force, moment = result.base_wrench[:3], result.base_wrench[3:]
     ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
@@ -43,7 +43,7 @@ def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, s
         ("ground", "Ground: its reaction, acting on the robot, about the base link's origin"): [Facts(ground)],
         ("beams", "Beams"): _beams(result, noise),
     }
-    return [Section(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
+    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
 
 
 def sizes(wrenches: Iterable[Array]) -> Array:

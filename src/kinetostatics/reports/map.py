@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.layout.blocks import Block, Section, Table, Text
+from kinetostatics.layout.blocks import Block, ReportSection, Table, Text
 from kinetostatics.layout.numbers import MISSING, NOISE, largest
 from kinetostatics.layout.report import Report
 from kinetostatics.math.ordering import EQUAL, first_largest
@@ -47,7 +47,7 @@ def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
     return Report(title, lambda: _sections(ds, seconds))
 
 
-def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[Section]:
+def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
     dims, size = ds["status"].dims, int(ds["status"].size)
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
     several = 0
@@ -72,14 +72,16 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[Section]:
             for k in range(part.sizes[name]):
                 _look_at(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
     told = [*((number, word) for word, number in counts.items()), (several, "of them counted more than once")]
-    yield Section(None, [Text(f"{number:>10d} {word}") for number, word in told if number])
+    yield ReportSection(None, [Text(f"{number:>10d} {word}") for number, word in told if number])
     if within:
-        yield Section(None, _extremes(within, ds))
+        yield ReportSection(None, _extremes(within, ds))
         yield from (_by_value(ds, name, rows) for name, rows in by_value.items())
     elif outside:
-        yield Section(None, [Text("no pose is within the joints' limits; beyond them:"), *_extremes(outside, ds)])
+        yield ReportSection(None, [Text("no pose is within the joints' limits; beyond them:"), *_extremes(outside, ds)])
     if seconds is not None:  # of fewer poses it says how long Python takes to start
-        yield Section(None, [Text(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))])
+        yield ReportSection(
+            None, [Text(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))]
+        )
 
 
 def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
@@ -122,7 +124,7 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
     ]
 
 
-def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> Section:
+def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> ReportSection:
     """Return a table of the largest values, by the values of a parameter; kinds that are zero everywhere are left out."""
     named = dict.fromkeys(kind for row in rows for kind in row)
     kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
@@ -134,7 +136,7 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> Sectio
         ]
         for value, row in zip(ds[name].values, rows, strict=True)
     ]
-    return Section(f"by {name}, each over all other axes:", [Table.of_rows([name, *titles], cells)] if kinds else [])
+    return ReportSection(f"by {name}, each over all other axes:", [Table.of_rows([name, *titles], cells)] if kinds else [])
 
 
 def _actuator_word(unit: str) -> str:

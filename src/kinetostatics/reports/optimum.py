@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from kinetostatics.layout.blocks import Number, Section, Table, Text, Word
+from kinetostatics.layout.blocks import Number, ReportSection, Table, Text, Word
 from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, NOISE, UNITS_OF, in_unit
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
@@ -25,7 +25,7 @@ def optimum_report(found: Optimum) -> Report:
     return Report(title, lambda: _sections(found), lambda: _data(found))
 
 
-def _sections(found: Optimum) -> list[Section]:
+def _sections(found: Optimum) -> list[ReportSection]:
     parameters = [(name, _value(value, found.units.get(name, ""))) for name, value in found.parameters.items()]
     rows = []
     for item in found.requirements:
@@ -33,9 +33,11 @@ def _sections(found: Optimum) -> list[Section]:
         rows.append((item.text, worst, margin_words(item.margin), where))
     requirements = Table.of_rows(("requirement", "worst", "margin", "at"), rows, "lrrl")
     return [
-        Section("Parameters", [Table.of_rows(("parameter", "value"), parameters)], "parameters"),
-        Section(f"Requirements, at the worst of {count(found.poses, 'pose')}", [requirements] if rows else [], "requirements"),
-        Section("", [Text(text) for text in _sentences(found)]),
+        ReportSection("Parameters", [Table.of_rows(("parameter", "value"), parameters)], "parameters"),
+        ReportSection(
+            f"Requirements, at the worst of {count(found.poses, 'pose')}", [requirements] if rows else [], "requirements"
+        ),
+        ReportSection("", [Text(text) for text in _sentences(found)]),
     ]
 
 
@@ -107,7 +109,7 @@ def pareto_report(found: ParetoFront) -> Report:
     title = f"Pareto front of {found[0].robot.name!r}: {first} against {second}, {count(len(found), 'design')}"
     names = ("minimized", "units", "objectives", "parameters", "searched", "evaluations")
 
-    def sections() -> list[Section]:
+    def sections() -> list[ReportSection]:
         rows = []
         for optimum, both in zip(found, found.objectives.tolist(), strict=True):
             values = [_value(value, optimum.units.get(name, "")) for name, value in optimum.parameters.items()]
@@ -117,6 +119,6 @@ def pareto_report(found: ParetoFront) -> Report:
         header = (first, second, *found.parameters, "what decides besides")
         table = Table.of_rows(header, rows, "r" * (len(header) - 1) + "l")
         said = f"How: {found.searched}; {found.evaluations} robots were analysed."
-        return [Section("Designs of which none is better in both", [table], "designs"), Section("", [Text(said)])]
+        return [ReportSection("Designs of which none is better in both", [table], "designs"), ReportSection("", [Text(said)])]
 
     return Report(title, sections, lambda: {**attributes(found, names), "points": [_data(item) for item in found]})

@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Facts, Number, Section, Table
+from kinetostatics.layout.blocks import Facts, Number, ReportSection, Table
 from kinetostatics.layout.numbers import FORCES, LENGTHS, MASSES, MILLIMETRES, NOISE, PER_CENT, STRESSES, UNITS_OF, largest
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
@@ -30,7 +30,7 @@ def limb_report(limb: LimbResult) -> Report:
             rows.append((label, Number.range_of(values[..., k], UNITS_OF[unit], noise[unit])))
     words = ", ".join(f"{label} {number}" for label, number in rows) or "no constraint wrench"
     table = Table.of_rows(("wrench acting on the limb", "intensity"), rows)
-    return Report(f"LimbResult {limb.name!r}: {words}", lambda: [Section("", [table])], lambda: limb_data(limb))
+    return Report(f"LimbResult {limb.name!r}: {words}", lambda: [ReportSection("", [table])], lambda: limb_data(limb))
 
 
 def beam_report(beam: BeamResult) -> Report:
@@ -44,7 +44,7 @@ def beam_report(beam: BeamResult) -> Report:
         ("largest deflection", Number.range_of(np.linalg.norm(beam.deflections, axis=-1).max(axis=-1), LENGTHS)),
     ]
     words = ", ".join(f"{name} {number}" for name, number in rows[:4])
-    return Report(f"BeamResult {beam.name!r}: {words}", lambda: [Section("", [Facts(rows)])], lambda: beam_data(beam))
+    return Report(f"BeamResult {beam.name!r}: {words}", lambda: [ReportSection("", [Facts(rows)])], lambda: beam_data(beam))
 
 
 def limb_data(limb: LimbResult) -> dict[str, object]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.blocks import Facts, Number, Section, Table, Word
+from kinetostatics.layout.blocks import Facts, Number, ReportSection, Table, Word
 from kinetostatics.layout.numbers import DEGREES, FORCES, MILLIMETRES, MOMENTS, NOISE, NumberFormat, Units, vector
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
@@ -114,7 +114,7 @@ def configuration_report(configuration: Configuration) -> Report:
     title = [f"Configuration of {configuration.robot.name!r}: ", *state_title(configuration)]
     title.append("; " + ", ".join(f"{name} {number}" for name, number in rows[:6]))
     header = ("coordinate", "value" if configuration.shape == () else "range")
-    return Report(title, lambda: [Section("", [Table.of_rows(header, rows)])], lambda: configuration_data(configuration))
+    return Report(title, lambda: [ReportSection("", [Table.of_rows(header, rows)])], lambda: configuration_data(configuration))
 
 
 def configuration_data(configuration: Configuration) -> dict[str, object]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kinetostatics.analysis import free_twists
-from kinetostatics.layout.blocks import Block, Facts, Number, Section, Text, warning_section
+from kinetostatics.layout.blocks import Block, Facts, Number, ReportSection, Text, warning_section
 from kinetostatics.layout.numbers import (
     CLOSED,
     ENERGIES,
@@ -62,21 +62,21 @@ def _motion(result: Result) -> Iterator[str]:
         yield f"; {result.point_name} moves by {moves}, the platform turns by {turns}"
 
 
-def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[Section]:
+def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[ReportSection]:
     states = [*statuses_of(result)[1:], *reversed(facts_of(result))]
-    yield Section(None, [Text(f", {words}", lead=word) for word, where, words in states if where])
-    yield Section("Pose", [_pose(result)], "pose")
+    yield ReportSection(None, [Text(f", {words}", lead=word) for word, where, words in states if where])
+    yield ReportSection("Pose", [_pose(result)], "pose")
     if result.status == Status.SINGULAR:
-        yield Section("What can still move", _free_motions(result), "motions")
+        yield ReportSection("What can still move", _free_motions(result), "motions")
     if result.status not in WITHOUT_NUMBERS:
         noise = magnitudes(result)
-        yield Section("Summary", [summary_facts(result, noise)], "summary")
+        yield ReportSection("Summary", [summary_facts(result, noise)], "summary")
         yield from _motion_sections(result, noise)
         yield from force_sections(result, noise, hinge_axes)
         if result.beams:
             what = "beams and elastic joints" if result.robot.description.joint_stiffness else "beams"
             energy = (f"Strain energy of the {what}", Number.of(result.strain_energy, ENERGIES))
-            yield Section("", [Facts([energy])], "energy", detail=True)
+            yield ReportSection("", [Facts([energy])], "energy", detail=True)
     yield warning_section(result.warnings)
 
 
@@ -125,7 +125,7 @@ def _free_motions(result: Result) -> list[Block]:
 # ---- the platform --------------------------------------------------------------------------------------------------
 
 
-def _motion_sections(result: Result, noise: NoiseFloor) -> list[Section]:
+def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
     """Return the tables of the platform's twist and stiffness."""
     kinds = {kind: np.sum(list(named.values()), axis=0) for kind, named in result.source_contributions.items()}
     parts = {
@@ -147,7 +147,7 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[Section]:
         ("parts", "Elastic displacement of the parts of the limbs"): _twists(parts, noise),
         ("stiffness", f"Stiffness of the platform {at}, actuators locked"): stiffness_blocks(result),
     }
-    return [Section(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
+    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
 
 
 def _twists(twists: Mapping[str, Array], noise: NoiseFloor) -> list[Block]:

@@ -20,7 +20,7 @@ from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.files.bundled import shown_path
-from kinetostatics.layout.blocks import Block, Column, Facts, Lines, Section, Table, Text, warning_section
+from kinetostatics.layout.blocks import Block, Column, Facts, Lines, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import CLOSED, MASSES, MILLIMETRES, join_words, quantity
 from kinetostatics.layout.plain import attributes, plain
 from kinetostatics.layout.report import Report
@@ -69,19 +69,19 @@ def _title(name: str, limbs: Sized, actuators: Sized, beams: Sized) -> str:
     return f"Robot {name!r}: " + ", ".join(count(len(some), noun) for some, noun in counts)
 
 
-def facts_sections(facts: RobotFacts) -> Iterator[Section]:
+def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
     """Yield the sections of the report."""
-    yield Section(None, [_summary(facts)])
-    yield Section("Limbs, from base to platform", _limbs(facts), "limbs")
-    yield Section("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
+    yield ReportSection(None, [_summary(facts)])
+    yield ReportSection("Limbs, from base to platform", _limbs(facts), "limbs")
+    yield ReportSection("Beams, at the zero pose", _beams(facts) if facts.beams else [], "beams")
     title = "Elastic joints, along and about the axes of their frames"
-    yield Section(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
-    yield Section("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
-    yield Section("Joints that follow others", [Text(_follower(item)) for item in facts.followers], "followers")
+    yield ReportSection(title, _elastic_joints(facts.elastic_joints) if facts.elastic_joints else [], "joints")
+    yield ReportSection("Springs between links", _springs(facts.springs) if facts.springs else [], "springs")
+    yield ReportSection("Joints that follow others", [Text(_follower(item)) for item in facts.followers], "followers")
     for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
         if weight is not None and (role == "platform" or weight.mass or weight.graph.hanging):
-            yield Section(f"On the {role}", _dead_weight(weight), "attached")
-    yield Section("Cannot be analysed", [Text(item, "warning") for item in facts.problems], "problems")
+            yield ReportSection(f"On the {role}", _dead_weight(weight), "attached")
+    yield ReportSection("Cannot be analysed", [Text(item, "warning") for item in facts.problems], "problems")
     yield warning_section(facts.warnings)
 
 
@@ -116,7 +116,7 @@ def description_report(description: RobotDescription) -> Report:
     table = Table.of_rows(("", "number", "names"), rows)
     return Report(
         f"RobotDescription {description.name!r} from {shown_path(description.path)!r}: {counts}",
-        lambda: [Section("", [table])],
+        lambda: [ReportSection("", [table])],
         lambda: {"name": description.name, "platform": description.platform, **{f"{noun}s": some for some, noun in found}},
     )
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Block, Column, Section, Table, Text
+from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Text
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
 from kinetostatics.layout.plain import plain
 from kinetostatics.layout.report import Report
@@ -38,7 +38,7 @@ def sensitivities_report(found: Sensitivities) -> Report:
     return Report(title, lambda: _sections(found, size, who), lambda: _data(found))
 
 
-def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
+def _sections(found: Sensitivities, size: float, who: str) -> Iterator[ReportSection]:
     def moved_by(moves: Sequence[float]) -> list[Column]:
         parts = [f"{round(100 * move / size, 3) + 0.0:+.3f}" if size else "" for move in moves]
         return [Column.of(f"moves {who} by", moves, LENGTHS), Column("of it [%]", parts, "r")]
@@ -59,18 +59,18 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[Section]:
             columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
         kinds = {is_part(name) for name in sizes}
         what = "parameter" if len(kinds) > 1 else "number of a part" if kinds == {True} else "parameter of the file"
-        yield Section(f"What one per cent more of each {what} does", [Table(columns), *_more(sizes)], "parameters")
+        yield ReportSection(f"What one per cent more of each {what} does", [Table(columns), *_more(sizes)], "parameters")
     shifts = [name for name in found if is_location(name)]
     if shifts and moved:
         by = Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r")
         columns = [Column("what", shifts[:MOST]), by, *moved_by([found.shift_effect(name) for name in shifts[:MOST]])]
         title = "What a millimetre or milliradian of each placement or centre of mass does, along and about its own axes"
-        yield Section(title, [Table(columns), *_more(shifts)], "placements")
+        yield ReportSection(title, [Table(columns), *_more(shifts)], "placements")
     if found.sources:
         names = sorted(found.sources, key=found.source_effect)
         columns = [Column("what", names), *moved_by([found.source_effect(name) for name in names])]
-        yield Section("What one per cent more stiffness of each part does: stiffen the first", [Table(columns)], "sources")
-    yield Section("", _sentences(found, sizes))
+        yield ReportSection("What one per cent more stiffness of each part does: stiffen the first", [Table(columns)], "sources")
+    yield ReportSection("", _sentences(found, sizes))
 
 
 def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:

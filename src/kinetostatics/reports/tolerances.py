@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.layout.blocks import Column, Number, Section, Table, Text
+from kinetostatics.layout.blocks import Column, Number, ReportSection, Table, Text
 from kinetostatics.layout.numbers import (
     ANGLES,
     FORCES,
@@ -49,7 +49,7 @@ def tolerances_report(found: Tolerances) -> Report:
     return Report(title, lambda: _sections(found, who), lambda: _data(found))
 
 
-def _sections(found: Tolerances, who: str) -> list[Section]:
+def _sections(found: Tolerances, who: str) -> list[ReportSection]:
     names, effects = list(found.effects), list(found.effects.values())
     items = [found.parameters[name] for name in names]
     columns = [Column("parameter", names)]
@@ -70,7 +70,7 @@ def _sections(found: Tolerances, who: str) -> list[Section]:
     columns.append(Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"))
     title = f"Effect of each alone, to first order, ranked by {found.ranked_by}"
     more = [Text(f"and {len(found.parameters) - len(names)} more")] if len(names) < len(found.parameters) else []
-    ranked = Section(title, [Table(columns), *more], "effects")
+    ranked = ReportSection(title, [Table(columns), *more], "effects")
     three = found.nominal, found.worst_case, found.standard_deviation
     rows = [
         _row(title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
@@ -82,8 +82,8 @@ def _sections(found: Tolerances, who: str) -> list[Section]:
             rows.append(_row(f"stiffness {name}", [item.stiffness[k, k] for item in three], sampled, units))
     header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
     title = f"Variation: first order (worst case, standard deviation), and {len(found.samples.displacement):,} random samples"
-    variation = Section(title, [Table.of_rows(header, rows)], "variation")
-    return [ranked, variation, Section("", [Text(text) for text in _sentences(found, locks)])]
+    variation = ReportSection(title, [Table.of_rows(header, rows)], "variation")
+    return [ranked, variation, ReportSection("", [Text(text) for text in _sentences(found, locks)])]
 
 
 def _amount(item: Tolerance) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Block, Cell, Column, Number, Section, Table, Text, Word
+from kinetostatics.layout.blocks import Block, Cell, Column, Number, ReportSection, Table, Text, Word
 from kinetostatics.layout.numbers import STIFFNESSES, TURNING_STIFFNESSES, NoiseFloor, NumberFormat
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
@@ -46,22 +46,22 @@ def verification_report(found: Verification) -> Report:
     verdict, _, more = (found.verdict[0].upper() + found.verdict[1:]).partition(":")
     lead = Word(verdict, "good" if found.verified else "bad" if found.conclusive else "doubtful")
     title = [f"Check of {robot.name!r} by finite elements (OpenSees): ", Word(found.verdict.partition(":")[0], lead.tone)]
-    return Report(title, lambda: [*_sections(found), Section("", [Text(f":{more}", lead=lead)])], lambda: _data(found))
+    return Report(title, lambda: [*_sections(found), ReportSection("", [Text(f":{more}", lead=lead)])], lambda: _data(found))
 
 
-def _sections(found: Verification) -> Iterator[Section]:
+def _sections(found: Verification) -> Iterator[ReportSection]:
     theirs, result = found.finite_elements, found.result
-    yield Section("Pose", [pose_facts(found.configuration, result.gravity, result.load)], "pose")
+    yield ReportSection("Pose", [pose_facts(found.configuration, result.gravity, result.load)], "pose")
     noise = NoiseFloor.of([theirs.twist], theirs.joint_wrenches.values(), found.length)
     formats = noise.format("displacement", theirs.twist[:3], DIGITS), noise.format("rotation", theirs.twist[3:], DIGITS)
     twist = _components(found.ours.twist, theirs.twist, *formats)
-    yield Section("Twist of the platform at o, world axes", [twist], "twist")
+    yield ReportSection("Twist of the platform at o, world axes", [twist], "twist")
     title = "Stiffness of the platform at o, world axes, actuators locked: the diagonal"
-    yield Section(title, [_stiffness(found)], "stiffness")
+    yield ReportSection(title, [_stiffness(found)], "stiffness")
     title = "Actuators, positive along the joint's positive direction"
-    yield Section(title, _actuators(found, noise) if theirs.actuator_forces else [], "forces")
+    yield ReportSection(title, _actuators(found, noise) if theirs.actuator_forces else [], "forces")
     title = "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre"
-    yield Section(title, [_joints(found, noise)], "joints")
+    yield ReportSection(title, [_joints(found, noise)], "joints")
     rows = [
         (
             WORDS[name],
@@ -73,7 +73,7 @@ def _sections(found: Verification) -> Iterator[Section]:
     ]
     table = Table.of_rows(("", "difference", "finite elements' own scatter", ""), rows, "lrrl")
     missing = [Text(f"{name}: not compared: {why}") for name, why in found.not_compared.items()]
-    yield Section("Differences, relative", [table, *missing], "differences")
+    yield ReportSection("Differences, relative", [table, *missing], "differences")
 
 
 def _rows(names: Iterable[str], ours: Iterable[float], theirs: Iterable[float], formats: Iterable[NumberFormat]) -> Table:

@@ -48,10 +48,10 @@ def build(
         loads: on links, as there.
         payload: as there.
     """
-    return _Builder(configuration, assembly_errors or {}).build(load, gravity, point, frame, loads or {}, payload)
+    return _FrameBuilder(configuration, assembly_errors or {}).build(load, gravity, point, frame, loads or {}, payload)
 
 
-class _Builder:
+class _FrameBuilder:
     def __init__(self, configuration: Configuration, assembly_errors: Mapping[str, object]) -> None:
         self.configuration = configuration
         self.description = configuration.robot.description

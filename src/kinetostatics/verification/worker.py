@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import TypeAlias, TypedDict
 
 
-class Spring(TypedDict):
+class SpringInput(TypedDict):
     """Between two nodes; a stiffness None: it blocks that direction."""
 
     tag: int
@@ -31,7 +31,7 @@ class Spring(TypedDict):
     assembly_error: list[float]
 
 
-class Beam(TypedDict):
+class BeamInput(TypedDict):
     """A beam, the force along it, and what acts on its two ends beside."""
 
     tag: int
@@ -48,8 +48,8 @@ class Frame(TypedDict):
     nodes: list[list[float]]
     fixed: list[int]
     ties: list[list[int]]
-    springs: list[Spring]
-    beams: list[Beam]
+    springs: list[SpringInput]
+    beams: list[BeamInput]
     loads: list[tuple[int, list[float]]]
     probes: list[int]
     springs_at_level: list[tuple[float, float]]
@@ -131,7 +131,7 @@ def displacements(ops: ModuleType, frame: Frame) -> list[float]:
     return [float(value) for probe in frame["probes"] for value in ops.nodeDisp(probe)]
 
 
-def assembly_error_forces(spring: Spring, penalty: float) -> list[float]:
+def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
     """Return the force and moment, in the frame's axes, that take back the assembly error of a spring's second node."""
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]

@@ -13,14 +13,14 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
 from kinetostatics.results.beam import BeamResult
-from kinetostatics.viewer.joints import Joint
+from kinetostatics.viewer.joints import DrawnJoint
 from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 from kinetostatics.viewer.springs import DrawnSpring
 
 
 @dataclass(frozen=True, eq=False)
-class Row:
+class CardRow:
     """A number, or the components of a vector, in every frame: words, how it is written, and SI values (F,) or (F, w)."""
 
     words: str
@@ -48,7 +48,7 @@ class Card:
     """
 
     kind: str
-    rows: list[Row]
+    rows: list[CardRow]
     note: str
     first: int = 0
     lines: dict[str, Array] = field(default_factory=dict)
@@ -63,7 +63,7 @@ class Card:
 
 
 @dataclass(frozen=True)
-class Quantity:
+class BeamQuantity:
     """Something along beams that colours can show: its key in :attr:`Card.lines`, words, unit, and its largest magnitude [SI]."""
 
     key: str
@@ -79,7 +79,7 @@ class Quantity:
         }  # fmt: skip
 
 
-def quantities_of(cards: Iterable[Card]) -> list[Quantity]:
+def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
     """Return what colours can show besides the deflection; a stress only where a section says its outline."""
     found = []
     for key, words, units, digits, signed in (
@@ -90,14 +90,14 @@ def quantities_of(cards: Iterable[Card]) -> list[Quantity]:
         values = [card.lines[key] for card in cards if key in card.lines]
         known = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
         if known.size:
-            found.append(Quantity(key, words, NumberFormat.of(known, units, digits=digits), float(known.max()), signed))
+            found.append(BeamQuantity(key, words, NumberFormat.of(known, units, digits=digits), float(known.max()), signed))
     return found
 
 
 class Cards:
     """Makes the cards of the shown poses."""
 
-    def __init__(self, poses: ShownPoses, joints: Sequence[Joint], springs: Sequence[DrawnSpring]) -> None:
+    def __init__(self, poses: ShownPoses, joints: Sequence[DrawnJoint], springs: Sequence[DrawnSpring]) -> None:
         self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
         self.noise = magnitudes(self.result)
         self.actuators = actuator_coordinates(self.result.configuration)
@@ -123,19 +123,20 @@ class Cards:
         lengths = NumberFormat.of([*spring.length, found.free_length], MILLIMETRES)
         force = NumberFormat.of([*spring.tension, found.preload], FORCES)
         rows = [
-            Row("force, tension positive", force, spring.tension), Row("length", lengths, spring.length),
-            Row("free length", lengths, none + found.free_length), Row("force at the free length", force, none + found.preload),
-            Row("stiffness", NumberFormat.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
+            CardRow("force, tension positive", force, spring.tension), CardRow("length", lengths, spring.length),
+            CardRow("free length", lengths, none + found.free_length),
+            CardRow("force at the free length", force, none + found.preload),
+            CardRow("stiffness", NumberFormat.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
         ]  # fmt: skip
         return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before the robot deforms.")
 
     def _mass(self, name: str) -> Card:
         mass = self.result.robot.description.links[name].mass
-        return Card("mass at a point", [Row("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
+        return Card("mass at a point", [CardRow("mass", NumberFormat.of(mass, MASSES), np.full(self.poses.count, mass))], "")
 
     # ---- beams ------------------------------------------------------------------------------------------------------
 
-    def _beam_rows(self, beams: list[BeamResult]) -> list[list[Row]]:
+    def _beam_rows(self, beams: list[BeamResult]) -> list[list[CardRow]]:
         """Return the rows of all beams, each in one unit for all of them, as in the report's table."""
         take, noise = self.poses.take, self.noise
         axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
@@ -155,9 +156,9 @@ class Cards:
             ("end displacement", shift, [values[:, -1] for values in shifts]),
             ("largest displacement", shift, [values.max(axis=1) for values in shifts]),
         ]
-        return [[Row(words, scale, values[k]) for words, scale, values in columns] for k in range(len(beams))]
+        return [[CardRow(words, scale, values[k]) for words, scale, values in columns] for k in range(len(beams))]
 
-    def _beam(self, beam: BeamResult, rows: list[Row], first: int) -> Card:
+    def _beam(self, beam: BeamResult, rows: list[CardRow], first: int) -> Card:
         wrenches = self.poses.take(beam.section_wrenches)[:, :: self.poses.step]
         stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
@@ -170,9 +171,9 @@ class Cards:
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
-    def _joint(self, joint: Joint) -> Card:
+    def _joint(self, joint: DrawnJoint) -> Card:
         connections = self.result.robot.mechanism.connections
-        rows: list[Row] = []
+        rows: list[CardRow] = []
         told: list[Array] = []
         for name in joint.joints:
             if name not in self.result.joint_wrenches:
@@ -184,20 +185,23 @@ class Cards:
             of = f" of {name}" if told[1:] else ""
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
                 scale = self.noise.format(kind, part)
-                rows += [Row(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)), Row(f"{kind}{of}: x, y, z", scale, part)]
+                rows += [
+                    CardRow(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)),
+                    CardRow(f"{kind}{of}: x, y, z", scale, part),
+                ]
             if name in self.actuators:
                 rows += self._actuator(name)
         kind = " + ".join(dict.fromkeys(connections[name].kind for name in joint.joints)) + " joint"
         note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."
         return Card(kind + ", driven" * joint.driven, rows, note if rows else "")
 
-    def _actuator(self, name: str) -> list[Row]:
+    def _actuator(self, name: str) -> list[CardRow]:
         values, units, noise = self.actuators[name]
         along, force = self.poses.of_configuration(values, 0), self.poses.take(self.result.actuator_forces[name])
         kind = FORCE_KINDS[actuator_unit(self.result.robot, name)]
         ((unit, factor),) = units
         words = "force" if kind == "force" else "torque"
         return [
-            Row(f"position of {name}", NumberFormat(unit, factor, 4, noise), along),
-            Row(f"{words} of {name}", self.noise.format(kind, force), force),
+            CardRow(f"position of {name}", NumberFormat(unit, factor, 4, noise), along),
+            CardRow(f"{words} of {name}", self.noise.format(kind, force), force),
         ]

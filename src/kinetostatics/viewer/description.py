@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, quantities_of
-from kinetostatics.viewer.facts import Facts
+from kinetostatics.viewer.facts import FrameFacts
 from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
 
@@ -175,7 +175,7 @@ class Scene:
     size: float
     exaggeration: float
     readout: int
-    facts: Facts
+    facts: FrameFacts
     meshes: list[Mesh] = field(default_factory=list)
     arrows: list[Arrow] = field(default_factory=list)
     frames: list[tuple[str, int, str]] = field(default_factory=list)

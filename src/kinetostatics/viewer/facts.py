@@ -16,7 +16,7 @@ from kinetostatics.viewer.poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)
-class Facts:
+class FrameFacts:
     """The pose and what acts on it, in every frame of a path.
 
     Attributes:
@@ -57,7 +57,7 @@ class Facts:
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
-def find_facts(poses: ShownPoses, displacements: Array, size: float) -> Facts:
+def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFacts:
     """Return the facts of the shown poses of a robot of a size [m]; ``displacements`` (…, 3) [m] are all that colours tell."""
     result, configuration = poses.result, poses.result.configuration
     pose = []
@@ -70,7 +70,7 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> Facts:
             status[frame].insert(0, f"{title}, {words}")
     shift = float(np.linalg.norm(displacements, axis=-1).max(initial=0.0))
     twists = poses.platform_twist[..., 3:]
-    return Facts(
+    return FrameFacts(
         pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),
         ["; ".join(words[: max(1, len(words) - 1)]) for words in status],
         NumberFormat.of(shift, LENGTHS, digits=4),

@@ -12,7 +12,7 @@ from kinetostatics.viewer.poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)
-class Joint:
+class DrawnJoint:
     """One joint as it is drawn; joints that turn about one point in turn are one ball.
 
     Attributes:
@@ -36,11 +36,11 @@ class Joint:
     beam: str | None
 
 
-def find_joints(poses: ShownPoses) -> list[Joint]:
+def find_joints(poses: ShownPoses) -> list[DrawnJoint]:
     """Return all joints that can move."""
     robot = poses.result.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
-    found: list[Joint] = []
+    found: list[DrawnJoint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():
         loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
@@ -57,11 +57,11 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
         ):  # fmt: skip
             names = (*before.joints, connection.name)
             common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
-            found[-1] = Joint(common, names, before.links | links, before.centre, None, before.twist, False, None)
+            found[-1] = DrawnJoint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
         single = _axis(poses, connection) if connection.type.is_on_axis else None
         found.append(
-            Joint(
+            DrawnJoint(
                 connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),
                 connection.driven, inside.get(connection.name),
             )
@@ -95,7 +95,7 @@ def _twist(poses: ShownPoses, connection: Connection, centre: Array) -> Array:
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
-def marker_radius(poses: ShownPoses, joint: Joint, size: float) -> float:
+def marker_radius(poses: ShownPoses, joint: DrawnJoint, size: float) -> float:
     """Return a radius [m] that goes well with the beams at a joint."""
     beams = poses.result.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]

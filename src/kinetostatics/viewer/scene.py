@@ -69,11 +69,13 @@ def describe_scene(
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = ShownPoses(result, pose, every)
-    scene = _Builder(poses, link_visuals(result.robot.description) if visuals is None else visuals, like).build(title, groups)
+    scene = _SceneBuilder(poses, link_visuals(result.robot.description) if visuals is None else visuals, like).build(
+        title, groups
+    )
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
-class _Builder:
+class _SceneBuilder:
     def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
         self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)

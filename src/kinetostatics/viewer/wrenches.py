@@ -11,7 +11,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
-from kinetostatics.viewer.joints import Joint, marker_radius
+from kinetostatics.viewer.joints import DrawnJoint, marker_radius
 from kinetostatics.viewer.loads import about_point, loads_on_links
 from kinetostatics.viewer.poses import ShownPoses, moved, moved_wrench
 from kinetostatics.viewer.shapes import crossed, frames_along
@@ -32,7 +32,7 @@ class Wrenches:
         self,
         poses: ShownPoses,
         stations: Stations,
-        joints: Sequence[Joint],
+        joints: Sequence[DrawnJoint],
         springs: Sequence[DrawnSpring],
         at: dict[str, int],
         size: float,
@@ -127,7 +127,7 @@ class Wrenches:
                 positive=axis, anchor=axis,
             )  # fmt: skip
 
-    def _joints_of(self, limb: Limb) -> list[Joint]:
+    def _joints_of(self, limb: Limb) -> list[DrawnJoint]:
         """Return a limb's joints that have a place, the platform's first, the base's last."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.edges}
@@ -137,7 +137,7 @@ class Wrenches:
         return sorted(mine, key=lambda item: bool(item.links & ends[1]) - bool(item.links & ends[0]))
 
     def _screw(
-        self, group: str, limb: str, label: str, joints: list[Joint], unit: Array, parts: Array, outward: Array
+        self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
         """Yield a unit wrench (F, 6) about o times its intensity as a force on its line of action, a couple, or both."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
@@ -220,7 +220,7 @@ class Wrenches:
             vector = parts[..., None] * joint.axis[:, None]
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
-    def _beside(self, joint: Joint) -> tuple[int, tuple[float, float, float]]:
+    def _beside(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
         """Return station and offset for an actuator's arrow: beside a telescopic beam, which would hide it, else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)

@@ -7,7 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import Coordinates, Search, _learnt, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.search import BroydenSearch, ScaledCoordinates, _learnt, arrival_tolerance, error_tolerance
 from kinetostatics.math.orientation import orientation_named
 
 
@@ -44,7 +44,7 @@ def test_a_slope_is_learnt_unless_it_says_next_to_nothing(gives, learns):
 )
 def test_a_search_goes_on_as_long_as_errors_are_halved(errors, goes_on):
     """From 1 on; with 1e-12 enough, and 1e-15 as good as it gets."""
-    search = Search.begun(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), np.array([[1.0]]))  # which hardly moves
+    search = BroydenSearch.begun(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), np.array([[1.0]]))  # which hardly moves
     for number, error in enumerate(errors):
         assert search.going, number
         search = search.learnt(np.array([[error]]), 1e-12)
@@ -54,7 +54,7 @@ def test_a_search_goes_on_as_long_as_errors_are_halved(errors, goes_on):
 
 def test_a_search_that_never_ends_is_given_up(monkeypatch):
     calls = []
-    monkeypatch.setattr(Search, "learnt", lambda self, *_: calls.append(1) or self)
+    monkeypatch.setattr(BroydenSearch, "learnt", lambda self, *_: calls.append(1) or self)
     with pytest.raises(ks.StaticsError, match="the sag changes too much from pose to pose, as beside a singular pose"):
         ks.compensate(package_robots.robot("five_bar").assemble(platform={"x": 0.03, "y": 0.3}), [0, -4, 0, 0, 0, 0])
     assert len(calls) == 40
@@ -63,10 +63,12 @@ def test_a_search_that_never_ends_is_given_up(monkeypatch):
 def test_the_first_step_takes_the_error_away():
     """In the direction against it, by the inverse slope that is known; where nothing is off nothing moves."""
     inverse = np.array([[2.0, 0.0], [0.0, 0.5]])[:, :, None] * np.ones(2)
-    search = Search.begun(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
+    search = BroydenSearch.begun(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
     np.testing.assert_allclose(search.u, [[0.8, 1.0], [1.1, 1.0]])
     assert search.going.tolist() == [True, False]
-    assert [bool(Search.begun(np.ones((1, 1)), inverse[:1, :1, :1], np.array([[size]])).going) for size in (9e-16, 2e-15)] == [
+    assert [
+        bool(BroydenSearch.begun(np.ones((1, 1)), inverse[:1, :1, :1], np.array([[size]])).going) for size in (9e-16, 2e-15)
+    ] == [
         0,
         1,
     ]
@@ -74,14 +76,14 @@ def test_the_first_step_takes_the_error_away():
 
 def test_coordinates_are_lengths():
     """Angles times the robot's length."""
-    found = Coordinates(("x", "z", "rx"), orientation_named("XYZ"), 5.0)
+    found = ScaledCoordinates(("x", "z", "rx"), orientation_named("XYZ"), 5.0)
     turn = np.array([[1, 0, 0], [0, np.cos(0.3), -np.sin(0.3)], [0, np.sin(0.3), np.cos(0.3)]])[:, :, None]
     np.testing.assert_allclose(found.of((turn, np.array([[1.0], [2.0], [3.0]]))), [[1.0], [3.0], [1.5]], rtol=1e-12)
 
 
 def test_only_coordinates_of_the_platform_are_found():
     with pytest.raises(ValueError, match="not in tuple"):
-        Coordinates(("z", "actuator"), orientation_named(None), 1.0)
+        ScaledCoordinates(("z", "actuator"), orientation_named(None), 1.0)
 
 
 def test_without_a_load_there_is_none():

@@ -2,7 +2,7 @@
 
 import re
 
-from kinetostatics.layout.blocks import Facts, Lines, Section, Table, Text
+from kinetostatics.layout.blocks import Facts, Lines, ReportSection, Table, Text
 from kinetostatics.layout.report import Report
 
 
@@ -11,7 +11,7 @@ def cells(html):
 
 
 def html_of(*blocks):
-    return Report("Report", lambda: [Section("A title", blocks)]).html()
+    return Report("Report", lambda: [ReportSection("A title", blocks)]).html()
 
 
 def test_tables_and_sentences():

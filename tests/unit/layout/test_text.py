@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from kinetostatics.layout.blocks import Column, Facts, Lines, Number, Section, Table, Text, Word, once, warning_section
+from kinetostatics.layout.blocks import Column, Facts, Lines, Number, ReportSection, Table, Text, Word, once, warning_section
 from kinetostatics.layout.colour import wants_colour
 from kinetostatics.layout.numbers import FORCES, LENGTHS, NumberFormat
 from kinetostatics.layout.report import Report
@@ -82,11 +82,11 @@ def report():
     return Report(
         ("Analysis of 'OK': ", Word("SINGULAR", "bad")),
         lambda: [
-            Section(None, states),
-            Section("Status", [table], "status"),
-            Section("More", [Text("all")], "more", detail=True),
-            Section("None", []),
-            Section("", [Text("at the margin")]),
+            ReportSection(None, states),
+            ReportSection("Status", [table], "status"),
+            ReportSection("More", [Text("all")], "more", detail=True),
+            ReportSection("None", []),
+            ReportSection("", [Text("at the margin")]),
             warning_section(["the rod is long " * 8]),
         ],
         lambda: {"number": float("nan"), "names": ("a", "b")},

@@ -31,7 +31,7 @@ from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
-from kinetostatics.files.xml import Element, read_file, shortened
+from kinetostatics.files.xml import XmlElement, read_file, shortened
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Types of loops by ``type``.
@@ -252,17 +252,17 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
 # ---- joints of another type, written as runs of revolutes with massless links ----------------------------------------------
 
 
-def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> Element:
+def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
     """Return the source's ``<robot>`` with these joints replaced; each is named as before, with ``_X``, ``_Y`` and ``_Z`` added.
 
     Raises:
         RobotFileError: a name that a new joint or link needs is taken.
     """
     changes = {item.joint: item for item in retyped}
-    content: list[Element | str] = []
+    content: list[XmlElement | str] = []
     for item in source.root.content:
-        name = item.attributes.get("name") if isinstance(item, Element) and item.tag == "joint" else None
-        if isinstance(item, Element) and name in changes:
+        name = item.attributes.get("name") if isinstance(item, XmlElement) and item.tag == "joint" else None
+        if isinstance(item, XmlElement) and name in changes:
             content.extend(_run_of(source, item, changes[name]))
         else:
             content.append(item)
@@ -293,14 +293,14 @@ def _new_names(item: Retyped) -> list[str]:
     return [f"{item.joint}_{axis.upper()}" for axis in item.axes]
 
 
-def _run_of(source: SourceRobot, joint: Element, item: Retyped) -> list[Element | str]:
+def _run_of(source: SourceRobot, joint: XmlElement, item: Retyped) -> list[XmlElement | str]:
     """Return the elements that stand for one joint."""
     place = joint.place
     parts = [part for part in joint.children if part.tag in ("origin", "parent", "child")]
     if not item.axes:
-        return [Element("joint", {"name": item.joint, "type": "fixed"}, tuple(parts), place)]
+        return [XmlElement("joint", {"name": item.joint, "type": "fixed"}, tuple(parts), place)]
     names = _new_names(item)
-    result: list[Element | str] = []
+    result: list[XmlElement | str] = []
     for index, (name, axis) in enumerate(zip(names, item.axes, strict=True)):
         link = f"{name}_link"
         for taken, what, where in ((name, "joint", source.joints), (link, "link", source.links)):
@@ -309,14 +309,14 @@ def _run_of(source: SourceRobot, joint: Element, item: Retyped) -> list[Element 
                 raise item.place.error(
                     f"the joint {item.joint!r} becomes {made}, but there is a {what} {taken!r} already; rename it"
                 )
-        content: list[Element | str] = [part for part in parts if part.tag != "child"]
+        content: list[XmlElement | str] = [part for part in parts if part.tag != "child"]
         if index:
-            content = [Element("parent", {"link": f"{names[index - 1]}_link"}, (), place)]
+            content = [XmlElement("parent", {"link": f"{names[index - 1]}_link"}, (), place)]
         if index < len(names) - 1:
-            content.append(Element("child", {"link": link}, (), place))
-            result += [Element("link", {"name": link}, (), place), "\n  "]
+            content.append(XmlElement("child", {"link": link}, (), place))
+            result += [XmlElement("link", {"name": link}, (), place), "\n  "]
         else:
             content += [part for part in parts if part.tag == "child"]
-        content.append(Element("axis", {"xyz": {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}[axis]}, (), place))
-        result += [Element("joint", {"name": name, "type": "continuous"}, tuple(content), place), "\n  "]
+        content.append(XmlElement("axis", {"xyz": {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}[axis]}, (), place))
+        result += [XmlElement("joint", {"name": name, "type": "continuous"}, tuple(content), place), "\n  "]
     return result[:-1]

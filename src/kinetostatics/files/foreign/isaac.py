@@ -20,13 +20,13 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.attribute_values import reference
 from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
-from kinetostatics.files.tables import NAME, POINT, TEXT, VECTOR, Row, Table
-from kinetostatics.files.xml import Element
+from kinetostatics.files.tables import NAME, POINT, TEXT, VECTOR, ElementTable, Row
+from kinetostatics.files.xml import XmlElement
 
 #: The importer's types that a loop can have.
 TYPES = ("fixed", "revolute", "continuous", "prismatic", "planar", "spherical")
 _ZERO = (0.0, 0.0, 0.0)
-LOOP_JOINT = Table(
+LOOP_JOINT = ElementTable(
     "loop_joint",
     {
         "": (Row("name", NAME), Row("type", TEXT, None)),
@@ -52,7 +52,7 @@ def read(source: SourceRobot) -> list[ForeignLoop]:
     return [_loop(source, element) for element in source.root.named("loop_joint")]
 
 
-def _loop(source: SourceRobot, element: Element) -> ForeignLoop:
+def _loop(source: SourceRobot, element: XmlElement) -> ForeignLoop:
     sides = [item for item in element.children if item.tag in ("link1", "link2")]
     if [item.tag for item in sides] == ["link1", "link1"]:
         raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer wants")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kinetostatics.description.elements import Joint, Link, Origin, Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.xml import Element
+from kinetostatics.files.xml import XmlElement
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class SourceRobot:
     """The URDF that loops are read from: its elements, its links and joints by name, and which links were ``made`` on import."""
 
     path: str
-    root: Element
+    root: XmlElement
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
     made: frozenset[str] = frozenset()
