@@ -18,6 +18,8 @@ MIDDLES = {
     "anymal_standing": {"x": 0.0, "y": 0.0, "z": 0.45, "rx": 0.0, "ry": 0.0, "rz": 0.0},
     "ur10": (0.3, -1.0, 1.2, -0.9, -1.2, 0.4),
 }
+#: Robots of the tables on pages: from the simplest to the most expensive.
+ROBOTS = ("2pru_upr", "3rps", "anymal_standing", "delta", "gough_stewart", "orthoglide", "spherical_3rrr", "ur10")
 #: What angles of the platform mean.
 ORIENTATION = "XYZ"
 

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import clocks
 import numpy as np
 import pinocchio as pin
-from beside import MANY, ORIENTATION, Around
+from beside import MANY, ORIENTATION, ROBOTS, Around
 from page import measured
 
 import kinetostatics as ks
@@ -82,7 +82,7 @@ def row(name: str) -> list[str]:
 
 def main() -> None:
     """Measure, and print the table or write it into a page."""
-    measured(__doc__, HEAD, row, "engines")
+    measured(__doc__, HEAD, row, "engines", ROBOTS)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import clocks
-from beside import ORIENTATION, Around, determining
+from beside import ORIENTATION, ROBOTS, Around, determining
 from page import measured
 
 import kinetostatics as ks
@@ -95,7 +95,7 @@ def row(name: str) -> list[str]:
 
 def main() -> None:
     """Measure, and print the table or write it into a page."""
-    measured(__doc__, HEAD, row, "calls")
+    measured(__doc__, HEAD, row, "calls", ROBOTS)
 
 
 if __name__ == "__main__":

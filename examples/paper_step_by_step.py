@@ -17,46 +17,29 @@ from reproduce_paper import ROOT
 
 PAGE = ROOT / "docs" / "explanation" / "paper.md"
 
-#: Symbol of the paper, its equation, the attribute, the key of ``--json``, what the tables print, unit and sign.
+#: Symbol of the paper, its equation, the attribute, what the tables print, unit and sign.
 SYMBOLS = [
-    ("T_i", "(2)", "– (the passive joints' twists, reciprocal to J_ic)", "–", "–", "m, rad"),
-    ("R_i", "after (16)", "– (z along the last beam, y from the first revolute axis)", "–", "limb axis, limb x, limb y", "–"),
-    ("a_i, L_i", "(20), (13)", 'result.beams["rod_1"].length', "beams.rod_1.length", "length", "m"),
-    (
-        "J_ic",
-        "(2)",
-        'result.limbs["limb_1"].constraint_wrenches',
-        "limbs.limb_1.constraint_wrenches",
-        "constraint",
-        "1, m; about o",
-    ),
-    ("J_ig", "(4)", 'result.limbs["limb_1"].attached_wrenches', "limbs.limb_1.attached_wrenches", "attached", "1, m; about o"),
+    ("T_i", "(2)", "– (the passive joints' twists, reciprocal to J_ic)", "–", "m, rad"),
+    ("R_i", "after (16)", "– (z along the last beam, y from the first revolute axis)", "limb axis, limb x, limb y", "–"),
+    ("a_i, L_i", "(20), (13)", 'result.beams["rod_1"].length', "length", "m"),
+    ("J_ic", "(2)", 'result.limbs["limb_1"].constraint_wrenches', "constraint", "1, m; about o"),
+    ("J_ig", "(4)", 'result.limbs["limb_1"].attached_wrenches', "attached", "1, m; about o"),
     (
         "W_ic, f_i1, f_i2",
         "(11)",
         'result.limbs["limb_1"].intensities, result.paper_forces',
-        "limbs.limb_1.intensities",
         "intensity",
         "N, N·m; what the platform puts on the limb",
     ),
-    ("W_ig", "(3)", 'result.limbs["limb_1"].attached_intensities', "limbs.limb_1.attached_intensities", "intensity", "N, N·m"),
-    (
-        "f_ia",
-        "(17)",
-        'result.paper_forces["limb_1"]["f_1a"]',
-        "paper_forces.limb_1.f_1a",
-        "N base end (beams)",
-        "N; tension positive",
-    ),
-    ("C_ic", "(1)", 'result.limbs["limb_1"].compliance', "limbs.limb_1.compliance", "–", "m/N, rad/(N·m)"),
-    ("K_ic", "(1)", 'result.limbs["limb_1"].stiffness', "limbs.limb_1.stiffness", "–", "N/m, N·m/rad"),
-    ("Δ_igc", "(16), (19), (21)", 'result.limbs["limb_1"].sag', "limbs.limb_1.sag", "–", "m, rad; along J_ic"),
-    ("Δ_ic, Δ_ig", "(9)", "J_icᵀ result.twist, J_igᵀ result.twist", "–", "–", "m, rad"),
-    ("W_e, W_gm", "(5)", "result.load, result.platform_weight", "load, platform_weight", "load at o", "N, N·m; about o"),
-    ("Δ", "(12)", "result.twist", "twist", "total", "m, rad; of o"),
-    ("C, K", "(12)", "result.compliance, result.stiffness", "compliance, stiffness", "Stiffness of the platform", "at o"),
-    ("d_3gy, θ_3gx", "(21)", "– (the end of the rod under its weight)", "–", "–", "m, rad"),
-    ("D_3, J′_3c", "(22), (23)", "– (the same wrenches, about A_3)", "–", "–", "–"),
+    ("W_ig", "(3)", 'result.limbs["limb_1"].attached_intensities', "intensity", "N, N·m"),
+    ("f_ia", "(17)", 'result.paper_forces["limb_1"]["f_1a"]', "N base end (beams)", "N; tension positive"),
+    ("C_ic", "(1)", 'result.limbs["limb_1"].compliance', "–", "m/N, rad/(N·m)"),
+    ("K_ic", "(1)", 'result.limbs["limb_1"].stiffness', "–", "N/m, N·m/rad"),
+    ("Δ_igc", "(16), (19), (21)", 'result.limbs["limb_1"].sag', "–", "m, rad; along J_ic"),
+    ("Δ_ic, Δ_ig", "(9)", "J_icᵀ result.twist, J_igᵀ result.twist", "–", "m, rad"),
+    ("W_e, W_gm", "(5)", "result.load, result.platform_weight", "load at o", "N, N·m; about o"),
+    ("Δ", "(12)", "result.twist", "total", "m, rad; of o"),
+    ("C, K", "(12)", "result.compliance, result.stiffness", "Stiffness of the platform", "at o"),
 ]
 
 
@@ -78,11 +61,11 @@ def page() -> str:
         "`result` is what `ks.analyze` returns. A wrench of a limb is what the platform puts on it, about o; axes are "
         "the world's.",
         "",
-        "| symbol | equation | attribute | in `--json` | in the tables | unit, sign |",
-        "|---|---|---|---|---|---|",
+        "| symbol | equation | attribute | in the tables | unit, sign |",
+        "|---|---|---|---|---|",
         *(
-            f"| {symbol} | {equation} | {_code(attribute)} | {_code(key)} | {label} | {unit} |"
-            for symbol, equation, attribute, key, label, unit in SYMBOLS
+            f"| {symbol} | {equation} | {_code(attribute)} | {label} | {unit} |"
+            for symbol, equation, attribute, label, unit in SYMBOLS
         ),
         "",
         "The paper's limb axes differ from ours in one place: z_i lies along the rod in both, y_i along the first "
@@ -99,16 +82,15 @@ def page() -> str:
         "",
         "## The equations in numbers",
         "",
-        "Left: the paper's formula, evaluated from points, axes, sections and weights alone. Right: the same quantity "
-        "out of the result. "
+        "The paper's formulas, evaluated from points, axes, sections and weights alone. The same quantities out of the "
+        "result differ by rounding only, unless a row says more. "
         "κ = 1 as in Eq. (13), and Eq. (12) with J_icᵀ where the paper prints Δ_icᵀ.",
         "",
     ]
     for title, rows in pages():
-        lines += [f"### {title}", "", "| | equation | formula | package | differ by |", "|---|---|---|---|---:|"]
+        lines += [f"### {title}", "", "| | equation | value |", "|---|---|---|"]
         lines += [
-            f"| {r.what} | {r.equation} | {_numbers(r, r.formula)} | {_numbers(r, r.ours)} | {_noise(r.difference)} |"
-            for r in rows
+            f"| {r.what} | {r.equation} | {_numbers(r, r.formula)}{_noise(r.difference)} |" for r in rows if r.formula.ndim < 2
         ]
         lines.append("")
         if "UPR limb 3" in title:
@@ -121,7 +103,7 @@ def page() -> str:
 def _rows(matrix: np.ndarray) -> str:
     """Return a matrix in full, row by row."""
     size = np.max(np.abs(matrix))
-    return "<br>".join(", ".join("0" if abs(x) < 1e-9 * size else f"{x:.5g}" for x in row) for row in matrix)
+    return "<br>".join(", ".join("0" if abs(x) < 1e-9 * size else f"{x:.4g}" for x in row) for row in matrix)
 
 
 def _code(text: str) -> str:
@@ -129,15 +111,13 @@ def _code(text: str) -> str:
 
 
 def _numbers(row: Row, array: np.ndarray) -> str:
-    """Return a scalar or vector in numbers; of a matrix its size."""
-    if array.ndim == 2:
-        return f"{array.shape[0]} × {array.shape[1]}, largest {np.max(np.abs(array)):.4g}"
+    """Return a scalar or vector in numbers."""
     size = max(float(np.max(np.abs(row.ours), initial=0.0)), row.scale)
     return ", ".join("0" if abs(x) < 1e-9 * size else f"{x:.4g}" for x in array)
 
 
 def _noise(difference: float) -> str:
-    return "rounding" if difference < 1e-11 else f"{difference:.1e}"
+    return "" if difference < 1e-11 else f" (differs by {difference:.1e})"
 
 
 if __name__ == "__main__":
