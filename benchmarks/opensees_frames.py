@@ -20,7 +20,7 @@ import numpy as np
 import kinetostatics as ks
 from kinetostatics.math.arrays import Array
 from kinetostatics.verification.frame import FrameJoint, FrameModel
-from kinetostatics.verification.model import build
+from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.worker import load_opensees
 
 GRAVITY = np.array([0.0, 0.0, -9.81])

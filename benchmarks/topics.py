@@ -20,7 +20,7 @@ from page import Page, micro, report, table, times
 
 import kinetostatics as ks
 from kinetostatics.verification import worker
-from kinetostatics.verification.model import build
+from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.opensees import PENALTY, Scale, _frame
 
 

@@ -34,7 +34,7 @@ from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, solve_with_springs, sources_of

@@ -15,7 +15,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_UNITS, Kind
 from kinetostatics.statics.joint_wrenches import actuator_forces
 from kinetostatics.statics.link_loads import sum_of
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, sources_of
 from kinetostatics.status import FACTS, TOLD

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import warn
+from kinetostatics.buckling.buckling_model import BucklingModel
 from kinetostatics.buckling.members import Members
-from kinetostatics.buckling.structure import BucklingModel
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
 from kinetostatics.files.parameter_units import parameter_hints
@@ -23,11 +23,11 @@ from kinetostatics.kinematics.frame_corrections import with_wrong_parent
 from kinetostatics.kinematics.ordinary_poses import ordinary_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.report import Reported, late
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
-from kinetostatics.statics.model import RobotStatics, make_statics
+from kinetostatics.statics.robot_statics import RobotStatics, make_statics
 
 if TYPE_CHECKING:
     import pinocchio as pin

@@ -23,9 +23,9 @@ from kinetostatics.viewer.joints import find_joints
 from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.page import fitting_page, page_html
-from kinetostatics.viewer.poses import MOST_POSES, ShownPoses, serpentine
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, ball, pin, swept
+from kinetostatics.viewer.shown_poses import MOST_POSES, ShownPoses, serpentine
 from kinetostatics.viewer.visuals import link_visuals
 
 LOAD = [100, 50, -500, 10, 20, -5]

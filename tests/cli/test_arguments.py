@@ -8,7 +8,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
 

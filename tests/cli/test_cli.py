@@ -17,7 +17,7 @@ from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.cli.main import COMMANDS, main
-from kinetostatics.cli.values import parse_items, parse_parameters, parse_quantity
+from kinetostatics.cli.typed_values import parse_items, parse_parameters, parse_quantity
 from kinetostatics.files.bundled import robot_path, shipped_robots
 
 #: configuration 2 of the 3RPS in the paper

@@ -10,7 +10,7 @@ from kinetostatics.arguments import ARGUMENTS, LOADS, ROBOT
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.cli.main import make_parser
 from kinetostatics.cli.options import option_of
-from kinetostatics.cli.values import parse_quantity
+from kinetostatics.cli.typed_values import parse_quantity
 
 #: Arguments of functions that the command line has no option for: what it does itself, and what only programs need.
 PYTHON_ONLY = {

@@ -11,7 +11,7 @@ import small_robots
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import determined, leave_one_out, outliers, solution
-from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 
 pytest.importorskip("scipy")

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from simple_machines import two_columns
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import BroydenSearch
+from kinetostatics.compensation.broyden import BroydenSearch
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
 

@@ -8,7 +8,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.calibration.plan import best_subset, log_det
+from kinetostatics.calibration.measurement_plan import best_subset, log_det
 
 pytest.importorskip("scipy")
 

@@ -11,7 +11,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.functions import derivatives
-from kinetostatics.parametric.robot import ParametricRobot
+from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.results.sensitivities import QUANTITIES
 
 LOAD = [0, 0, -300, 0, 20, 0]
@@ -248,7 +248,7 @@ def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monk
         path.read_text(encoding="utf-8").replace('<link name="base"/>', f'<link name="base">{lamp}</link>'), encoding="utf-8"
     )
     pose = ks.load_robot(path).assemble()
-    monkeypatch.setattr("kinetostatics.parametric.robot.read_robot_file", counted)
+    monkeypatch.setattr("kinetostatics.parametric.parametric_robot.read_robot_file", counted)
     found = ks.sensitivities(pose, ["diameter", "holes"])
     assert len(reads) == 1 + 4 + 2 + 1  # whose file it is; the diameter; what is drawn, and its unit
     assert not np.any(found["holes"].twist) and found["holes"].mass == 0 and found["holes"].exact

@@ -2,7 +2,7 @@
 
 from places import ROOT
 
-from kinetostatics.checks.warnings import STUBBY
+from kinetostatics.checks.input_warnings import STUBBY
 from kinetostatics.results.warnings import EULER_WARNING, LARGE_MOTION
 
 PAGE = " ".join((ROOT / "docs" / "explanation" / "limits.md").read_text(encoding="utf-8").split())

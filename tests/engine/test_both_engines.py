@@ -20,8 +20,8 @@ from tapes import computed
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring
+from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM
-from kinetostatics.engine.poses import ANALYSIS, PoseCode
 from kinetostatics.engine.record import wrenches_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces

@@ -10,7 +10,7 @@ from tapes import computed
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
-from kinetostatics.engine.poses import ANALYSIS, PoseCode, pose_model
+from kinetostatics.engine.pose_code import ANALYSIS, PoseCode, pose_model
 from kinetostatics.statics.link_loads import LoadedPlaces
 
 close = partial(tapes.close, tolerance=1e-10)

@@ -13,7 +13,7 @@ from tapes import RANDOM, close, differences, evaluated, record_of, solved, some
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import compliance
 from kinetostatics.limbs import statics as limb_statics

@@ -12,8 +12,8 @@ from tapes import computed, differences, evaluated, record_of, solved, some_pose
 import kinetostatics as ks
 from kinetostatics.description import Joint, JointStiffness, Link, Spring
 from kinetostatics.engine import pose_record
-from kinetostatics.engine.poses import ANALYSIS, PoseCode
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine.engine_report import engine_report
+from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.math.linalg import solve_by_elimination
 

@@ -10,9 +10,9 @@ from tapes import computed, differences, solved
 
 import kinetostatics as ks
 from kinetostatics.engine import cache as disk
-from kinetostatics.engine import poses
-from kinetostatics.engine.poses import ANALYSIS, PoseCode
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine import pose_code
+from kinetostatics.engine.engine_report import engine_report
+from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 
 NAME = "linear_delta"
 
@@ -138,7 +138,7 @@ def test_code_of_another_robot_is_not_taken(cache, monkeypatch):
     """A stale cache, whatever made it so: the code is tried on an example, and its sizes are looked at before."""
     one, other = (robot_of(spec) for spec in (cantilever(), cantilever(direction=(0.6, 0.0, 0.8))))
     more = robot_of(stepped_beam())
-    monkeypatch.setattr(poses, "code_key", lambda structure: "0" * 64)
+    monkeypatch.setattr(pose_code, "code_key", lambda structure: "0" * 64)
     code_of(one)
     assert is_kept(one)
     for robot in (other, more):
@@ -154,7 +154,7 @@ def wrong_record(*given):
     return record
 
 
-right_record = poses.pose_record
+right_record = pose_code.pose_record
 
 
 def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
@@ -168,9 +168,9 @@ def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
     path = cache / f"{sound._key}.code"
     right = path.read_bytes()
     with monkeypatch.context() as wrong:
-        wrong.setattr(poses, "pose_record", wrong_record)
-        model, given = poses.pose_model(robot, robot.statics, ANALYSIS)
-        disk.write(sound._key, poses.compiled(model, ANALYSIS, given, sound._sizes))
+        wrong.setattr(pose_code, "pose_record", wrong_record)
+        model, given = pose_code.pose_model(robot, robot.statics, ANALYSIS)
+        disk.write(sound._key, pose_code.compiled(model, ANALYSIS, given, sound._sizes))
     assert path.read_bytes() != right and not is_kept(robot)
     code_of(robot)
     assert path.read_bytes() == right
@@ -179,8 +179,8 @@ def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
 def test_code_that_is_wrong_is_not_used(monkeypatch):
     """A wrong operation is noticed when the code is made: NumPy computes then."""
     robot = robot_of(cantilever())
-    monkeypatch.setattr(poses, "pose_record", wrong_record)
-    monkeypatch.setattr(poses, "code_key", lambda structure: "1" * 64)
+    monkeypatch.setattr(pose_code, "pose_record", wrong_record)
+    monkeypatch.setattr(pose_code, "code_key", lambda structure: "1" * 64)
     report = engine_report(robot)
     assert not report.is_compiled and "other numbers than NumPy" in str(report)
     pose = robot.assemble()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tapes import evaluate
 
-from kinetostatics.engine import derivatives
+from kinetostatics.engine import record_derivatives
 from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.scalars import (
     Tape,
@@ -50,9 +50,9 @@ def worst_error(name):
     x, y = (tape.write(("input", 0, k), value) for k, value in enumerate(POINTS[:, 1]))
     result = FUNCTIONS[name](x, y).number
     needed = needed_by(tape, [result])
-    found = derivatives.values(tape, needed, [POINTS], np.zeros(0))
-    backwards = derivatives.gradients(tape, found, [result], (x.number, y.number), POINTS.shape[1])
-    forwards = derivatives.tangent_record(tape, [result], 1)
+    found = record_derivatives.values(tape, needed, [POINTS], np.zeros(0))
+    backwards = record_derivatives.gradients(tape, found, [result], (x.number, y.number), POINTS.shape[1])
+    forwards = record_derivatives.tangent_record(tape, [result], 1)
     h, none, worst = 1e-6, np.zeros((1, POINTS.shape[1])), 0.0
     for k, item in enumerate((x, y)):
         step = np.zeros((2, 1))
@@ -70,17 +70,17 @@ def test_every_operation_is_differentiated(name):
     assert worst_error(name) < 1e-8
 
 
-@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name in derivatives.PARTIALS])
+@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name in record_derivatives.PARTIALS])
 def test_a_wrong_rule_is_seen(name, monkeypatch):
-    right = derivatives.PARTIALS[name]
-    monkeypatch.setitem(derivatives.PARTIALS, name, lambda *numbers: tuple(1.001 * part for part in right(*numbers)))
+    right = record_derivatives.PARTIALS[name]
+    monkeypatch.setitem(record_derivatives.PARTIALS, name, lambda *numbers: tuple(1.001 * part for part in right(*numbers)))
     assert worst_error(name) > 1e-5
 
 
 def test_all_operations_have_a_rule_or_no_derivative():
     """Comparisons and rounding change by steps; what is not known to the list is not forgotten by the rules."""
     steps = {"and", "or", "not", ">", ">=", "<", "<=", "==", "!=", "whole", "choose"}
-    assert set(derivatives.PARTIALS) | steps == set(derivatives._FUNCTIONS)
+    assert set(record_derivatives.PARTIALS) | steps == set(record_derivatives._FUNCTIONS)
 
 
 def test_what_is_not_chosen_brings_no_nan():
@@ -89,8 +89,8 @@ def test_what_is_not_chosen_brings_no_nan():
     x = tape.write(("input", 0, 0), 5.0)
     result = choose(compare(">", x, 2.0), square_root(subtract(x, 1.0)), multiply(x, 3.0)).number
     points = np.array([[5.0, 1.0, 1.5]])
-    found = derivatives.values(tape, needed_by(tape, [result]), [points], np.zeros(0))
-    slopes = derivatives.gradients(tape, found, [result], [x.number], 3)[x.number]
-    forwards = evaluate(tape, [points, np.ones((1, 3))], [], derivatives.tangent_record(tape, [result], 1))
+    found = record_derivatives.values(tape, needed_by(tape, [result]), [points], np.zeros(0))
+    slopes = record_derivatives.gradients(tape, found, [result], [x.number], 3)[x.number]
+    forwards = evaluate(tape, [points, np.ones((1, 3))], [], record_derivatives.tangent_record(tape, [result], 1))
     for slope in (slopes[0], forwards[0]):
         np.testing.assert_allclose(slope, [0.25, 3.0, 3.0], rtol=1e-15)

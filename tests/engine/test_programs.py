@@ -11,8 +11,8 @@ from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
 from kinetostatics.engine import programs
-from kinetostatics.engine.poses import ANALYSIS, PoseCode
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine.engine_report import engine_report
+from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def made(monkeypatch):
             self.is_there = anew
             found.append(robot if anew else "looked")
 
-    monkeypatch.setattr("kinetostatics.engine.poses.PoseCode", Made)
+    monkeypatch.setattr("kinetostatics.engine.pose_code.PoseCode", Made)
     return found
 
 

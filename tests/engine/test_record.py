@@ -7,8 +7,8 @@ import small_robots
 from tapes import RANDOM, differences, evaluated, record_of, solved, some_poses
 
 from kinetostatics.engine import pose_record
+from kinetostatics.engine.pose_code import STABILITY, pose_model
 from kinetostatics.engine.pose_record import Pose
-from kinetostatics.engine.poses import STABILITY, pose_model
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
 

@@ -13,10 +13,10 @@ from simple_machines import springs
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
-from kinetostatics.engine.report import engine_report
+from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.functions import function
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.parametric.numbers import numbers_of_parts
+from kinetostatics.parametric.robot_numbers import numbers_of_parts
 
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
 GRAVITY = np.array([0.5, -1.0, -9.7])

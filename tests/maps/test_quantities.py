@@ -11,7 +11,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.description.elements import Spring
 from kinetostatics.functions.c_texts import _words
-from kinetostatics.functions.quantities import PATHS
+from kinetostatics.functions.inputs_outputs import PATHS
 from kinetostatics.quantities import COMPUTED, QUANTITIES, UNITS, VARIABLES, axes_of, stacked, value_at
 from kinetostatics.status import FACTS
 

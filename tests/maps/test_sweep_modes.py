@@ -8,9 +8,9 @@ import xarray as xr
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace import continuity
-from kinetostatics.workspace.arguments import read_plan
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
 from kinetostatics.workspace.edges import JointScale, suspect_edges
+from kinetostatics.workspace.sweep_arguments import read_plan
 
 #: orientation, load, gravity, point, frame, assembly_errors and parameters of a sweep that asks for nothing more
 NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None)
@@ -206,7 +206,7 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
 @pytest.mark.slow
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace.plan import SweepPlan
+    from kinetostatics.workspace.sweep_plan import SweepPlan
 
     robot, _, _, ds = looked_at
     original = SweepPlan.assemble

@@ -22,7 +22,7 @@ from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.verification.model import build
+from kinetostatics.verification.frame_model import build
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
 LOAD = (10.0, 20.0, -30.0, 1.0, 2.0, 3.0)

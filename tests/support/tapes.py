@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from kinetostatics.engine.pose_code import ANALYSIS, pose_model
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, pose_record
-from kinetostatics.engine.poses import ANALYSIS, pose_model
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.statics.springs import solve_with_springs

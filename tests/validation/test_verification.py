@@ -28,11 +28,11 @@ from kinetostatics import verification
 from kinetostatics.cli import main as cli
 from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.limbs import beam as beams
+from kinetostatics.limbs import beam_formulas as beams
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
-from kinetostatics.verification.model import build
+from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.pieces import Directions
 from kinetostatics.verification.solve import _held, solve
 

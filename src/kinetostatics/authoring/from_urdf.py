@@ -16,7 +16,7 @@ from kinetostatics.authoring.section_words import MATERIALS, SHAPES, parse_secti
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError, near_names
 from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign import gepetto, isaac, onshape

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.authoring.section_words import MATERIALS
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 
 #: Wall of the tubes that are suggested, as part of their outer diameter, their material, and how slender they must be.
 WALL, MATERIAL, SLENDER = 0.1, "aluminium", 2.0

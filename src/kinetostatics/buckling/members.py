@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER
+from kinetostatics.buckling.buckling_model import BeamEnds, BucklingModel
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
-from kinetostatics.buckling.structure import BeamEnds, BucklingModel
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
+from kinetostatics.buckling.buckling_model import BucklingModel, Follower
 from kinetostatics.buckling.elimination import definite_in_order, fronts
-from kinetostatics.buckling.structure import BucklingModel, Follower
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody

@@ -13,10 +13,10 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, finite_numbers, need_scipy, warn
 from kinetostatics.arguments import check
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
-from kinetostatics.calibration.gauges import read_gauges
+from kinetostatics.calibration.gauge_readings import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.measurements import Measurements, read_measurements
-from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload

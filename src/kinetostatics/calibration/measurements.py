@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.calibration.gauges import number_in
+from kinetostatics.calibration.gauge_readings import number_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError

@@ -16,12 +16,12 @@ import numpy as np
 from kinetostatics.argument_checks import Keyword, names_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.parametric.errors import together
-from kinetostatics.parametric.numbers import RobotNumber
-from kinetostatics.parametric.robot import ParametricRobot
+from kinetostatics.parametric.parametric_robot import ParametricRobot
+from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-from kinetostatics.checks import parts
+from kinetostatics.checks import part_facts
 from kinetostatics.checks.chains import Graph
 from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
+from kinetostatics.checks.input_warnings import warnings_of_file, warnings_of_zero
 from kinetostatics.checks.limb_graph import GraphReader
-from kinetostatics.checks.mobility import Motions, actuators_of, coordinates_of, local_freedoms
+from kinetostatics.checks.local_freedoms import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
-from kinetostatics.checks.warnings import warnings_of_file, warnings_of_zero
 from kinetostatics.checks.warnings_of_statics import warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.limbs.basis import Basis
@@ -57,9 +57,9 @@ def robot_facts(robot: Robot) -> RobotFacts:
         return None if masses is None else float(masses[robot.weights.of(owner)].sum())
 
     reader = GraphReader(robot.mechanism)
-    facts.limbs = [parts.limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
+    facts.limbs = [part_facts.limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
     labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
-    facts.beams = parts.beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
+    facts.beams = part_facts.beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
     facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
     bases: dict[str, Basis] = {}
     for group in groups or ():
@@ -70,11 +70,11 @@ def robot_facts(robot: Robot) -> RobotFacts:
                 bases[facts.limbs[which].name] = group.basis
     alike: dict[tuple[object, ...], str] = {}
     for limb in facts.limbs if groups is not None else ():
-        limb.like = parts.first_like(limb, bases[limb.name], facts.beams, alike)
-    facts.massless = parts.massless_links(robot, facts.limbs)
-    facts.elastic_joints = parts.elastic_joints(robot)
+        limb.like = part_facts.first_like(limb, bases[limb.name], facts.beams, alike)
+    facts.massless = part_facts.massless_links(robot, facts.limbs)
+    facts.elastic_joints = part_facts.elastic_joints(robot)
     facts.springs = list(description.springs.values())
-    facts.followers = parts.followers(robot)
+    facts.followers = part_facts.followers(robot)
     facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
     held = reader.dead_weight(robot.topology, "platform")
     facts.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from kinetostatics.checks.chains import Graph, JointStep
-from kinetostatics.checks.mobility import LocalFreedom
+from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Spring
 

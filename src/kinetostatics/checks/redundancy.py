@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_of
+from kinetostatics.checks.local_freedoms import NOTHING, Motions, eliminated, groups_of
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array

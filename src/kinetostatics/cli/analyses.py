@@ -11,7 +11,7 @@ from kinetostatics.cli.answers import answer
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of
 from kinetostatics.cli.options import check_files, given_of, value_of
-from kinetostatics.cli.values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
+from kinetostatics.cli.typed_values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv

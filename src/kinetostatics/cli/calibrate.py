@@ -11,7 +11,7 @@ from kinetostatics.cli.answers import answer, save_files
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, single_values
 from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
-from kinetostatics.cli.values import VALUES_HELP, number_of, parse_items
+from kinetostatics.cli.typed_values import VALUES_HELP, number_of, parse_items
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 

@@ -11,7 +11,7 @@ from kinetostatics.cli.answers import answer, save_files
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, pose_of
 from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
-from kinetostatics.cli.values import VALUES_HELP, parse_parameters
+from kinetostatics.cli.typed_values import VALUES_HELP, parse_parameters
 from kinetostatics.progress import waiting
 
 # ---- tolerances ----------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli.options import given_of, value_of
-from kinetostatics.cli.values import number_of, parse_coordinates, parse_items, parse_parameters, parse_values, typed_units
+from kinetostatics.cli.typed_values import number_of, parse_coordinates, parse_items, parse_parameters, parse_values, typed_units
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def load_robot(args: argparse.Namespace) -> Robot:
     """Return the robot of ROBOT, ``--set``, ``--platform-link`` and ``--base-link``."""
     from kinetostatics.files.bundled import robot_path
-    from kinetostatics.parametric.robot import ParametricRobot
+    from kinetostatics.parametric.parametric_robot import ParametricRobot
     from kinetostatics.robot import load_robot
 
     path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)

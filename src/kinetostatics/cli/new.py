@@ -13,7 +13,7 @@ from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.options import check_folder
-from kinetostatics.cli.values import number_of, parse_items, parse_parameters, unit_of
+from kinetostatics.cli.typed_values import number_of, parse_items, parse_parameters, unit_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 

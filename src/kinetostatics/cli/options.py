@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.arguments import Argument
-from kinetostatics.cli.values import number_of, parse_items, whole_number_of
+from kinetostatics.cli.typed_values import number_of, parse_items, whole_number_of
 from kinetostatics.exceptions import ArgumentError
 
 #: Endings of figures.

@@ -10,7 +10,7 @@ from kinetostatics.arguments import Argument
 from kinetostatics.cli.answers import save_figure
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.options import given_of, value_of
-from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_quantity
+from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.progress import waiting

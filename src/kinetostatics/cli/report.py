@@ -13,7 +13,7 @@ from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
 from kinetostatics.cli.options import check_folder, given_of
-from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_values
+from kinetostatics.cli.typed_values import GRID_HELP, VALUES_HELP, parse_values
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.progress import pausing, waiting
 
@@ -50,7 +50,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
     from kinetostatics.kinematics.coordinate_choices import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep
-    from kinetostatics.workspace.arguments import need
+    from kinetostatics.workspace.sweep_arguments import need
 
     need("xarray")
     robot = robot_of(configuration)

@@ -15,7 +15,7 @@ from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, loads_of
 from kinetostatics.cli.options import given_of
-from kinetostatics.cli.values import GRID_HELP, VALUES_HELP, parse_items, parse_quantity, parse_values, typed_units, unit_of
+from kinetostatics.cli.typed_values import GRID_HELP, VALUES_HELP, parse_items, parse_quantity, parse_values, typed_units, unit_of
 from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.colour import wants_colour
@@ -55,7 +55,7 @@ def _sweep(args: argparse.Namespace) -> int:
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
     """Return the map."""
-    from kinetostatics.workspace.arguments import need
+    from kinetostatics.workspace.sweep_arguments import need
 
     need("xarray")
     parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}

@@ -13,7 +13,7 @@ from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
 from kinetostatics.cli.options import given_of, value_of
-from kinetostatics.cli.values import VALUES_HELP, parse_items, parse_range
+from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_range
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import pausing, waiting
 

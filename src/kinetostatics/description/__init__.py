@@ -16,7 +16,7 @@ from kinetostatics.description.elements import (
     Spring,
     Vector,
 )
-from kinetostatics.description.robot import RobotDescription, by_name
+from kinetostatics.description.robot_description import RobotDescription, by_name
 
 __all__ = [
     "Beam",

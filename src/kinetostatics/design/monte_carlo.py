@@ -19,21 +19,21 @@ import numpy as np
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import numbers_of
-from kinetostatics.engine.derivatives import values
 from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.programs import loops_for
+from kinetostatics.engine.record_derivatives import values
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.parametric.errors import ErrorParameter, together
-from kinetostatics.parametric.numbers import RobotNumber
+from kinetostatics.parametric.parametric_robot import ParametricRobot, same_pose
 from kinetostatics.parametric.rates import varied
-from kinetostatics.parametric.robot import ParametricRobot, same_pose
+from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot

@@ -25,7 +25,7 @@ from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.layout.mapping import Named
-from kinetostatics.parametric.robot import ParametricRobot
+from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot

@@ -18,16 +18,16 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import Keyword, check_choice, names_in
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
-from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
-from kinetostatics.parametric.numbers import RobotNumber
-from kinetostatics.parametric.robot import ParametricRobot, opens_loops, same_pose
+from kinetostatics.parametric.parametric_robot import ParametricRobot, opens_loops, same_pose
+from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
+from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
 from kinetostatics.results.tool_point import tool_on_robot

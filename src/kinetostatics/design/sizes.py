@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.parametric.numbers import RobotNumber
-from kinetostatics.parametric.robot import ParametricRobot, check_unit
+from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit
+from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.robot import Robot
 
 

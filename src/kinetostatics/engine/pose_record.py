@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling import structure as members
+from kinetostatics.buckling import buckling_model as members
 from kinetostatics.buckling.stability import forces_of, surely_stable
 from kinetostatics.engine.record import by_numpy, recorded_input, recording_equilibrium
 from kinetostatics.engine.recorder import recording
@@ -29,7 +29,7 @@ from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import COMPUTED, QUANTITIES
 from kinetostatics.statics.link_loads import LoadedPlaces
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
 

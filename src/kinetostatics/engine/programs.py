@@ -18,11 +18,11 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.progress import waiting
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 if TYPE_CHECKING:
     from kinetostatics.engine.loops import CompiledSolver
-    from kinetostatics.engine.poses import PoseCode
+    from kinetostatics.engine.pose_code import PoseCode
 
 #: What may be asked for.
 ENGINES = ("auto", "numpy", "compiled")
@@ -140,7 +140,7 @@ def _poses_of(
     program = _program_of(_POSES, robot, (places, stability))
 
     def find(anew: bool) -> PoseCode | None:
-        from kinetostatics.engine.poses import ANALYSIS, STABILITY, PoseCode
+        from kinetostatics.engine.pose_code import ANALYSIS, STABILITY, PoseCode
 
         found = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
         return found if found.is_there else None

@@ -12,7 +12,7 @@ from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 

@@ -13,7 +13,7 @@ from numbers import Real
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.element_tables import SECTIONS
 from kinetostatics.files.reader import parameter_values, read_robot_file

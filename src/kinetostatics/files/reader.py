@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from kinetostatics.arguments import check
 from kinetostatics.description.elements import Link, Origin, Place
-from kinetostatics.description.robot import Items, RobotDescription
+from kinetostatics.description.robot_description import Items, RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.attribute_values import new_name, reference
 from kinetostatics.files.bundled import read_robot

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TypeVar
 
 from kinetostatics.description.elements import Place
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.element_tables import (
     BASE,

@@ -10,7 +10,7 @@ from operator import mul
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Mimic, Origin, Spring, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.description.robot import by_name
+from kinetostatics.description.robot_description import by_name
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.attribute_values import reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 from kinetostatics.description.elements import Inertia, Joint, Link
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.description.robot import by_name
+from kinetostatics.description.robot_description import by_name
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.attribute_values import LONGEST, new_name, number, reference, text
 from kinetostatics.files.element_tables import INERTIAL, JOINT, MOMENTS, SHAPE, limits

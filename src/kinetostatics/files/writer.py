@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Protocol
 
 from kinetostatics.argument_checks import path_name
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import validate
 from kinetostatics.files.robot_element import robot_text

@@ -10,9 +10,8 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetostatics.compensation.search import BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.broyden import BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.c_code import CProgram, c_program, literal
-from kinetostatics.engine.derivatives import tangent_record
 from kinetostatics.engine.loop_record import (
     Program,
     held,
@@ -25,11 +24,12 @@ from kinetostatics.engine.loop_record import (
 )
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.record import example_of, recorded_input
+from kinetostatics.engine.record_derivatives import tangent_record
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.joint_coordinates import actuator_names
-from kinetostatics.kinematics.lines import longest_strides
+from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.engine.loops import CompiledSolver
-from kinetostatics.engine.poses import PoseCode
+from kinetostatics.engine.pose_code import PoseCode
 from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.functions.values import TOLERANCE, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
-from kinetostatics.kinematics.lines import longest_strides
+from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, frozen

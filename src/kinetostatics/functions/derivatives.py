@@ -14,11 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.description.robot import RobotDescription
-from kinetostatics.engine.derivatives import gradients, values
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.record import example_of
+from kinetostatics.engine.record_derivatives import gradients, values
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
@@ -27,12 +27,12 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.parametric.numbers import RobotNumber
+from kinetostatics.parametric.parametric_robot import alike
 from kinetostatics.parametric.rates import rates_of, varied
-from kinetostatics.parametric.robot import alike
+from kinetostatics.parametric.robot_numbers import RobotNumber
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.model import RobotStatics, statics_on
+from kinetostatics.statics.robot_statics import RobotStatics, statics_on
 
 #: What is differentiated of analyses, and arguments of an analysis with which there are derivatives.
 OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")

@@ -20,7 +20,7 @@ from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.quantities import PATHS, inputs_of, outputs_of
+from kinetostatics.functions.inputs_outputs import PATHS, inputs_of, outputs_of
 from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
@@ -30,7 +30,7 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.parametric.numbers import RobotNumber, numbers_of_parts
+from kinetostatics.parametric.robot_numbers import RobotNumber, numbers_of_parts
 from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.robot import Robot

@@ -12,9 +12,9 @@ try:
 except ModuleNotFoundError:
     raise KinetostaticsError("workspace maps need xarray: pip install 'kinetostatics[sweep]'") from None
 
+from kinetostatics.indices.map_at_point import at_point
+from kinetostatics.indices.map_variables import swept, valid
 from kinetostatics.indices.named import INDICES, Extreme, best, names, quantity, stiffness_along, worst
-from kinetostatics.indices.poses import swept, valid
-from kinetostatics.indices.tool_point import at_point
 from kinetostatics.measures import Measure
 
 __all__ = ["INDICES", "Extreme", "Measure", "at_point", "best", "names", "quantity", "stiffness_along", "swept", "valid", "worst"]

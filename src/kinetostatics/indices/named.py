@@ -11,7 +11,7 @@ import xarray as xr
 from kinetostatics.description.units import KINDS, find_unit, sized_example, sized_name, typed_number
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.indices.poses import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
+from kinetostatics.indices.map_variables import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
 from kinetostatics.layout.html import html_table
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.math.screws import COMPONENTS

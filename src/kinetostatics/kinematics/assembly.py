@@ -14,9 +14,9 @@ from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesEr
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import choices_text, prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
-from kinetostatics.kinematics.lines import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.path_following import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver, SolverState

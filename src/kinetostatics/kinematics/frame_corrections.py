@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError
+from kinetostatics.kinematics.characteristic_length import box_diagonal
 from kinetostatics.kinematics.loop_constraints import Closures
-from kinetostatics.kinematics.sizes import box_diagonal
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_wrench

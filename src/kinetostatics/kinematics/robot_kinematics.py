@@ -12,14 +12,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
+from kinetostatics.kinematics.characteristic_length import box_diagonal, characteristic_length
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
 from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, gaps_at, worst_gaps_text
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.layout.mapping import Named
 from kinetostatics.math.arrays import Array, Mask

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.elastic_joints import Drive
 from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of

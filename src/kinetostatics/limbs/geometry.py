@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Index, zeros_for
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across

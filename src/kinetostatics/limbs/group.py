@@ -17,7 +17,7 @@ from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.drives import BranchJoint, limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements

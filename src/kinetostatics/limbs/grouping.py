@@ -10,7 +10,7 @@ from kinetostatics.limbs.basis_choice import choose_basis
 from kinetostatics.limbs.compliance import count_rigid, soft_wrenches
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.limbs.statics import limb_statics
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames

@@ -19,7 +19,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Cone, Joint, Loop, Mimic, Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.reader import validate
 from kinetostatics.math.arrays import Array

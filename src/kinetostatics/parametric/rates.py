@@ -12,17 +12,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.pose_record import PoseModel
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.solver import Solver
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.robot import Robot
-from kinetostatics.statics.model import statics_on
+from kinetostatics.statics.robot_statics import statics_on
 
 #: Steps and weights of the central difference of fourth order; what does not change at all drops out of each.
 CENTRAL = ((1, 2 / 3), (2, -1 / 12))

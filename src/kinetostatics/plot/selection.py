@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
-from kinetostatics.indices.poses import ANGULAR, LINEAR
+from kinetostatics.indices.map_variables import ANGULAR, LINEAR
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map

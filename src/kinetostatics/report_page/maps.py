@@ -30,7 +30,7 @@ def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array
         ArgumentError: it is no map, one of another robot, or about another point.
     """
     from kinetostatics.indices import at_point
-    from kinetostatics.indices.poses import variable
+    from kinetostatics.indices.map_variables import variable
 
     variable(workspace, "status")
     name, of = configuration.robot.name, workspace.attrs.get("robot_name")

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.description.elements import Beam
 from kinetostatics.layout.mapping import Named
 from kinetostatics.layout.report import Reported
-from kinetostatics.limbs import beam as beam_formulas
+from kinetostatics.limbs import beam_formulas
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.batch import Batch
 from kinetostatics.robot import Robot

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from kinetostatics.engine.pose_code import PoseCode
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM
-from kinetostatics.engine.poses import PoseCode
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import Solution

@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 

@@ -20,7 +20,7 @@ from kinetostatics.math.screws import move_twist, rotate
 from kinetostatics.mechanism.limb_joints import sides
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 if TYPE_CHECKING:
     from kinetostatics.limbs.group import LimbGroup

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from kinetostatics.limbs.beam import turned_forces
+from kinetostatics.limbs.beam_formulas import turned_forces
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.rotations import skew
@@ -20,7 +20,7 @@ from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.geometric_terms import Block, GeometricTerms, PlacedSpring, coordinates_of
 from kinetostatics.statics.link_loads import AppliedLoad
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.turning_parts import PLATFORM, Fixed, Passage, TurningParts
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.limbs.beam import of_arm
+from kinetostatics.limbs.beam_formulas import of_arm
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross

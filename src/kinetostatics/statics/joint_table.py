@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
 from kinetostatics.mechanism.limb_joints import sides

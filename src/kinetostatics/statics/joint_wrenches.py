@@ -12,7 +12,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.statics.link_loads import by_place, sum_of
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
 #: Part of a way in which forces are open below which one of them is not: mere rounding.

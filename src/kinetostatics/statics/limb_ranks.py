@@ -22,7 +22,7 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 
 def groups_of_poses(

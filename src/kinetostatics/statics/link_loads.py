@@ -22,7 +22,7 @@ from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_wrench, rotate, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Loads times poses that are solved at once.
 _AT_ONCE = 500

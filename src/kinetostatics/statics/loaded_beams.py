@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinetostatics.limbs import beam as beam_formulas
+from kinetostatics.limbs import beam_formulas
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_model import BeamModel

@@ -16,7 +16,7 @@ from kinetostatics.limbs.compliance import split_by_eigenvectors, split_rigid
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index, everywhere, is_filled, settles, zeros_for
 from kinetostatics.math.linalg import Cholesky, inverse_of
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
 SINGULAR = 1e-14

@@ -12,8 +12,8 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import definite, normalize
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
+from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
 CONSTRAINED = 1e-12

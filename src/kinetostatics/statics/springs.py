@@ -25,7 +25,7 @@ from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.geometric_stiffness import GeometricStiffness
 from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
 from kinetostatics.statics.turning_parts import turning_parts
 

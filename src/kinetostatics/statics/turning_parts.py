@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.description.elements import Vector
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of

@@ -17,7 +17,7 @@ from kinetostatics.layout.mapping import Named, ShortRepr
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.verification.frame import FrameModel
-from kinetostatics.verification.model import build
+from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.opensees import FrameSolution
 from kinetostatics.verification.solve import solve
 

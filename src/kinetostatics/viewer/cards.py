@@ -13,10 +13,10 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
 from kinetostatics.results.beam import BeamResult
+from kinetostatics.viewer.drawn_springs import DrawnSpring
 from kinetostatics.viewer.joints import DrawnJoint
 from kinetostatics.viewer.packing import Packing, plain_scale
-from kinetostatics.viewer.poses import ShownPoses
-from kinetostatics.viewer.springs import DrawnSpring
+from kinetostatics.viewer.shown_poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, quantities_of
-from kinetostatics.viewer.facts import FrameFacts
+from kinetostatics.viewer.frame_facts import FrameFacts
 from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
 

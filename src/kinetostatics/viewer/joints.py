@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.shown_poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,15 +13,15 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
+from kinetostatics.viewer.arrows import Wrenches
 from kinetostatics.viewer.cards import Card, Cards
 from kinetostatics.viewer.description import COLOURS, Arrow, Mesh, Scene, Stations
-from kinetostatics.viewer.facts import find_facts
+from kinetostatics.viewer.drawn_springs import find_masses_at_points, find_springs, radius_of_ball
+from kinetostatics.viewer.frame_facts import find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
-from kinetostatics.viewer.poses import ShownPoses
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
-from kinetostatics.viewer.springs import find_masses_at_points, find_springs, radius_of_ball
+from kinetostatics.viewer.shown_poses import ShownPoses
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
-from kinetostatics.viewer.wrenches import Wrenches
 
 #: The page opens with the largest motion at this part of the robot's size, …
 SHOWN_MOTION = 0.1

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import trimesh
     import yourdfpy
 
-    from kinetostatics.description.robot import RobotDescription
+    from kinetostatics.description.robot_description import RobotDescription
 
 #: Colour of visuals without a material.
 GREY = (0.62, 0.65, 0.69)

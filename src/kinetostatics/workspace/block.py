@@ -18,7 +18,7 @@ from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms
 from kinetostatics.status import TOLD, WITHOUT_NUMBERS, status_of
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, numbered
 from kinetostatics.workspace.grid import Block, sizes_of
-from kinetostatics.workspace.plan import Combination, SweepPlan
+from kinetostatics.workspace.sweep_plan import Combination, SweepPlan
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration

@@ -23,7 +23,7 @@ from kinetostatics.status import Status
 from kinetostatics.workspace.dataset import Labels
 from kinetostatics.workspace.edges import Edges, JointScale, neighbours, suspect_edges
 from kinetostatics.workspace.grid import Block
-from kinetostatics.workspace.plan import SweepPlan
+from kinetostatics.workspace.sweep_plan import SweepPlan
 
 #: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
 STEPS, FINE = 48, 8

@@ -17,7 +17,7 @@ from kinetostatics.results.gravity_mechanisms import MECHANISMS
 from kinetostatics.results.limb import wrench_units
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
-from kinetostatics.workspace.plan import SweepPlan
+from kinetostatics.workspace.sweep_plan import SweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr

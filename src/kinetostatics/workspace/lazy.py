@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.dataset import Labels, dataset, shapes
 from kinetostatics.workspace.grid import block_sizes, chunk_sizes
-from kinetostatics.workspace.plan import SweepPlan
+from kinetostatics.workspace.sweep_plan import SweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr

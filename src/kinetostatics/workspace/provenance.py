@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib import metadata
 
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.dataset import Labels
-from kinetostatics.workspace.plan import SweepPlan, as_text, sha256_of
+from kinetostatics.workspace.sweep_plan import SweepPlan, as_text, sha256_of
 
 CONVENTIONS = "CF-1.11"
 #: Longer values are told by their first, last and number: what they are stands in the Dataset's coordinates.

@@ -18,18 +18,18 @@ from kinetostatics.math.threads import in_threads, threads
 from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots
 from kinetostatics.workspace.block import compute_block, make_ready
 from kinetostatics.workspace.continuity import continued
 from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of
 from kinetostatics.workspace.grid import Block, block_sizes, sizes_of
-from kinetostatics.workspace.plan import Combination, SweepPlan
 from kinetostatics.workspace.store import Arrays, Store, check_memory, is_there, open_map, packages_of
+from kinetostatics.workspace.sweep_arguments import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.sweep_plan import Combination, SweepPlan
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from kinetostatics.description.robot import RobotDescription
+    from kinetostatics.description.robot_description import RobotDescription
 
 #: Poses of a block, at least if there are so many, and at most; of variables that are costly, fewer.
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000

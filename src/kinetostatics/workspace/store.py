@@ -21,7 +21,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.workspace.dataset import Labels, attributes_of, dataset, shapes
 from kinetostatics.workspace.grid import Block, cut
-from kinetostatics.workspace.plan import SweepPlan, plain
+from kinetostatics.workspace.sweep_plan import SweepPlan, plain
 
 if TYPE_CHECKING:
     import xarray as xr

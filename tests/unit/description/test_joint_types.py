@@ -19,7 +19,7 @@ LOAD = np.array([120.0, -310, -450, 41, -23, 17])
 
 #: Modules that name types because they make joints of them, or because another tool's format has these words; none branches.
 NAMED = {
-    "description/robot.py": {"fixed"},  # a payload is fixed to its link
+    "description/robot_description.py": {"fixed"},  # a payload is fixed to its link
     "files/rules.py": {"fixed"},  # a counterweight is fixed to its link
     "mechanism/limb_joints.py": {"revolute", "universal", "spherical"},  # what runs of revolutes are
     "kinematics/loop_constraints.py": {"spherical"},  # three revolutes in one piece

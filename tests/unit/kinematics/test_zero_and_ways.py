@@ -7,7 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.kinematics import lines, zero_pose
+from kinetostatics.kinematics import path_following, zero_pose
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math import arrays
 
@@ -63,8 +63,8 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         np.testing.assert_array_equal(known[1][0], expected + 200)
         return SolverState(np.stack([target[0], 2 * target[0]]), np.ones((3, count))), target[0] > 4, target[0] / 10
 
-    monkeypatch.setattr(lines, "_follow_chunk", follow)
-    poses, arrived, gone = lines.follow(SimpleNamespace(is_compiled=many_origins), None, start, numbers[None], 0, origin)
+    monkeypatch.setattr(path_following, "_follow_chunk", follow)
+    poses, arrived, gone = path_following.follow(SimpleNamespace(is_compiled=many_origins), None, start, numbers[None], 0, origin)
     assert len(seen) == 3 and sum(seen) == N and max(seen) <= 4
     np.testing.assert_array_equal(poses.x, [numbers, 2 * numbers])
     np.testing.assert_array_equal(poses.c, np.ones((3, N)))

@@ -7,7 +7,7 @@ import pytest
 from simple_machines import joint, link, robot, springs
 
 import kinetostatics as ks
-from kinetostatics.parametric.numbers import numbers_of_parts
+from kinetostatics.parametric.robot_numbers import numbers_of_parts
 
 METAL = 'y_axis="0 1 0" youngs_modulus="2e11" density="7850"'
 

@@ -12,7 +12,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import JointStiffness, Link, Spring
-from kinetostatics.description.robot import Items
+from kinetostatics.description.robot_description import Items
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.statics.link_loads import _joint_around
 from kinetostatics.statics.springs import placed_springs

@@ -5,19 +5,19 @@ import pytest
 from package_robots import robot
 
 import kinetostatics as ks
-from kinetostatics.kinematics import lines
+from kinetostatics.kinematics import path_following
 
 
 @pytest.fixture
 def corrected(monkeypatch):
     """Return a list to which every call of Newton's method adds one entry."""
-    calls, newton = [], lines.Solver.newton
+    calls, newton = [], path_following.Solver.newton
 
     def counted(self, *args, **options):
         calls.append(1)
         return newton(self, *args, **options)
 
-    monkeypatch.setattr(lines.Solver, "newton", counted)
+    monkeypatch.setattr(path_following.Solver, "newton", counted)
     return calls
 
 
@@ -43,7 +43,7 @@ def test_long_steps_lead_to_the_same_pose(name, platform, corrected, monkeypatch
     one = robot(name)
     quick = one.assemble(platform=platform, engine="numpy")
     few = len(corrected)
-    monkeypatch.setattr(lines, "_FAR_AWAY", np.inf)
+    monkeypatch.setattr(path_following, "_FAR_AWAY", np.inf)
     usual = one.assemble(platform=platform, engine="numpy")
     assert len(corrected) - few > 2 * few
     np.testing.assert_allclose(quick.q, usual.q, rtol=0, atol=1e-11)
@@ -82,7 +82,7 @@ def test_loops_that_rounding_leaves_open_are_named():
 @pytest.mark.parametrize("turn", [0.69, 0.72, 1.2, 1.5])
 def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
     """However well Newton's method converges: single poses, and the farthest of a batch, go 0.7 rad in one step at most."""
-    goals, newton = [], lines.Solver.newton
+    goals, newton = [], path_following.Solver.newton
 
     def watched(self, prescribed, poses, target, *rest):
         goals.append(target[-2])
@@ -90,7 +90,7 @@ def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
 
     tripod = robot("3rps")
     start = tripod.assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0}, engine="numpy")
-    monkeypatch.setattr(lines.Solver, "newton", watched)
+    monkeypatch.setattr(path_following.Solver, "newton", watched)
     for rx in (turn, [-turn, 0.1, turn]):
         goals.clear()
         tripod.assemble(platform={"z": 0.5, "rx": rx, "ry": 0.0}, near=start, on_failure="nan", engine="numpy")

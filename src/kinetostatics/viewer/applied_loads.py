@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.viewer.poses import ShownPoses, moved_wrench
+from kinetostatics.viewer.shown_poses import ShownPoses, moved_wrench
 
 
 def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:

@@ -10,8 +10,8 @@ import numpy as np
 from kinetostatics.description.elements import Spring
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.viewer.poses import ShownPoses
 from kinetostatics.viewer.shapes import carried_along, crossed
+from kinetostatics.viewer.shown_poses import ShownPoses
 
 #: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
 STEEL = 7850.0

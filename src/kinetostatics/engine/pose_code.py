@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.structure import BucklingModel as StructureOfMembers
+from kinetostatics.buckling.buckling_model import BucklingModel as StructureOfMembers
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, Pose, PoseModel, outputs_at, pose_record
@@ -18,7 +18,7 @@ from kinetostatics.kinematics.joint_coordinates import JointCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.statics.link_loads import LoadedPlaces
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 #: How far two ways of computing an example may differ, beside the largest entry of an array.
 _ALIKE = 1e-7

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from kinetostatics.description.elements import Origin
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.rotations import exponential

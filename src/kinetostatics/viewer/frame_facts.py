@@ -10,9 +10,9 @@ from kinetostatics.layout.numbers import ANGLES, LENGTHS, NumberFormat, largest
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import facts_of, platform_coordinates
 from kinetostatics.statics.link_loads import PAYLOAD
-from kinetostatics.viewer.loads import about_point, loads_on_links
+from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.packing import Packing, plain_scale
-from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.shown_poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)

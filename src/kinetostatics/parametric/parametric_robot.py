@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import parameter_unit
@@ -19,7 +19,7 @@ from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.parametric.errors import ErrorParameter, errors_of
-from kinetostatics.parametric.numbers import STEP, RobotNumber, numbers_of_parts
+from kinetostatics.parametric.robot_numbers import STEP, RobotNumber, numbers_of_parts
 from kinetostatics.robot import Robot
 
 if TYPE_CHECKING:

@@ -16,21 +16,21 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_mapping, names_in, warn
 from kinetostatics.arguments import check
 from kinetostatics.description.loads import Payload
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.parametric.robot import ParametricRobot
+from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.plan import Links, Source, SweepPlan, saying
+from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, saying
 
 #: Robots that are built before anything is computed, at most.
 TRIED = 50

@@ -10,12 +10,12 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.results.limb import LimbResult
+from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.description import Arrow, Stations
+from kinetostatics.viewer.drawn_springs import DrawnSpring
 from kinetostatics.viewer.joints import DrawnJoint, marker_radius
-from kinetostatics.viewer.loads import about_point, loads_on_links
-from kinetostatics.viewer.poses import ShownPoses, moved, moved_wrench
 from kinetostatics.viewer.shapes import crossed, frames_along
-from kinetostatics.viewer.springs import DrawnSpring
+from kinetostatics.viewer.shown_poses import ShownPoses, moved, moved_wrench
 
 #: Groups of arrows that are the limbs'.
 OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")

@@ -12,7 +12,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.layout.plain import Json
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 #: What NumPy does whatever the engine.
 _BY_NUMPY = (

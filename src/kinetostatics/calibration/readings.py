@@ -14,10 +14,10 @@ import numpy as np
 
 from kinetostatics.analysis import analyze, load_at_o
 from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers
-from kinetostatics.calibration.gauges import readings_by_twist
+from kinetostatics.calibration.gauge_readings import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import STEP
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
@@ -25,7 +25,7 @@ from kinetostatics.functions.derivatives import derivatives_at
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.parametric.numbers import STEP as STEP_OF_CONSTANTS
+from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.description.loads import Payload
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.reader import read_robot_file

@@ -10,7 +10,7 @@ import xarray as xr
 
 from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
+from kinetostatics.indices.map_variables import ANGULAR, LINEAR, variable
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import Kind, move

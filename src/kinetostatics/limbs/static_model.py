@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.limbs import Topology

@@ -7,7 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import BroydenSearch, ScaledCoordinates, _learnt, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.broyden import BroydenSearch, ScaledCoordinates, _learnt, arrival_tolerance, error_tolerance
 from kinetostatics.math.orientation import orientation_named
 
 

@@ -19,9 +19,9 @@ from kinetostatics.argument_checks import finite_numbers, names_in, whole_number
 from kinetostatics.arguments import check
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
-from kinetostatics.calibration.gauges import read_gauges
+from kinetostatics.calibration.gauge_readings import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
-from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload

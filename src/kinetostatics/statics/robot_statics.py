@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from kinetostatics.limbs.drives import BranchJoint, branch_joints
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
-from kinetostatics.limbs.model import StaticModel
+from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.mechanism.elastic_joints import Drive, ElasticJoint, drives_of, springs_of
 from kinetostatics.mechanism.joint_freedoms import freedoms_of
 from kinetostatics.mechanism.tree import Frames

@@ -19,7 +19,7 @@ from kinetostatics.mechanism.joint_freedoms import Freedom, Freedoms, freedoms_o
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.robot_statics import RobotStatics
 
 
 @dataclass(frozen=True)
