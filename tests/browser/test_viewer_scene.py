@@ -264,7 +264,7 @@ def test_facts_say_what_is_wrong_with_a_pose():
     lower = robot.mechanism.connections["prismatic_1"].upper
     drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.driven}
     scene = describe_scene(ks.analyze(robot.assemble(actuators=drives)))
-    assert scene.facts.status[0] == "OK" and scene.facts.status[1].startswith("LIMIT_EXCEEDED, a joint is beyond its limit")
+    assert scene.facts.status[0] == "OK" and scene.facts.status[1].startswith("LIMIT_EXCEEDED, a joint is outside its limit")
 
 
 def test_long_paths_have_fewer_stations_and_fit_into_a_page():

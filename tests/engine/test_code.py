@@ -29,7 +29,7 @@ def test_the_key_of_kept_code_tells_all_that_is_recorded(monkeypatch):
         newton_record(robot.solver, robot.actuator_coordinates, example, 0)
     finally:
         sys.setprofile(None)
-    assert {"statics", "kinematics", "limbs"} <= folders <= {*code._SOURCES, "printing"}
+    assert {"statics", "kinematics", "limbs"} <= folders <= {*code._SOURCES, "layout"}
     # and what runs not, but is read: the table of joint types
     before, read = code._versions.__wrapped__(), Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "joint_types.py"))

@@ -444,7 +444,7 @@ def test_the_summary_counts_what_is_within_limits():
     assert f"largest actuator force {float(ks.indices.quantity(ds, 'largest_actuator_force').max()):.4g} N, prismatic_" in words
     assert "linear theory" not in words
     outside = str(map_report(ds.isel(azimuth=[0], tilt=[2])))
-    assert "no pose is within the joints' limits; beyond them:\nworst sag " in outside
+    assert "no pose is within the joints' limits; beyond them:\n  worst sag " in outside
     assert "linear theory does not cover that: the pose is nearly singular" in outside
 
 
@@ -480,7 +480,7 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
     said = capsys.readouterr()
     assert said.out == "" and said.err == "kinetostatics: interrupted; the same command goes on with what is in m.nc.part\n"
     command(*line)
-    assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2])
+    assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2].strip())
     command(*line)
     said = capsys.readouterr().out
     assert said.endswith("m.nc was there already\n") and not re.search(r"\d s$", said, re.MULTILINE)

@@ -25,7 +25,7 @@ NAMED = {
     "kinematics/loop_constraints.py": {"spherical"},  # three revolutes in one piece
     "authoring/notation.py": {"revolute", "prismatic", "cylindrical", "universal", "spherical"},  # what letters stand for
     "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them
-    "authoring/names.py": {"planar", "spherical"},  # arrangements of limbs
+    "authoring/known_names.py": {"planar", "spherical"},  # arrangements of limbs
     "authoring/placement.py": {"planar", "spherical"},  # the same
     "files/foreign/gepetto.py": {"fixed", "spherical", "continuous"},
     "files/foreign/isaac.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
