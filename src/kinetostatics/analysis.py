@@ -1,4 +1,4 @@
-"""From a pose, loads and gravity to a result: arguments checked and broadcast, solved chunk by chunk, failures told in words.
+"""Analysis of poses under loads and gravity: arguments are checked and broadcast, then the poses are solved chunk by chunk.
 
 The equilibrium itself is :mod:`kinetostatics.statics.solution`.
 """

@@ -1,7 +1,7 @@
-"""One table of the arguments that functions and commands share: kind, size, choices, help. Functions check by it, options follow.
+"""Table of the arguments that functions and commands share: kind, size, choices and help text.
 
 An argument of a Python function and the option of the command have one name: ``closure_tolerance=`` is ``--closure-tolerance``,
-but for the few that say another ``option`` here.
+except where a row names another ``option``.
 """
 
 from __future__ import annotations

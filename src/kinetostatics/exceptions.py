@@ -1,7 +1,7 @@
-"""Every error that the package raises on purpose.
+"""Exceptions of the package.
 
-All derive from :class:`KinetostaticsError`; each carries the facts of its message as attributes, so that a
-program can act on them. Bad values of arguments raise :class:`ArgumentError`, which is a ``ValueError`` too.
+All derive from :class:`KinetostaticsError` and have the data of their messages as attributes. Invalid arguments raise
+:class:`ArgumentError`, which is a ``ValueError`` too.
 """
 
 from __future__ import annotations

@@ -2,10 +2,11 @@
 
 ``C`` is the compliance at o, actuators locked; ``C_dd`` its block of displacements under forces [m/N] and ``C_rr`` that of
 rotations under moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Metres and radians never meet in one
-eigenvalue, but for ``conditioning`` and ``singularity_distance``, of the compliance made homogeneous by the characteristic
-length L: displacements d and L r, forces f and m/L. "Free" is a pure force (moment), the platform turning (moving) as it likes: a
-quotient of ``C_dd`` (``C_rr``). "Held" is a pure displacement (rotation): a quotient of ``K_dd`` (``K_rr``), which does not exist
-where rigid limbs make ``K`` infinite. ``C_rr`` and ``K_dd`` do not depend on where o is; ``C_dd`` and ``K_rr`` do.
+eigenvalue, except in ``conditioning`` and ``singularity_distance``, which use the compliance made homogeneous by the
+characteristic length L: displacements d and L r, forces f and m/L. "Free" stiffnesses are those under a pure force (moment), with
+free rotation (displacement) of the platform: quotients of ``C_dd`` (``C_rr``). "Held" stiffnesses are those of a pure
+displacement (rotation): quotients of ``K_dd`` (``K_rr``), which do not exist where rigid limbs make ``K`` infinite. ``C_rr`` and
+``K_dd`` do not depend on the position of o; ``C_dd`` and ``K_rr`` do.
 
 Indices in general: A. Rosyid, B. El-Khasawneh, A. Alazzam, Performance measures of parallel kinematics manipulators, Mechanical
 Sciences 11 (2020). Conditioning: C. Gosselin, J. Angeles, A global performance index for the kinematic optimization of robotic

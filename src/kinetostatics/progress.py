@@ -1,4 +1,4 @@
-"""Progress line on the terminal: what is being done and for how long, if it takes more than a second; gone when it is done."""
+"""Progress line on the terminal for work of more than a second: task and elapsed time, erased at the end."""
 
 from __future__ import annotations
 

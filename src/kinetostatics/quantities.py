@@ -1,7 +1,7 @@
-"""The table of quantities: all that an analysis finds, with names, symbols, units, axes and words, and what computes it.
+"""Table of quantities: name, symbol, unit, axes, description and computation of every result of an analysis.
 
-Results, JSON, Datasets, functions, compiled code, exported C and the glossary take from here what they call a quantity and what
-they say of it: a further one is an entry here, and its attribute where people ask for it.
+Results, JSON, Datasets, functions, compiled code, exported C and the glossary take names and descriptions from this table. A
+further quantity needs an entry here, and an attribute of the classes that return it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A robot, from its file to its poses: what people hold in their hands."""
+"""The robot object: description, kinematics, poses and statics."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What is true of a pose: each fact a truth value of its own, so that none hides another. The status is only the worst of them.
+"""States of a pose as independent truth values (facts), and its status, the most severe of them.
 
-One table serves results, reports, JSON and workspace maps; a further fact is an entry here, and an attribute of that name in
+One table serves results, reports, JSON and workspace maps. A further fact needs an entry here and an attribute of that name in
 :class:`kinetostatics.results.result.Result`.
 """
 

@@ -1,4 +1,4 @@
-"""Numbers that look as if they were in millimetres, degrees or GPa: every function returns hints, none where all is plausible."""
+"""Hints at probable errors of units (millimetres, degrees, GPa): every function returns hints, none for plausible numbers."""
 
 from __future__ import annotations
 

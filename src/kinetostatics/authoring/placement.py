@@ -1,4 +1,4 @@
-"""Where limbs stand: rotational symmetry, a plane, three perpendicular directions, around a point, or a table."""
+"""Placement of limbs: rotational symmetry, a plane, three perpendicular directions, around a point, or a table."""
 
 from __future__ import annotations
 

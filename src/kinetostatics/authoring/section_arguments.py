@@ -1,4 +1,4 @@
-"""Sections, materials and masses of a generated file: those that are given, and the usual ones."""
+"""Sections, materials and masses of a generated file: given values, or defaults."""
 
 from __future__ import annotations
 

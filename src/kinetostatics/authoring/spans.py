@@ -1,4 +1,4 @@
-"""Links between two moving joints, which may be beams: length, mass and the tube of that mass."""
+"""Links between two moving joints, modelled as beams where possible: length, mass and the tube of that mass."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Bending stiffness and geometric stiffness of a straight beam by polynomial shape functions.
 
-A deflection v(s) beside that of the start is a cubic polynomial of the end's and both slopes, and five polynomials that vanish
-at the ends with their slopes. Of its strain energy ∫ EI v″² ds / 2 and of the work of an axial force that varies linearly,
-∫ N v′² ds / 2 (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter 2), these are the matrices. No shear
-deformation.
+The deflection v(s) relative to the start is the cubic polynomial of the end's deflection and both slopes, plus five polynomials
+that vanish with their slopes at both ends. The matrices are those of the strain energy ∫ EI v″² ds / 2 and of the work of a
+linearly varying axial force, ∫ N v′² ds / 2 (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter 2). Shear
+deformation is neglected.
 """
 
 from __future__ import annotations

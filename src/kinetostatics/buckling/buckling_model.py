@@ -1,9 +1,8 @@
 """A robot as a structure: rigid bodies, joints and beams, and the coordinates of their small motions.
 
-Joints are as they are: passive freedoms are free, driven joints locked, elastic ones springs. The motions that joints leave
-free, and those of their springs, are coordinates along a tree of joints; what no joint leads to from the base has six of its
-own, held by beams alone. A joint beyond the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the
-loop closed.
+Passive freedoms of joints are free, driven joints locked, elastic joints springs. Coordinates are the passive and the elastic
+freedoms along a spanning tree of joints. Bodies that no joint connects to the base have six coordinates each and are held by
+beams alone. A joint outside the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""The critical load factors of a robot: stiffness K and geometric stiffness K_G of all its small motions, and their eigenvalues.
+"""Critical load factors λ of a robot, (K + λ K_G) u = 0, of the stiffness K and geometric stiffness K_G of all its small motions.
 
-K_G is what all forces together add to the stiffness when all of them grow in proportion: of beams that of their axial forces, of
-rigid bodies that of the forces on them, of springs and slides that of what they carry. Bending moments and torques, and the
-displacements before buckling, add nothing. The robot buckles at λ times its forces where K + λ K_G is singular.
+K_G is the change of the stiffness with a common factor λ of all forces: axial forces of beams, forces on rigid bodies, forces of
+springs and in slides. Bending moments, torques and displacements before buckling are neglected.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From measured deflections to stiffnesses, payload and offsets, and which measurements tell most."""
+"""Calibration of stiffnesses, payload and offsets from measured deflections, and D-optimal plans of measurements."""
 
 from kinetostatics.calibration.calibrate import calibrate
 from kinetostatics.calibration.measurement_plan import plan_measurements

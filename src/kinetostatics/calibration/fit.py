@@ -1,9 +1,9 @@
 """Nonlinear least squares with covariance, null directions, outliers and leave-one-out errors of the estimates.
 
-Everything is of weighted residuals and of a Jacobian whose columns are scaled. The covariance is that of the linearized
-problem, σ² (JᵀJ)⁻¹, in the space that the readings determine; outliers are found by externally studentized residuals with
-Bonferroni's bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); leave-one-out
-errors by (I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
+Residuals are weighted and the columns of the Jacobian scaled. The covariance is that of the linearized problem, σ² (JᵀJ)⁻¹, in
+the space that the readings determine. Outliers are found one after the other by externally studentized residuals with
+Bonferroni's bound (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982). Leave-one-out errors are (I − H)⁻¹ r
+of the omitted rows, without another fit (D. M. Allen, Technometrics 16, 1974).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Readings as functions of the unknowns, with their Jacobian.
 
-By the compliance of a part the derivative of the twist is the part of the twist that it makes, exactly
-(:attr:`kinetostatics.Result.source_contributions`); by the payload it is the platform's compliance times the change of its
-weight; by an argument of the file see :mod:`kinetostatics.functions.derivatives`.
+The derivative of the twist with respect to the compliance factor of a part is that part's contribution to the twist, exactly
+(:attr:`kinetostatics.Result.source_contributions`); with respect to the payload it is the platform's compliance times the
+derivative of the weight; for arguments of the file see :mod:`kinetostatics.functions.derivatives`.
 """
 
 from __future__ import annotations

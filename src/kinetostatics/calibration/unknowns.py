@@ -1,7 +1,7 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
-Varied are numbers in which readings are linear where the robot is statically determinate: of a stiffness the compliance factor
-c = 1 / factor, and of a centre of mass the first moment, if the mass is unknown as well.
+The fit varies quantities in which the readings of a statically determinate robot are linear: the compliance factor c = 1 / factor
+instead of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well.
 """
 
 from __future__ import annotations

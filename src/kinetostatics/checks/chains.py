@@ -1,4 +1,4 @@
-"""A limb as a chain of bodies and joints from base to platform, with branches that part and meet again, and its text."""
+"""Chains of bodies and joints of a limb from base to platform, with parallel branches, and their text."""
 
 from __future__ import annotations
 

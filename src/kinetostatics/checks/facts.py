@@ -1,4 +1,4 @@
-"""Properties of a robot before any load, as data, which ``kinetostatics check`` writes and ``--json`` prints."""
+"""Properties of a robot before any load, as data for ``kinetostatics check`` and its ``--json``."""
 
 from __future__ import annotations
 

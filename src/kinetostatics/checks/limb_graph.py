@@ -1,7 +1,7 @@
 """The chain of each limb, read from the graph of rigid bodies, see :mod:`checks.chains`.
 
-Edges in line are merged to runs between the bodies at which others meet. Where all paths from base to platform pass a body, the
-chain is divided; parts of several runs are branches. Dead ends and rings hang on a body of the chain.
+Edges in series are merged to runs between branching bodies. A body that all paths from base to platform pass divides the chain;
+several runs between two such bodies are branches. Dead ends and rings belong to the body of the chain that carries them.
 """
 
 from __future__ import annotations

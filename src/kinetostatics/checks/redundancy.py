@@ -1,8 +1,7 @@
-"""Redundant constraints, and where they are.
+"""Redundant constraints: the self-stresses of a robot and the joints that they load.
 
-A redundant constraint is a self-stress: forces in joints, without a load and with the actuators free, that are in equilibrium by
-themselves. All of them together are the null space of the joints' equations of all limbs; which joints they load says where they
-are.
+A redundant constraint is a self-stress: joint forces in equilibrium without a load and with the actuators free. The self-stresses
+are the null space of the equilibrium equations of all limbs.
 """
 
 from __future__ import annotations

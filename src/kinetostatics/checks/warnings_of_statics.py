@@ -1,4 +1,4 @@
-"""Warnings from statics: doubtful counts, actuators, poses without numbers."""
+"""Warnings from statics: uncertain ranks, actuators, poses without results."""
 
 from __future__ import annotations
 

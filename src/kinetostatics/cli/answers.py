@@ -1,4 +1,4 @@
-"""How commands answer: reports, JSON, warnings and files."""
+"""Output of commands: reports, JSON, warnings and files."""
 
 from __future__ import annotations
 

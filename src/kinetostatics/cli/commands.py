@@ -1,4 +1,4 @@
-"""The commands: one table of their names, and what all of them have in common.
+"""Table of the commands, and their common structure.
 
 Each command is a :class:`Command` in the module that the table names, called like the command in capitals. Its options are
 arguments of :mod:`kinetostatics.arguments`; defaults are those of the function that it runs.

@@ -1,8 +1,7 @@
 """Elements of a description as frozen dataclasses: links, joints, loops, beams, materials, springs.
 
-Field by field this is the format of robot files. SI units, radians. Values are looked at when the whole
-description is validated or made a robot, so that they may be wrong until then. Where something is written (``place``) is no
-part of what it is: parts that differ in places only are equal.
+The fields are those of robot files, in SI units and radians. Values are checked when the whole description is validated or
+made a robot. The position in the file (``place``) does not enter comparisons: parts that differ only in it are equal.
 """
 
 from __future__ import annotations

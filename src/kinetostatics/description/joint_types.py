@@ -1,6 +1,6 @@
-"""The table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from it.
+"""Table of joint types: their freedoms, and whether they may be joints or loops. All other properties follow from it.
 
-A new type of loop needs a row here and nothing else; a new type of tree joint must be one that Pinocchio's parser reads, too.
+A new type of loop needs only a row here; a new type of tree joint must also be one that Pinocchio's parser reads.
 """
 
 from __future__ import annotations

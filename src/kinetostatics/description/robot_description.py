@@ -1,6 +1,6 @@
 """The description of a whole robot as one frozen dataclass; nothing here depends on a pose.
 
-Values are looked at when the description is validated or made a robot, so that they may be wrong until then.
+Values are checked when the description is validated or made a robot.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What parameters of a robot's file do: sensitivities, what their tolerances do, and sizes that are best."""
+"""Design of robots: sensitivities, tolerances and optimization of the parameters of a robot file."""
 
 from kinetostatics.design.optimize import optimize
 from kinetostatics.design.pareto import pareto

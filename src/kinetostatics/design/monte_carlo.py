@@ -1,12 +1,12 @@
-"""Monte Carlo: one pose of thousands of robots that differ a little, by one record of their loops and equilibrium.
+"""Monte Carlo simulation of one pose of thousands of robots with random deviations, by one record of loops and equilibrium.
 
-The numbers that a record takes are inputs of it, so that every robot is a column of one batch. What they are of a robot follows
-from a few that are made in full, each with one change of another size, by interpolation of their logarithms, which suits products
-of powers, as 1/(EI) is one. Loops are closed by Newton's method and equilibrium is solved for each robot by itself.
+The constants of the robots are inputs of the record; every robot is a column of one batch. They are interpolated between a few
+robots that are read in full, several for each parameter. The interpolation is one of logarithms, which is exact for products of
+powers such as 1/(EI). For every robot the loops are closed by Newton's method and the equilibrium is solved.
 
-Records are evaluated by NumPy, an operation for all robots at a time. Compiled code would save nothing: with 10,000 robots of the
-3RPS, the 2PRU-UPR and ANYmal (4, 3 and 28 parameters) that takes 0.3, 0.3 and 1.3 s of 2.0, 1.3 and 15 s of processor, compiling
-the equilibrium alone 0.2, 0.25 and 0.9 s. Nearly all else goes into robots that are made in full, several for each parameter.
+Records are evaluated by NumPy. Compiled code would save nothing: 10,000 robots of the 3RPS, the 2PRU-UPR and ANYmal (4, 3 and 28
+parameters) take 2.0, 1.3 and 15 s of processor time. Of this the evaluation takes 0.3, 0.3 and 1.3 s, and compiling the
+equilibrium alone would take 0.2, 0.25 and 0.9 s. Nearly all the rest goes into the robots that are read in full.
 """
 
 from __future__ import annotations

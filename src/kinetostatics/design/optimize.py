@@ -1,4 +1,4 @@
-"""The best parameters of a robot, under requirements that hold at every pose of a workspace.
+"""Optimization of the parameters of a robot under requirements that hold at every pose of a workspace.
 
 Every requirement at every pose is a constraint of a nonlinear program; :mod:`kinetostatics.design.search` solves it.
 """

@@ -1,4 +1,4 @@
-"""Designs of which none is better than another in both of two quantities.
+"""Pareto fronts of two quantities: designs of which none is better than another in both.
 
 The method of ε-constraints (Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, 1971): the first quantity is minimized under ever lower
 limits of the second, each search beginning where the one before ended.

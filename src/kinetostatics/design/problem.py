@@ -1,4 +1,4 @@
-"""An optimization's objective and requirements as functions of a robot's parameters, over all poses of a workspace."""
+"""Objective and requirements of an optimization as functions of the parameters of a robot, over all poses of a workspace."""
 
 from __future__ import annotations
 

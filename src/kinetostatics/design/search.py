@@ -2,8 +2,8 @@
 
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
 starts, with central differences of whole analyses as gradients: they agree with exact derivatives to 4e-8, and take a third of
-their time where one parameter is varied over two dozen poses. Values from lists and catalogues are tried one by one, or, where
-ranges are varied too, around the optimum that lets them be anything between.
+their time where one parameter is varied over two dozen poses. Values from lists and catalogues are enumerated. If ranges are
+varied too, only values near the optimum of the relaxed problem, in which listed values may vary continuously, are tried.
 """
 
 from __future__ import annotations

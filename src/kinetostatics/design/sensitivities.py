@@ -1,10 +1,9 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
 The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
-(:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with overconstrained rigid limbs, assembly errors
-or loads on links, the robot is read anew with the argument a little larger and smaller, and the same pose analysed. What the
-stiffness of a beam, a joint or an actuator does is known without any difference:
-:attr:`kinetostatics.Result.source_contributions`.
+(:mod:`kinetostatics.functions.derivatives`). Where such derivatives do not exist (overconstrained rigid limbs, assembly errors,
+loads on links), the whole analysis is differenced centrally. Derivatives with respect to the stiffness of a beam, a joint or an
+actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
 """
 
 from __future__ import annotations

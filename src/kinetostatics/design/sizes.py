@@ -1,4 +1,4 @@
-"""Design variables of a robot: numbers of it, one or several with one value."""
+"""Design variables of a robot: one number of it, or several numbers with one common value."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Pose errors and forces by manufacturing tolerances: first order, ranked, and random samples.
+"""Pose errors and forces due to manufacturing tolerances: first order, ranked, and random samples.
 
-Parameters of sizes, materials and placements: derivatives ∂f/∂p of :mod:`kinetostatics.functions.derivatives`. Assembly errors of
-joints and beams: the equilibrium is affine in them, so that one analysis of each is exact (the method page, section 11). Worst
-case Σ |∂f/∂p| t, standard deviation √Σ (∂f/∂p σ)²; random samples are :mod:`kinetostatics.design.monte_carlo`.
+For sizes, materials and placements the derivatives ∂f/∂p are those of :mod:`kinetostatics.functions.derivatives`. The equilibrium
+is affine in assembly errors of joints and beams, so that one analysis of each is exact (the method page, section 11). The worst
+case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; random samples are made by :mod:`kinetostatics.design.monte_carlo`.
 """
 
 from __future__ import annotations

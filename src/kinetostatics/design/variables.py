@@ -1,4 +1,4 @@
-"""Design variables as they are given: ranges or lists of values of one parameter, catalogues of several together."""
+"""Design variables of an optimization: ranges or lists of values of one parameter, catalogues of several parameters."""
 
 from __future__ import annotations
 

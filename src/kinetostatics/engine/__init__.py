@@ -1,1 +1,1 @@
-"""The statics recorded once per structure of a robot and compiled: the same functions, without Python in between."""
+"""Compiled code of kinematics and statics, recorded once per structure of a robot from the NumPy functions."""

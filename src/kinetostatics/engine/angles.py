@@ -1,7 +1,7 @@
-"""Sine, cosine, and the angle of a point in LLVM's text, for as many poses as an instruction takes: without calls.
+"""Sine, cosine and arctangent of two arguments as vector instructions of LLVM, without calls.
 
-Sines and cosines are Taylor's polynomials after the nearest multiple of π/2 has been taken off in three parts. Angles are a
-polynomial in the tangent, at most tan π/8 after a turn by π/4; its Chebyshev coefficients are powers of tan π/16.
+Sines and cosines are Taylor polynomials of the remainder after the nearest multiple of π/2, subtracted in three parts. Angles are
+polynomials of the tangent, reduced to at most tan π/8 by a rotation by π/4; their Chebyshev coefficients are powers of tan π/16.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""From a record to C: functions of bounded size that hand their results on in a small work array.
+"""C code of a record: functions of bounded size that pass intermediate values in a small work array.
 
-A value that is needed in one piece alone is a local constant there; one that later pieces need has a place in the work array,
-which is taken again when nobody needs it any more. So a compiler has never much to do at once, and little stands on the stack.
+A value used in one function only is a local constant; others have an entry of the work array, which is reused after their last
+use. This bounds the time of compilation and the stack.
 """
 
 from __future__ import annotations

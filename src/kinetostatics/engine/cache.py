@@ -1,4 +1,4 @@
-"""Object code kept on disk, so that a structure is compiled once on a computer: written by any number of processes at a time."""
+"""Cache of object code on disk, so that a structure is compiled once per computer; safe for concurrent processes."""
 
 from __future__ import annotations
 

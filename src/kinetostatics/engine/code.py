@@ -1,4 +1,4 @@
-"""Compiled functions: called with arrays, kept on disk with a table of what they take and give."""
+"""Compiled functions of arrays, stored on disk with a table of their inputs and outputs."""
 
 from __future__ import annotations
 

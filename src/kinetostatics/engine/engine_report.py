@@ -1,4 +1,4 @@
-"""What of a robot runs as compiled code, and what does not and why."""
+"""Report of the parts of a robot that run as compiled code, with the reason for those that do not."""
 
 from __future__ import annotations
 

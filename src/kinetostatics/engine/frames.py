@@ -1,4 +1,4 @@
-"""Frames of many poses that are computed when they are asked for."""
+"""Frames of many poses, computed on first use."""
 
 from __future__ import annotations
 

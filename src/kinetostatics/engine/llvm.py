@@ -1,7 +1,7 @@
-"""From a record to machine code: LLVM's intermediate representation, eight poses in every instruction, or one.
+"""Machine code of a record by LLVM's intermediate representation, for eight poses per instruction, or one.
 
-What depends on parameters alone is computed once in each call, the rest in a loop over eight poses at a time; the last eight
-overlap those before, so that no number of poses (of eight or more) needs anything else.
+Operations on parameters alone are done once per call, all others in a loop over blocks of eight poses. The last block overlaps
+the one before, so that any number of poses from eight on takes the same code.
 """
 
 from __future__ import annotations

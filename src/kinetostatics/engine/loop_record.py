@@ -1,7 +1,6 @@
-"""Records of what closes a robot's loops: a step of Newton's method, frames, actuators, on which side of a singular pose one is.
+"""Records of the closure of a robot's loops: a step of Newton's method, frames, actuators, and the side of a singular pose.
 
-What is recorded is what :class:`kinetostatics.kinematics.solver.Solver` does: there is no other mathematics here. Lengths and
-placements are parameters.
+Recorded are the functions of :class:`kinetostatics.kinematics.solver.Solver`; lengths and placements are parameters.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Newton's method for the loops by compiled code, with NumPy's where the record does not hold.
+"""Newton's method for the loops by compiled code, and by NumPy where the record is not valid.
 
-What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`: there is no other mathematics here.
+Recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""From coordinates of closed poses to what people ask of them, by compiled code."""
+"""Outputs of closed poses from their coordinates, by compiled code."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Records of closed poses: joint coordinates, frames, equilibrium and all that follows from it, operation by operation.
 
-Machine code, exported C, derivatives and samples of many robots are made of these records. What is recorded are the functions
-that assemble and analyse poses: there is no other mathematics here.
+Machine code, exported C, derivatives and samples of many robots are made from these records of the functions that assemble and
+analyse poses.
 """
 
 from __future__ import annotations

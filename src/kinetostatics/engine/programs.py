@@ -1,4 +1,4 @@
-"""The compiled programs of robots, and when they answer: that depends on the call alone, never on what was computed before."""
+"""Compiled programs of robots. Whether a call is computed by them depends on the call alone, never on earlier calls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Records of a robot's poses: what the functions that assemble and analyse them do at one example pose."""
+"""Records of the functions that assemble and analyse a robot's poses, made at one example pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Arrays of recorded scalars, on which NumPy's functions record what they do."""
+"""Arrays of recorded scalars: NumPy's functions applied to them are recorded operation by operation."""
 
 from __future__ import annotations
 

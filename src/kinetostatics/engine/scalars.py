@@ -1,8 +1,8 @@
-"""Records what functions over arrays do, so that it can be compiled: scalars that write down every operation on them.
+"""Recording of array functions for compilation, by scalars that record every operation on them.
 
-A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar knows its value there,
-so that a branch on data takes the way of the example; it is written down as a guard, which tells at other poses whether the
-record holds there. What is not an operation on scalars (singular values, eigenvectors) cannot be recorded and says so.
+A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar has its value there, so
+that a data-dependent branch follows the example. The branch is recorded as a guard: the record is valid at poses where all guards
+hold. Functions other than operations on scalars (singular values, eigenvectors) cannot be recorded and raise an error.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""What a record of a robot's functions depends on: structure, by which compiled code is kept, and numbers, which are inputs.
+"""Structure and parameters of a robot: the structure is the key of compiled code, the parameters are its inputs.
 
-A record is made of a copy of the robot's data that holds recorded parameters in the place of numbers and nothing but what this
-module has walked through; everything else it has walked through is in the key. So a record cannot depend on anything that the key
-does not tell. Numbers that are 0, 1, −1 but for rounding, infinite or NaN belong to the structure: they save operations.
+This module traverses the data of a robot and copies it with recorded parameters in place of numbers; all other data traversed
+enter the key. A record is made from the copy alone, so that it cannot depend on anything outside key and parameters. Numbers that
+are infinite, NaN or, within rounding, 0, 1 or −1 belong to the structure: they save operations.
 """
 
 from __future__ import annotations

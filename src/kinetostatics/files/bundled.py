@@ -1,9 +1,8 @@
-"""Files of robots: given by path or by the name of a robot of this package, and folders of installed packages.
+"""Files of robots by path or by the name of a bundled robot, and folders of installed packages.
 
-ROS's packages, and robot descriptions that pip installs, leave a marker in an index: a file
-``share/ament_index/resource_index/packages/NAME`` below the folder that they are installed into (ROS's own documentation
-calls it the ament resource index). Their files are then in ``share/NAME`` beside it. Only this is looked up: nothing is
-imported and no program is run.
+Packages of ROS, and robot descriptions installed by pip, have a marker file in the ament resource index,
+``share/ament_index/resource_index/packages/NAME`` below the installation folder; their files are in ``share/NAME``. Only the
+index is read: nothing is imported and no program is run.
 """
 
 from __future__ import annotations

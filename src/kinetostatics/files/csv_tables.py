@@ -1,4 +1,4 @@
-"""CSV tables of users: a line of column names, which may have units such as ``z [mm]``, and rows of as many cells."""
+"""CSV tables: a header of column names with optional units, such as ``z [mm]``, and rows of as many cells."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The elements of a robot file: the table of each, and how parts of the description are written by it.
+"""Tables of the elements of a robot file, by which they are read, and the writing of parts of the description.
 
 Rules between elements are in :mod:`rules`.
 """

@@ -1,7 +1,7 @@
-"""Units of a robot file's parameters, found from the numbers that change with them.
+"""Units of the parameters of a robot file, from derivatives of the robot's numbers.
 
-A parameter has the unit of those numbers of the robot that change one for one with it: a length, if a rod's diameter grows by as
-much as the parameter does. Where no number does, or numbers of several kinds, its unit is not known.
+A parameter has the unit of the numbers whose derivative with respect to it is 1: a length, for example, if a rod's diameter grows
+by as much as the parameter. If there is no such number, or if their units differ, the unit is unknown.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A description as the element ``<robot>`` of a file, numbers with all their digits.
+"""The element ``<robot>`` of a description, with all digits of its numbers.
 
-The elements carry the places of what they are made from, so that errors found on reading them again name these places.
+The elements keep file and line of the parts that they are made from, for errors found on reading them again.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The elements of this package, read and checked against joints, links and one another."""
+"""Reading of the elements of this package, and checks against joints, links and one another."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The URDF part of a robot file: links, joints, and whether they form a tree.
 
-Pinocchio ignores much of what is wrong with a URDF in silence (an incomplete ``<inertial>`` loses its mass, a link with
-two parents gives another robot) and refuses the rest without saying why, so everything is checked here.
+Pinocchio ignores many errors of a URDF (an incomplete ``<inertial>`` loses its mass, a link with two parents gives another
+robot) and rejects others without a reason. Therefore everything is checked here.
 """
 
 from __future__ import annotations

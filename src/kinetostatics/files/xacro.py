@@ -1,9 +1,9 @@
 """Expansion of xacro, with errors that name the source file and line.
 
-The ``xacro`` package keeps its state in its module and reports errors without lines. Here its parser is replaced for
-the time of one expansion by ours, which notes the place of each element; an error's place is then that of the element
-that xacro was working on, found in the traceback. Packages are found without ROS, and no expression reaches Python's
-own names (``__class__``); otherwise a robot file is its author's program, as in ROS.
+The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion its parser is replaced
+by that of this package, which notes file and line of each element. The position of an error is that of the element that xacro was
+expanding, found in the traceback. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected.
+Otherwise a robot file is its author's program, as in ROS.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""XML text to a tree of :class:`XmlElement`, each of which knows the file and line it was written in.
+"""Parsing of XML text to a tree of :class:`XmlElement` with file and line of each.
 
-The tree passes through minidom, because xacro works on minidom documents. The place of an element is kept as DOM
-user data, not as an attribute: cloning (which is how xacro expands macros) carries it along, and neither xacro nor
-the text that comes out ever sees it.
+The tree is first a minidom document, because xacro works on these. The position of an element is kept as DOM user data, not as an
+attribute: it is kept when xacro clones elements to expand macros, and does not appear in the text.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A function of a robot as C for controllers: records in C, and around them what follows a line and tells the status."""
+"""Export of functions of a robot as C for controllers: records in C, and code that follows straight lines and sets the status."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The C file that computes; see :mod:`kinetostatics.functions.c_export`."""
+"""Source file of the exported C; see :mod:`kinetostatics.functions.c_export`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The program that compares the exported C with what Python says of some poses, and measures how long a call takes."""
+"""Test program of the exported C: comparison with Python's results at some poses, and time per call."""
 
 from __future__ import annotations
 

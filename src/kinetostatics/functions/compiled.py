@@ -1,6 +1,7 @@
-"""A function by compiled code: of a pose in one step of Newton's method from another one beside it, and of many poses together.
+"""Evaluation of functions by compiled code: of a pose by one Newton step from a neighbouring pose, and of many poses together.
 
-Whatever is not beyond doubt is left to :func:`kinetostatics.kinematics.assembly.assemble` and :func:`kinetostatics.analyze`.
+Poses that these cannot decide with certainty are left to :func:`kinetostatics.kinematics.assembly.assemble` and
+:func:`kinetostatics.analyze`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Derivatives of what is asked of poses, through the closing of the loops by the implicit function theorem.
+"""Derivatives of the outputs of a function, with closed loops by the implicit function theorem.
 
-Outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of the loops and of what is given are one record, θ the
-robot's numbers. One sweep backwards gives all their derivatives. With another θ or target, the freedoms move so that r stays
-zero, v' = −G⁺ ∂r/∂θ θ', and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v is how fast coordinates change.
+The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; θ are
+the robot's numbers. One reverse sweep gives all their derivatives. When θ or the target changes, the freedoms move so that r
+stays zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates.
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""A function of one robot, from coordinates, load and gravity to what is asked of the pose, and the functions that are its
-derivatives."""
+"""Functions of one robot, from coordinates, load and gravity to chosen quantities of the pose, and their derivatives."""
 
 from __future__ import annotations
 

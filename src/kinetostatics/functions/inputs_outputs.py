@@ -1,4 +1,4 @@
-"""What a function of a robot takes and returns: names, shapes, units, frames."""
+"""Inputs and outputs of a function of a robot: names, shapes, units, frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes into functions of a robot and what they return, and how it is told to people."""
+"""Arguments and results of functions of a robot, and their text."""
 
 from __future__ import annotations
 

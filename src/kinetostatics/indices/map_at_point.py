@@ -1,4 +1,4 @@
-"""A map as a point of the platform sees it, such as the tip of a tool."""
+"""Workspace maps about another point of the platform, such as the tip of a tool."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which poses of a workspace map count, and what its variables are made of."""
+"""Valid poses of a workspace map, and the arrays of its variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses from coordinates: what may be asked for, how it is reached, and what is said when it cannot be."""
+"""Assembly of poses from prescribed coordinates: checks of the coordinates, closure of the loops, errors of unreachable poses."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How large a robot is: what makes lengths and angles comparable."""
+"""Characteristic length of a robot, by which lengths and angles are compared."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Single corrections of a frame, or of the link it is in, that would close all loops at zero.
 
 Candidates are the origins of all joints, and of all loops on both sides. Their displacements are found by Gauss–Newton steps of
-smallest size, all candidates at once; the equations of a loop are wrenches, as in
+smallest norm for all candidates at once. The rows of the loop equations are constraint wrenches, as in
 :mod:`kinetostatics.kinematics.loop_constraints`.
 """
 

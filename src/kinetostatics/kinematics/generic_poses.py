@@ -1,4 +1,4 @@
-"""Generic poses: assembled, near the zero pose and without symmetry; ranks and bases are decided there."""
+"""Generic poses, at which ranks and bases are decided: assembled, near the zero pose and without symmetry."""
 
 from __future__ import annotations
 

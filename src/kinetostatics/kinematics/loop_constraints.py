@@ -1,8 +1,8 @@
 """Constraint equations of loops and of joints that mimic others.
 
-The unknowns are the freedoms of a spanning tree that is Pinocchio's but for spherical joints written as three revolutes, which
-are one joint here. Every equation is a constraint wrench of a joint or of the prescribed coordinates, so that its gradient is
-the product of that wrench with the tree's twists. Overconstrained loops are closed in the least-squares sense.
+The unknowns are the freedoms of Pinocchio's spanning tree; only spherical joints written as three revolutes are one joint here.
+Every equation belongs to a constraint wrench of a joint or of the prescribed coordinates. Its gradient is the product of that
+wrench with the twists of the tree. Overconstrained loops are closed in the least-squares sense.
 """
 
 from __future__ import annotations

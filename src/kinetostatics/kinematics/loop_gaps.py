@@ -1,4 +1,4 @@
-"""Gaps of open loops, as numbers and as text, and the closure of loops from far away."""
+"""Gaps of open loops, as numbers and as text, and the closure of loops from large gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints that mimic actuated ones, ``<mimic>``: as equations, and as coordinates prescribed with those of actuators."""
+"""Joints that mimic actuated ones, ``<mimic>``: their equations, and their coordinates prescribed with those of actuators."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Ordinary poses: the zero pose, and those reached by moving each actuator alone, within all limits.
 
-Generic poses, near the zero pose and without symmetry, decide ranks. Ordinary ones are what people ask for; what is chosen once
-per robot must not fail there. They follow from the actuators alone, whatever the frames, axes and cuts of the file.
+Ranks are decided at generic poses, near the zero pose and without symmetry. Ordinary poses are those commonly analysed: choices
+made once per robot must be valid there. They follow from the actuators alone and do not depend on frames, axes and cuts of the
+file.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Which coordinates of a pose are given, and where lines of them start."""
+"""Prescribed coordinates of poses, and the starts of straight lines to them."""
 
 from __future__ import annotations
 

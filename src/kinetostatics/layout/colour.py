@@ -1,4 +1,4 @@
-"""Colour of terminals: bold titles, warnings in yellow, states in the colour of what they mean."""
+"""Colours on terminals: bold titles, yellow warnings, states by severity."""
 
 from __future__ import annotations
 

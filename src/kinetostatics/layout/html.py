@@ -1,4 +1,4 @@
-"""Reports as plain HTML without colours of its own, which suits light and dark pages."""
+"""Reports as plain HTML without colours, for light and dark pages."""
 
 from __future__ import annotations
 

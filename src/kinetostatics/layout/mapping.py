@@ -1,4 +1,4 @@
-"""Data that print as something short, however large the arrays in them are: read-only mappings, and dataclasses."""
+"""Read-only mappings and dataclasses with a short ``repr``, independent of the size of their arrays."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Units and decimals of numbers: all numbers of a kind in one unit, rounding errors as 0."""
+"""Number formats: a common unit and common decimals for all numbers of a kind, rounding errors as 0."""
 
 from __future__ import annotations
 

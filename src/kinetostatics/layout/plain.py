@@ -1,4 +1,4 @@
-"""Objects as values that JSON knows: numbers, strings, lists and dicts."""
+"""Conversion of objects to values of JSON: numbers, strings, lists and dicts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reports, and the base class of whatever has one."""
+"""Reports, and the base class of objects that have one."""
 
 from __future__ import annotations
 

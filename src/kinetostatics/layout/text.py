@@ -1,4 +1,4 @@
-"""Reports as text of fixed width, in colour or without; the codes of colours change nothing else."""
+"""Reports as text of fixed width, with or without colours."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
 
-All are sums over beams and springs of what one wrench does along another, under cut-joint wrenches ``(M, 6, …, limb, pose)``
-about o.
+All are sums over beams and springs of the work of one unit wrench along the deformation by another, under cut-joint wrenches
+``(M, 6, …, limb, pose)`` about o.
 """
 
 from __future__ import annotations

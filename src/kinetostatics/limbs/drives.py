@@ -1,8 +1,8 @@
 """Elastic actuators of limbs built alike: each deforms along all freedoms that it moves, under the sum of their forces.
 
-With the unit twists s_j of its joint and of those that follow it, r_j times as far, and the wrenches w_j that they carry, an
-actuator of compliance c feels f = Σ r_j s_jᵀ w_j and moves them by r_j s_j c f: the sums of Eqs. (1) and (16) have one term more
-for each, of rank one.
+Let s_j be the unit twists of the actuated joint and of those that mimic it with the ratios r_j, and w_j the wrenches that they
+carry. The force of the actuator is f = Σ r_j s_jᵀ w_j; with the compliance c it moves joint j by r_j s_j c f. This adds one term
+of rank one per actuator to the sums of Eqs. (1) and (16).
 """
 
 from __future__ import annotations

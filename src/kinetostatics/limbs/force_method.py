@@ -2,8 +2,8 @@
 
 Unknown are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X
 = −d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the cut joints that end at it. The wrenches that the
-limb can put on the platform are the image of P N; what is left of N, P N y = 0, is self-stress (the method page, section 9; S.
-P. Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
+limb can transmit to the platform are the image of P N; solutions of P N y = 0 are self-stress (the method page, section 9;
+S. P. Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
 
 The equations are eliminated with pivots chosen once, at generic poses, for thousands of poses at a time. Arrays are
 ``(…, limb, pose)``; lengths are scaled by the caller so that forces and moments are comparable.

@@ -1,6 +1,6 @@
 """Geometry of limbs built alike at N poses: unit twists, centres, limb axes, beam axes.
 
-All of them are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
+Each is fixed in a body of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Limbs built alike, stacked: joints, beams, springs, and the cut-joint wrenches and weights that these carry.
 
-What every edge of a limb carries is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
-outboard of it. Limbs stand along an axis of their own: arrays are ``(component, column, limb, pose)``.
+The wrench in an edge of a limb is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
+outboard of it. Limbs have an axis of their own: arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations

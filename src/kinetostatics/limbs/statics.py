@@ -1,6 +1,6 @@
 """Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
 
-All limbs are solved alike: what every edge carries is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and
+All limbs are solved alike: the wrench in an edge is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and
 weights. Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
 """
 

@@ -1,6 +1,6 @@
-"""Wrenches that a person can read, from which bases are chosen: forces through joints' centres and couples along what is there.
+"""Candidates for wrench bases: forces through joint centres along limb, beam and joint axes, and couples along these.
 
-The order in which they are preferred is that of the method page, sections 3 and 4; those for bent links and odd joints follow.
+They are preferred in the order of the method page, sections 3 and 4; candidates for bent links and general joints follow.
 """
 
 from __future__ import annotations

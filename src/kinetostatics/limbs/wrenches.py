@@ -1,4 +1,4 @@
-"""What joints and weights alone say of the wrenches of limbs: J_ic, J_ig and W_ig, Eqs. (2)–(4), and the cut-joint wrenches.
+"""Wrenches of limbs from joints and weights alone: J_ic, J_ig and W_ig, Eqs. (2)–(4), and the cut-joint wrenches.
 
 Arrays are ``(…, limb, pose)``, wrenches about o, world axes.
 """

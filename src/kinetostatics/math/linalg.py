@@ -1,7 +1,7 @@
-"""Small dense linear algebra with the batch axes last, where NumPy's own routines want them first.
+"""Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
 
-Matrices are ``(n, m, …)``. Written out column by column, a factorization of thousands of small matrices costs
-a few passes over contiguous memory instead of thousands of LAPACK calls.
+Matrices are ``(n, m, …)``. A factorization of thousands of small matrices, written column by column, takes a few passes over
+contiguous memory instead of thousands of LAPACK calls.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Order of numbers of which several may be equal but for rounding, as in symmetric robots."""
+"""Order of numbers that may be equal within rounding, as in symmetric robots."""
 
 from __future__ import annotations
 

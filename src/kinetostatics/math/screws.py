@@ -6,7 +6,7 @@ the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3
 
 Every change of the reference point in the package is one by :func:`move_twist`, :func:`move_wrench` or :func:`move`.
 
-A force through a hinge's axis is reciprocal to its twist; a force beside it has a moment about it, and so does work:
+A force through a hinge's axis is reciprocal to its twist; another force has a moment about the axis and does work:
 
 >>> hinge = unit_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
 >>> through = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([2.0, 0.0, 0.0]))

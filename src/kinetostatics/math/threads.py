@@ -1,4 +1,4 @@
-"""Threads for parts of a batch, where functions spend their time outside of Python, as compiled code does."""
+"""Threads for parts of a batch, for functions that release Python's lock, as compiled code does."""
 
 from __future__ import annotations
 

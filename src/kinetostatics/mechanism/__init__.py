@@ -1,1 +1,1 @@
-"""What a robot consists of: joints, rigid bodies, beams, and the limbs that connect base and platform."""
+"""Structure of a robot: joints, rigid bodies, beams, and the limbs that connect base and platform."""

@@ -1,10 +1,10 @@
 """Direction of edges from base to platform in one component of the graph, and a spanning tree.
 
-Where every way from base to platform passes an edge in the same direction, that is its direction. The current of an
-electrical network with the same graph tells it: its sign is the same for all resistances if and only if the edge is passed in one
-direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). Whether some way passes the
-edge against the current, paths tell. Edges that are passed both ways are directed as the current flows, so that no ring of edges
-points round.
+If all paths from base to platform pass an edge in the same direction, that is its direction. It is the sign of the current in an
+electrical network with the same graph, which is the same for all resistances if and only if the edge is passed in one direction
+only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A search for paths decides whether any
+passes the edge against the current. Edges passed in both directions have that of the current, so that there are no directed
+rings.
 """
 
 from __future__ import annotations

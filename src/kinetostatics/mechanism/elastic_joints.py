@@ -1,7 +1,7 @@
 """Elastic joints and bearings: compliances at a joint's centre, in its frame on the predecessor's side; and elastic actuators.
 
-The rules are those of ``<joint_stiffness>`` in the page on robot files: along a direction that the joint blocks a missing or
-infinite stiffness is rigid; along one of its freedoms a finite one is a spring, and any other leaves it free.
+The rules are those of ``<joint_stiffness>`` in the page on robot files. Along a constrained direction of the joint, a missing or
+infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; any other value leaves it free.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A robot as joints between bodies: the Pinocchio model, and every joint and loop with its frames on both sides.
 
-A *connection* is a joint of the tree or a loop: from here on nobody needs to know where the file cut a loop.
+A *connection* is a joint of the tree or a loop; other modules do not distinguish them.
 """
 
 from __future__ import annotations

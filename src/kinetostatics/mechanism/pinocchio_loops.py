@@ -1,8 +1,8 @@
 """Loops of a robot as constraints of Pinocchio, for dynamics with closed loops.
 
-Pinocchio can hold a point or a whole frame of one body to another. With a hinge two points are held. Any other joint becomes a
-run of hinges and slides in the tree, on a body that takes half of what its neighbour weighs and is welded to it: nothing is
-added to the robot, and no body is without mass.
+Pinocchio constrains a point or a whole frame of one body to another. A revolute joint is two such points. Any other joint becomes
+a series of revolute and prismatic joints in the tree, ending in a body that takes half the mass of its neighbour and is welded to
+it: the mass of the robot is unchanged, and no body is massless.
 """
 
 from __future__ import annotations

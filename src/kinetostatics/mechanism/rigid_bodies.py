@@ -1,7 +1,7 @@
 """The graph of a robot: rigid bodies joined by joints, loops and beams.
 
 A *body* moves as a rigid body: a link without beams, or one end of a beam's link. Joints, loops and beams are the *edges*
-between bodies. No name and no cut of the file plays a part.
+between bodies. The graph depends neither on names nor on the cuts of loops in the file.
 """
 
 from __future__ import annotations

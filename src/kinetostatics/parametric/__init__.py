@@ -1,1 +1,1 @@
-"""A robot as a function of its numbers: arguments of its file, and numbers of its parts."""
+"""Robots as functions of their parameters: arguments of the file, and numbers of the parts."""

@@ -1,7 +1,7 @@
 """Derivatives of the constants of statics and loops by a number of the description: central differences of fourth order.
 
-Only the numbers that follow from a description are differenced, such as products of frames and 1/EI, at no loss but for some
-parts in 10¹²; what they do to a pose is differentiated exactly (:mod:`kinetostatics.functions.derivatives`).
+Only constants computed from a description are differenced, such as products of frames and 1/EI, with relative errors of about
+10⁻¹². Derivatives of poses and results by these constants are exact (:mod:`kinetostatics.functions.derivatives`).
 """
 
 from __future__ import annotations

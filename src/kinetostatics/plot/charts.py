@@ -1,4 +1,4 @@
-"""Charts of results that are no maps: sensitivities, tolerances, Pareto fronts, residuals of a calibration."""
+"""Charts of results other than maps: sensitivities, tolerances, Pareto fronts, residuals of a calibration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The units that people read: µm rather than 1e-6 m, degrees for coordinates."""
+"""Display units of figures: µm instead of 1e-6 m, degrees for angles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses without valid numbers: grey, hatched, and named in the legend."""
+"""Poses without valid numbers in figures: grey, hatched, and named in the legend."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the cells and the lines of a slice lie: on a rectangle, or round a pole where the coordinates are azimuth and tilt."""
+"""Cells and lines of a slice in the plane: Cartesian, or polar for the coordinates azimuth and tilt."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which part of a map a figure shows, and the range of its values."""
+"""Selection of the part of a map that a figure shows, and the range of its values."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A quantity over two coordinates, in colour."""
+"""Slices of a map: a quantity over two coordinates, in colour."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What all figures look like, and how they are written."""
+"""Style of all figures, and their files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A quantity over two coordinates as surfaces, one for each value of a third."""
+"""Surfaces of a quantity over two coordinates, one for each value of a third."""
 
 from __future__ import annotations
 

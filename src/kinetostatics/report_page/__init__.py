@@ -1,4 +1,4 @@
-"""A report for a colleague: one HTML page about a robot at a pose and over its workspace, to be read and printed."""
+"""Report page: one printable HTML file about a robot at a pose and over its workspace."""
 
 from kinetostatics.report_page.write import save_report
 

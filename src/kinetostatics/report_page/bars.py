@@ -1,4 +1,4 @@
-"""Bars of the parts of the platform's motion as SVG, drawn without a library: the page is made wherever the package is."""
+"""Bar charts of contributions to the platform's displacement as SVG, without a plotting library."""
 
 from __future__ import annotations
 

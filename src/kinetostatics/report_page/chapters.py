@@ -1,4 +1,4 @@
-"""The chapters of a report: what other parts of the package tell, and sentences about what was assumed."""
+"""Chapters of a report page: reports of robot, pose and results, and sentences about assumptions."""
 
 from __future__ import annotations
 

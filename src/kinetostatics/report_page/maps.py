@@ -1,4 +1,4 @@
-"""The workspace in a report: worst cases in words, and maps as pictures."""
+"""Workspace chapter of a report page: worst cases in words, and figures of maps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``save_report``: from a pose, what loads it and a map to one page."""
+"""``save_report``: one page from a pose, its loads and a map."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Report of a batch of poses: how many have numbers, and the extremes of what was found."""
+"""Report of a batch of poses: number of poses with valid results, and extremes of the quantities."""
 
 from __future__ import annotations
 

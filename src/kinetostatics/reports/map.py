@@ -1,4 +1,4 @@
-"""Report of a map: how many poses are reached, worst sag and largest actuator force, and where."""
+"""Report of a map: number of reached poses, worst sag and largest actuator force, and their poses."""
 
 from __future__ import annotations
 

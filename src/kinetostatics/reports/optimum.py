@@ -1,4 +1,4 @@
-"""Reports of optimizations: parameters, requirements and what decides; fronts of two quantities."""
+"""Reports of optimizations: parameters, requirements, active constraints; Pareto fronts of two quantities."""
 
 from __future__ import annotations
 

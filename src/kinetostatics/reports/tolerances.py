@@ -1,4 +1,4 @@
-"""The report of tolerances: effects of the parameters, ranked, and the variation between robots."""
+"""Report of tolerances: ranked effects of the parameters, and the variation between robots."""
 
 from __future__ import annotations
 

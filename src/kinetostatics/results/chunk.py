@@ -1,4 +1,4 @@
-"""What is found of one chunk of poses: outputs by name, and the equilibrium, by NumPy, where something else is asked for."""
+"""Results of one chunk of poses: outputs by name, and the equilibrium by NumPy for all other quantities."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Displacements of beams and links by contribution to the twist, and the twist by elastic part.
 
-Arrays are those that people read: batch axes first, world axes.
+Arrays are in the public layout: batch axes first, world axes.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
-"""Poses that are nearly singular: the limbs hardly hold the platform against some motion, though they still do.
+"""Nearly singular poses: measures of the constraint of the platform by the limbs.
 
 Two measures of the joints' geometry, without units (lengths are compared by the robot's characteristic length):
 
-* *Hold*: the smallest component of a unit twist of the platform within the limbs' constraint wrenches, the square root of
-  min tᵀ (Σ Q_i Q_iᵀ) t with Q_i an orthonormal basis of J_ic. At a singular pose it is zero; limbs carry wrenches of the size
-  1/hold to resist a unit load along that twist. The robots in ``robots/`` have 0.12 to 1 at their zero poses.
-* *Gain* of a limb that is a network, which may nearly collapse in itself: the largest forces in its joints under a unit wrench of
-  the platform, over those at the generic poses near the zero pose. It is 1 there and infinite where the limb collapses.
+* *Constraint index* (``hold``): the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with Q_i an
+  orthonormal basis of J_ic. At a singular pose it is zero; limbs carry wrenches of the size 1/hold to resist a unit load along
+  that twist. The robots in ``robots/`` have 0.12 to 1 at their zero poses.
+* *Force amplification* (``gain``) of a limb with internal loops: the largest forces in its joints under a unit wrench of the
+  platform, relative to those at the generic poses near the zero pose. It is 1 there and infinite where the limb is singular.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results of optimizations: an optimum with its requirements, and fronts of two quantities."""
+"""Results of optimizations: an optimum with its requirements, and Pareto fronts of two quantities."""
 
 from __future__ import annotations
 

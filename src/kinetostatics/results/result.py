@@ -1,6 +1,6 @@
 """Results of an analysis: batch axes first, read-only, SI units, world axes, reference point o.
 
-Numbers that need more work than the twist itself (joint wrenches, beams, motions of links) are computed when first asked for.
+Quantities that need more work than the twist itself (joint wrenches, beams, motions of links) are computed on first use.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Pose errors, stiffness and forces by manufacturing tolerances; :func:`kinetostatics.tolerances` computes them."""
+"""Pose errors, stiffness and forces due to manufacturing tolerances; :func:`kinetostatics.tolerances` computes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Directions in which no actuator moves the platform at given poses: the error that no correction removes."""
+"""Directions in which no actuator moves the platform: pose errors that no correction removes."""
 
 from __future__ import annotations
 

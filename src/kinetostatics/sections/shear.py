@@ -1,8 +1,8 @@
 """Shear stresses of rectangles and rectangular tubes: Saint-Venant's torsion and flexure, by finite elements.
 
-A long beam's shear stresses under a torque T and transverse forces V_y, V_z follow from functions on its section whose Laplacian
-and slope at the edges are given (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and 11). On a quarter of
-the section they are found with elements of degree 6 that grow away from the inner corner. Sizes are in any unit of length.
+The shear stresses of a long beam under a torque T and transverse forces V_y, V_z follow from functions on its section with given
+Laplacian and normal derivative at the edges (S. P. Timoshenko and J. N. Goodier, Theory of Elasticity, chapters 10 and 11). They
+are computed on a quarter of the section with elements of degree 6, graded towards the inner corner, in any unit of length.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""All limbs together: equilibrium of the platform, and what deforms."""
+"""Statics of the whole robot: equilibrium of the platform, Eqs. (11) and (12), and displacements of all parts."""

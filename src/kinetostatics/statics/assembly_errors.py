@@ -1,7 +1,7 @@
 """Assembly errors of joints and beams in the unloaded robot.
 
 A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
-α ΔT L. What the limbs cannot follow freely moves the platform and stresses an overconstrained robot (the method page).
+α ΔT L. Errors along constrained directions move the platform, and stress an overconstrained robot (the method page, section 11).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Displacements of the whole robot under load: of every joint's outer side, rigid link and beam.
 
-The platform's twist and the beams' own deformations fix how far the passive joints turn; from base to platform the motions
-then add up. Everything is linear, so each contribution to the twist has motions of its own, along an axis S. Limbs built
-alike stay stacked: arrays are ``(component, S, limb, pose)``.
+The motions of the passive joints follow from the platform's twist and the deformations of the beams. Displacements are sums of
+these motions from base to platform. The equations are linear, so that each contribution to the twist has its displacements, along
+an axis S. Arrays of limbs built alike are ``(component, S, limb, pose)``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Geometric stiffness: the change of the forces at the pose with displacement (the method page, section 12).
 
-Weights keep their directions while their arms turn; springs stretch and turn; what joints transmit turns with the parts between
-which it acts. With the rotation θ of a part, every point at p moves by θ × p + ½ θ × (θ × p), and so a force f there has the
-potential energy −½ f · (θ × (θ × p)) besides that of first order.
+Weights keep their directions while their arms rotate; springs stretch and rotate; joint wrenches rotate with the parts between
+which they act. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
+potential energy −½ f · (θ × (θ × p)) of second order.
 """
 
 from __future__ import annotations

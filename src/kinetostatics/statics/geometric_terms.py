@@ -1,6 +1,7 @@
-"""The work of the forces at the pose to second order: a quadratic form ½ uᵀ K_g u of few displacements u.
+"""Second-order work of the forces at the pose: a quadratic form ½ uᵀ K_g u of few displacements u.
 
-Rotations of parts (:mod:`kinetostatics.statics.turning_parts`), shifts across slides and beams, motions of springs' ends apart.
+These are rotations of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic joints and
+beams, and relative displacements of the ends of springs.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The table of load-carrying joints, and the passive joints of open branches, which must balance alone."""
+"""Table of load-carrying joints, and the passive joints of open branches, which must be in equilibrium without force."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Wrenches of joints, limbs and base, and forces of actuators, from the limbs' cut-joint wrenches and weights, chunk by chunk.
 
-Those of joints are what a joint's base side puts on its platform side, at the joint's centre, world axes.
+A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Poses at which a limb's rank changes: its joints become dependent, so that it transmits more wrenches.
 
-Ranks and bases belong to the robot (the method page, section 2). Where a limb is stretched, or two of its axes fall together,
-its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
+Ranks and bases are properties of the robot (the method page, section 2). Where a limb is stretched, or two of its axes coincide,
+its passive joints allow one motion less, and it transmits one wrench more. The rank of such a limb is decided at that pose.
 
-So it is with what is elastic: an arm with nothing elastic but its actuators is elastic in as many directions as its actuators
-move it. Where it is stretched they are fewer, and it is rigid in the others.
+The rank of its compliance changes likewise: a limb with elastic actuators alone is elastic in as many directions as they move it.
+Where it is stretched there are fewer, and it is rigid in the others.
 """
 
 from __future__ import annotations

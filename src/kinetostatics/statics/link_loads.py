@@ -1,7 +1,7 @@
-"""Loads on links and at the ends of beams: as given, at N poses, and their effect on limbs.
+"""Loads on links and at the ends of beams: their wrenches at N poses, and their effect on limbs.
 
-A load at a place of a limb goes the way that weights go: the limb holds it by attached wrenches and sags under it. Each load is a
-contribution of its own.
+A load on a limb acts like a weight: the limb carries it by attached wrenches and sags under it. Each load is a separate
+contribution.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Loaded beams: their bent lines, and the twists of their ends by their own deformation."""
+"""Deflection lines of loaded beams, and the twists of their ends due to their own deformation."""
 
 from __future__ import annotations
 

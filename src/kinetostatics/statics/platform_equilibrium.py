@@ -1,7 +1,7 @@
-"""The platform held by its limbs: Eqs. (11) and (12) for any right-hand sides, elastic and rigid limbs together.
+"""Equilibrium of the platform, Eqs. (11) and (12), for any right-hand sides, with elastic and rigid limbs.
 
-A limb with compliance C along its wrenches J contributes J C⁻¹ Jᵀ to the stiffness. Along the directions in which a limb is
-rigid the platform can only move as they allow (the saddle form of the method page, section 6).
+A limb with compliance C along its wrenches J contributes J C⁻¹ Jᵀ to the stiffness. Rigid directions of limbs are constraints on
+the platform's twist (the saddle-point form of the method page, section 6).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What the statics of a whole robot need, as frozen data: limbs with their wrench bases, branches, the table of joints."""
+"""Data of the statics of a whole robot, frozen: limbs with their wrench bases, branches, the table of joints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses without equilibrium: the platform can move, a limb cannot hold its weight, a telescope has no length."""
+"""Poses without equilibrium: a free motion of the platform, a limb that cannot carry its weight, a telescope without length."""
 
 from __future__ import annotations
 

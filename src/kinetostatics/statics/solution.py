@@ -1,6 +1,6 @@
 """Platform equilibrium of one chunk of poses, Eqs. (11), (12): limbs, loads, gravity → twist, intensities, cut-joint wrenches.
 
-Everything here has the batch axis last; :mod:`kinetostatics.results.result` turns it for people.
+Arrays have the batch axis last; :mod:`kinetostatics.results.result` converts them to the public layout.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Springs between points of two links: their forces at the pose, and the stiffness of robots that have them.
 
-A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. When these move by u relative
-to each other, to first order the force changes by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ): it gets longer, and it turns. That,
-and how arms of weights and springs turn, is the geometric stiffness K_g of the robot.
+A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. Under a relative displacement
+u of its ends the force changes to first order by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ), by elongation and rotation. This
+change and that due to the rotation of the arms of weights and springs are the geometric stiffness K_g of the robot.
 
-The forces act like loads on links; what follows from K_g is put on as further loads, −K_g u.
+The forces are applied as loads on links, and the effect of K_g as further loads −K_g u.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Parts of a robot that turn or slide relative to one another: the coordinates of its geometric stiffness.
+"""Parts of a robot that rotate or slide relative to one another: the coordinates of its geometric stiffness.
 
-Bodies that no joint, bearing, drive or beam lets turn relative to one another are a *part*: it has one rotation. What joins two
-parts is a *passage*; so is a beam.
+A *part* is a set of bodies with a common rotation: no joint, bearing, actuator or beam lets them rotate relative to one another.
+Joints between two parts, and beams, are *passages*.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""An independent check by finite elements: the same robot at the same pose as a frame of beams and joints in OpenSeesPy.
+"""Independent verification by finite elements: the robot at a pose as a frame of beams and joints in OpenSeesPy.
 
-The frame is built from the robot's file and the frames of its links, not from limbs, wrenches or compliances: a mistake in those
-cannot hide. What both share, and what therefore is not checked, is said in the page on how we know it is right.
+The frame is built from the robot's file and the frames of its links alone, not from limbs, wrenches or compliances, and so
+verifies these. The page on verification lists the common parts, which are not verified.
 """
 
 from kinetostatics.verification.compare import Verification, verify

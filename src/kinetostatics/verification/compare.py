@@ -1,4 +1,4 @@
-"""Our numbers beside those of the finite elements, how far they differ, and a verdict."""
+"""Comparison of the results with those of the finite elements: differences, and a verdict."""
 
 from __future__ import annotations
 

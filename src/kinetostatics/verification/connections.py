@@ -1,4 +1,4 @@
-"""What a joint leaves free, where it is elastic, and its assembly error."""
+"""Connections of a frame: free and elastic directions of joints, and their assembly errors."""
 
 from __future__ import annotations
 

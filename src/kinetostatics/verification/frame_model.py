@@ -1,7 +1,6 @@
-"""A robot at one pose as a frame of rigid pieces, beams and joints, from its file and the frames of its links alone.
+"""Frame of rigid pieces, beams and joints of a robot at one pose, from its file and the frames of its links alone.
 
-Nothing here uses the limbs, wrenches or compliances of the package: a mistake in them must not find its way into the check. All
-in SI units and world axes.
+It does not use the limbs, wrenches or compliances of the package, which it verifies. SI units, world axes.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""A frame solved by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
+"""Solution of a frame by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
 
-A joint is a spring: stiff in the directions that it blocks, with a trace of stiffness in those it leaves free, so that a strut
-that spins about itself does no harm; what is elastic in it are further springs in series. Every number then is a rational
-function of the penalty's inverse h; solved at several h and extrapolated to h = 0 (Richardson), it keeps errors of rounding
-alone.
+A joint is a spring: stiff in constrained directions, with a very small stiffness in free ones, so that a strut that spins about
+itself does not make the stiffness singular. Elastic directions are further springs in series. Every result is a rational function
+of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson), which leaves rounding errors alone.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The rigid pieces of a robot at one pose, and the joints and beams between them.
+"""Rigid pieces of a robot at one pose, and the joints and beams between them.
 
-A piece is a link without beams, or what is fixed to one end of a beam. Everything here follows from the file and from the frames
-of the links; it is on purpose not taken from :mod:`kinetostatics.mechanism.limbs`, which it checks.
+A piece is a link without beams, or the parts fixed to one end of a beam. All follow from the file and the frames of the links,
+and not from :mod:`kinetostatics.mechanism.limbs`, which they verify.
 """
 
 from __future__ import annotations

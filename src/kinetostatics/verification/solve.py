@@ -1,4 +1,4 @@
-"""A frame solved: as it stands, with the geometric stiffness of its springs, and with elastic actuators that others follow."""
+"""Solution of a frame, with the geometric stiffness of its springs, and with elastic actuators of several joints."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""What forces at the pose do when the parts that they act on move: the geometric stiffness of a frame with springs.
+"""Geometric stiffness of a frame with springs: second-order work of the forces at the pose.
 
-A force f that keeps its direction, on a piece at the arm r, has the potential −½ f·(θ × (θ × r)) besides its linear one when the
-piece turns by θ. A joint that carries a force and a moment between two pieces carries them along as it turns with the mean of the
-two. In a beam with the section forces F and M along its axis e, displaced by u and turned by θ, they do to second order
+A force f of constant direction, on a piece at the arm r, has the second-order potential −½ f·(θ × (θ × r)) under a rotation θ of
+the piece. The force and moment of a joint between two pieces rotate with the mean of both rotations. In a beam with the section
+forces F and M along its axis e, displacement u and rotation θ, the second-order work is
 ∫ F·(½ θ × (θ × e) − θ × u′) − ½ M·(θ × θ′) ds (J. C. Simo and L. Vu-Quoc, Comput. Methods Appl. Mech. Eng. 58, 1986). The sum
-is the second derivative of the energy of springs and weights. Nothing here is taken from the statics of the package.
+is the second derivative of the energy of springs and weights. It is independent of the statics of the package.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Runs frames in OpenSeesPy: a program that reads a frame as JSON from standard input and writes its answers as JSON.
+"""Program that solves frames in OpenSeesPy: it reads a frame as JSON from standard input and writes the solution as JSON.
 
-It is a process of its own because OpenSees has one model per process, which a caller may be using; because it prints what it
-likes, even when Python exits; and because some of its mistakes end the process. It imports nothing of the package, which would
-take longer than the work.
+It runs in a separate process for three reasons: OpenSees has one model per process, which a caller may be using; it prints
+messages even when Python exits; and some of its errors end the process. It imports nothing of the package, which would take
+longer than the solution.
 
 The frame's numbers have no units: :mod:`kinetostatics.verification.opensees` scales them so that the stiffest beam has an axial
 stiffness of 1, which keeps the penalties of joints in the range that double precision can hold.

@@ -1,7 +1,7 @@
-"""See it sag: the deformed robot in a browser page that needs neither server nor network.
+"""3D view of the deformed robot: a browser page that needs neither server nor network.
 
-A result becomes a :class:`Scene <kinetostatics.viewer.description.Scene>` of plain numbers, and that one HTML file with
-meshcat's page; everything that moves there is computed in the page.
+A :class:`Scene <kinetostatics.viewer.description.Scene>` of plain numbers is made from a result, and from the scene one HTML file
+with meshcat's page. All motions are computed in the page.
 """
 
 from __future__ import annotations

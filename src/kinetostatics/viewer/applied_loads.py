@@ -1,4 +1,4 @@
-"""What acts on links besides the load at o and weights: loads on links, the payload's weight, springs."""
+"""Forces on links other than the load at o and weights: loads on links, the payload's weight, springs."""
 
 from __future__ import annotations
 

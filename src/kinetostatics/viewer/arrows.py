@@ -1,4 +1,4 @@
-"""The arrows: what acts on the robot and inside it, each part by the contribution that it belongs to."""
+"""Arrows of external and internal forces and moments, by contribution."""
 
 from __future__ import annotations
 

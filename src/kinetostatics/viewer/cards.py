@@ -1,4 +1,4 @@
-"""What a click on a beam, joint or spring tells, and what colours can show, in the words and units of the report."""
+"""Cards of beams, joints and springs, shown on a click, and the quantities that colours show, in the units of the report."""
 
 from __future__ import annotations
 

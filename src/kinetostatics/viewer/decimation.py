@@ -1,4 +1,4 @@
-"""Meshes with fewer triangles: what a page can hold, and a browser turn smoothly."""
+"""Decimation of meshes to a number of triangles that a browser can display smoothly."""
 
 from __future__ import annotations
 

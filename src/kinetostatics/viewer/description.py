@@ -1,4 +1,4 @@
-"""What a page draws, as plain data: stations that move, and surfaces, arrows, frames and labels attached to them."""
+"""Contents of a page as plain data: moving stations, and surfaces, arrows, frames and labels attached to them."""
 
 from __future__ import annotations
 

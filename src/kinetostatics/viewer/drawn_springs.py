@@ -1,4 +1,4 @@
-"""Where springs are, how long, and how their ends move; and masses at points, which have no look of their own."""
+"""Positions, lengths and end motions of springs, and point masses."""
 
 from __future__ import annotations
 

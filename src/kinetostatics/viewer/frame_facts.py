@@ -1,4 +1,4 @@
-"""What always stands on a page: pose, gravity, load and status of every frame, and the units of displacements."""
+"""Permanent text of a page: pose, gravity, load and status of every frame, and the units of displacements."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the joints are, what they look like and how they move."""
+"""Positions, shapes and motions of joints."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Live pages: the page sends the values of its sliders, Python analyses that pose and answers with a new scene.
+"""Live pages: the page sends the values of its sliders, Python analyses that pose and returns a new scene.
 
-meshcat's own socket only carries commands to the page. The page therefore asks by HTTP: a slider that moved is a POST to
-the address the page came from, and the answer is what changes of the scene. The standard library's server is enough for
-that. It listens on this machine only, and at an address that contains a random key, which only the page knows. A request is read
-no further than it is needed: its key and where it comes from are looked at first, then the length that it says it has.
+meshcat's own socket only carries commands to the page. The page therefore sends requests by HTTP: moving a slider is a POST to
+the address of the page, and the response contains the changes of the scene. The server is that of the standard library. It
+listens on this machine only, at an address with a random key. Of a request the key and origin are checked first, then the stated
+length, before its body is read.
 """
 
 from __future__ import annotations

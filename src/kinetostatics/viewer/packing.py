@@ -1,4 +1,4 @@
-"""Arrays as text, and how numbers are written, as pages want them."""
+"""Encoding of arrays as text, and number formats, for pages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene drawn into a running meshcat, beside whatever else is in it, under a path of its own."""
+"""Drawing of a scene in a running meshcat, under a separate path."""
 
 from __future__ import annotations
 

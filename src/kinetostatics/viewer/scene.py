@@ -1,4 +1,4 @@
-"""From a result to the scene: rigid links, bent beams, joints, arrows and frames, whatever the robot is made of."""
+"""The scene of a result: rigid links, bent beams, joints, arrows and frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A picture of a page as a file, drawn by the Chromium that is installed."""
+"""Screenshots of a page by an installed Chromium."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Triangle meshes of what the viewer draws itself: swept sections, balls, pins and sticks."""
+"""Triangle meshes of beams and joints: swept sections, balls, pins and sticks."""
 
 from __future__ import annotations
 

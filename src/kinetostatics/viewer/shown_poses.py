@@ -1,4 +1,4 @@
-"""Which poses of a result are shown, in which order, and how every point of the robot moves there."""
+"""Poses shown by a page, in order, and the motion of every point of the robot between them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The robot's own look: the URDF's ``<visual>`` geometry and meshes, read by yourdfpy."""
+"""Geometry and meshes of the URDF's ``<visual>`` elements, read by yourdfpy."""
 
 from __future__ import annotations
 

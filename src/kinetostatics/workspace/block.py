@@ -1,4 +1,4 @@
-"""The numbers of one block of the grid: poses of one robot, assembled, analyzed, and laid out as the Dataset has them."""
+"""Results of one block of the grid: poses of one robot, assembled and analysed, as arrays of the Dataset."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Continuity of the assembly mode along the grid of one robot, once each pose was tried on the straight line from the zero pose.
+"""Continuity of the assembly mode along the grid of one robot, after assembly on straight lines from the zero pose.
 
-That line may jump to another assembly mode where two of them come near each other, and it may leave the workspace although the
-pose belongs to it. Both show only beside neighbouring poses:
+The line may lead to another assembly mode where two modes are close to each other, and it may leave the workspace although the
+pose belongs to it. Both are found by comparison with neighbouring poses:
 
 1. Neighbours whose joints differ too much (:mod:`kinetostatics.workspace.edges`) are followed from one to the other. Where that
    leads elsewhere, both are followed once more from the zero pose, in small steps, and so are the neighbours of those that end

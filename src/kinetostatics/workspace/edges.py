@@ -1,8 +1,8 @@
 """Continuity between neighbours on the grid: an edge along which a joint jumps leads to another assembly mode.
 
-Along a grid the coordinates of all joints are continuous functions of the given ones, and so the steps between neighbours change
-little from one to the next. A step that is much larger than those beside it is suspect, and the robot itself decides: followed
-from one of the two poses in small steps, it either arrives at the other or elsewhere.
+Joint coordinates are continuous functions of the prescribed ones, so that steps between neighbours on the grid vary little. A
+step that is much larger than the adjacent ones is checked: the path from one of the two poses is followed in small steps, and
+either arrives at the other or not.
 """
 
 from __future__ import annotations

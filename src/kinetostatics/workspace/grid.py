@@ -1,4 +1,4 @@
-"""The grid of a sweep: its axes, vectors that may vary along them, and how it is cut into blocks."""
+"""The grid of a sweep: its axes, vectors that may vary along them, and its division into blocks."""
 
 from __future__ import annotations
 

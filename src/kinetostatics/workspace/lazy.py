@@ -1,4 +1,4 @@
-"""A sweep as dask arrays: each chunk is a sweep of its own, computed wherever dask wants it computed."""
+"""Sweeps as dask arrays: each chunk is a separate sweep, computed by dask's scheduler."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a Dataset comes from: files, versions, arguments."""
+"""Provenance of a Dataset: files, versions, arguments."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The arrays of a sweep: in memory, or chunk by chunk in a zarr store, in which an interrupted sweep goes on.
+"""Arrays of a sweep: in memory, or chunk by chunk in a zarr store, from which an interrupted sweep is resumed.
 
-The store lies beside the map, as ``map.nc.part``. Its chunks are the blocks of the sweep, and ``status`` is written last of each
-block: a block is done when there is a chunk of it.
+The store is a folder beside the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written last for each
+block: a block is complete if its chunk of ``status`` exists.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A loop as another tool has written it, and the URDF that it belongs to."""
+"""A loop in the format of another tool, and the URDF that it belongs to."""
 
 from __future__ import annotations
 
