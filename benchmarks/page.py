@@ -14,14 +14,9 @@ from pathlib import Path
 
 @dataclass
 class Page:
-    """What has been measured: tables of topics, and requirements with what became of them."""
+    """What has been measured: tables of topics."""
 
-    requirements: list[tuple[str, str, str, str]] = field(default_factory=list)
     topics: dict[str, str] = field(default_factory=dict)
-
-    def require(self, what: str, wanted: str, found: str, met: bool) -> None:
-        """Say what became of a requirement."""
-        self.requirements.append((what, wanted, found, "yes" if met else "**no**"))
 
     def add(self, topic: str, *blocks: str) -> None:
         """Add tables and sentences of a topic."""

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import clocks  # before NumPy, whose libraries are to use one thread
-from page import Page, report, table, write
+from page import Page, report, write
 from topics import FULL, QUICK, TINY, TOPICS
 
 
@@ -40,8 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f"command: `{command}`, {(time.time() - started) / 60:.1f} minutes, {clocks.today()}",
         f"load average of the machine at the end, with all that others did on it: {os.getloadavg()[0]:.1f}",
     ]
-    requirements = table(("", "wanted", "found", "met"), page.requirements, left=True)
-    found = {"machine": "\n".join(f"- {line}" for line in facts), "requirements": requirements, **page.topics}
+    found = {"machine": "\n".join(f"- {line}" for line in facts), **page.topics}
     if args.write:
         write(args.write, found)
     else:

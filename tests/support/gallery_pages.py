@@ -28,6 +28,8 @@ ORDER = (
     *("delta", "linear_delta", "orthoglide", "tripteron"),
     *("ur10", "anymal_standing"),
 )
+#: Facts that stand in the table of the gallery, not on the pages.
+COUNTS = ("mobility", "redundant constraints", "local freedoms", "all that moves, at zero")
 
 
 def page_of(name: str) -> Path:
@@ -73,7 +75,8 @@ def facts_table(name: str) -> str:
     """Return the table of a robot's page."""
     file = f"| file | [`{name}.urdf.xacro`](../../../robots/{name}.urdf.xacro) |\n"
     sketch = f"\n![Kinematic sketch of {about(name, 'title')}](../../pictures/sketches/{name}.svg)\n"
-    return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in facts(name).items()) + sketch
+    rows = ((key, value) for key, value in facts(name).items() if key not in COUNTS)
+    return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in rows) + sketch
 
 
 def cards() -> str:
@@ -81,22 +84,19 @@ def cards() -> str:
     lines = ['<div class="grid cards" markdown>\n']
     for name in ORDER:
         title = about(name, "title")
-        found = facts(name)
         lines.append(
             f"-   [![{title}](../pictures/robots/{name}.png)](robots/{name}.md)\n\n"
-            f"    **[{title}](robots/{name}.md)** · {found['limbs, base to platform']} · mobility {found['mobility']}\n\n"
-            f"    {about(name, 'Kind')}. By its own weight {found['bent by its own weight, at zero']}.\n"
+            f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs, base to platform']}\n\n    {about(name, 'Kind')}.\n"
         )
     return "\n".join([*lines, "</div>\n"])
 
 
 def rows() -> str:
     """Return the table of the gallery."""
-    keys = ("limbs, base to platform", "mobility", "redundant constraints", "local freedoms", "all that moves, at zero")
-    lines = ["| robot | limbs | mobility | redundant constraints | local freedoms | moves | source of its dimensions |"]
-    lines.append("|---|---|---:|---:|---:|---:|---|")
+    lines = ["| robot | mobility | redundant constraints | local freedoms | moves | source of its dimensions |"]
+    lines.append("|---|---:|---:|---:|---:|---|")
     for name in ORDER:
-        cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in keys)]
+        cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in COUNTS)]
         lines.append("| " + " | ".join([*cells, about(name, "Source of its dimensions")]) + " |")
     return "\n".join(lines) + "\n"
 
