@@ -179,7 +179,7 @@ def _solutions(
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
-    """Solve poses; apart and in their order those at which a limb is not what it is elsewhere."""
+    """Solve poses; those at which the rank of a limb differs are solved separately, in their order."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
@@ -223,7 +223,7 @@ def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, fr
 
 
 def _complain(robot: Robot, solution: Solution) -> None:
-    """Raise what is wrong with the first failed pose of a chunk."""
+    """Raise the error of the first failed pose of a chunk."""
     for p in np.flatnonzero(solution.singular):
         if short := without_length(robot.beams.values(), solution.frames, int(p)):
             raise StaticsError(short)

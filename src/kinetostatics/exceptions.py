@@ -39,7 +39,7 @@ class KinetostaticsError(Exception):
 
 
 class ArgumentError(KinetostaticsError, ValueError):
-    """An argument has a value that is invalid; the message says which and what would be right."""
+    """An argument has an invalid value; the message names it and the valid ones."""
 
 
 class RobotFileError(KinetostaticsError):

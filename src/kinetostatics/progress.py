@@ -28,7 +28,7 @@ def in_notebook() -> bool:
 
 
 def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Write on the terminal what is being done; of several that are nested, the innermost.
+    """Write the current task on the terminal; of nested ones, the innermost.
 
     Args:
         what: in words, such as "verifying", or what returns them.
@@ -47,7 +47,7 @@ def pausing() -> AbstractContextManager[None]:
 
 
 class _Line:
-    """The last line of the terminal, and the thread that writes it anew as long as there is anything to be said."""
+    """The last line of the terminal, and the thread that updates it as long as there is a task."""
 
     def __init__(self) -> None:
         self.texts: list[Callable[[], str]] = []

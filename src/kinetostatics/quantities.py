@@ -194,7 +194,7 @@ VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.
 
 
 def told_of(owner: str) -> list[str]:
-    """Return names of quantities of a result (""), or of its "limbs" or "beams", by which it tells them."""
+    """Return names of quantities reported by a result (""), or by its "limbs" or "beams"."""
     paths = (path.rpartition(".") for path in QUANTITIES if path not in ("status", *FACTS))
     return [name for mine, _, name in paths if mine == owner]
 
@@ -232,7 +232,7 @@ def value_at(result: object, path: str) -> object:
 
 
 def stacked(value: object, dims: Sequence[str], labels: Mapping[str, Sequence[str]]) -> Array:
-    """Return as one array (…, *dims) what a result has by label, as nested mappings of arrays."""
+    """Return nested mappings of arrays by label as one array (…, *dims)."""
     if not isinstance(value, Mapping):
         return np.asarray(value)
     rows = [stacked(value[label], dims[1:], labels) for label in labels[dims[0]]]

@@ -93,7 +93,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def model(self) -> pin.Model:
-        """Pinocchio's model of the file's tree, which weighs what the robot weighs: links, and beams as rods on their links.
+        """Pinocchio's model of the file's tree with the mass of the robot: links, and beams as rods on their links.
 
         A telescope has the length of the zero pose; :attr:`Configuration.model` is the model of another pose.
         """
@@ -135,17 +135,17 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def statics(self) -> RobotStatics:
-        """What the numerics of the statics need: frozen data, and the limbs' wrench bases, which are chosen once per robot."""
+        """Data of the statics, frozen, with the wrench bases of the limbs, which are chosen once per robot."""
         return make_statics(self._static_model, self.generic_frames, self.frames_at(ordinary_poses(self)))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What to be careful about at any pose, in full sentences: those of :attr:`Result.warnings` that are of the robot."""
+        """Warnings that apply to all poses, in full sentences: those of :attr:`Result.warnings` that concern the robot."""
         return late("checks.collect:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property
     def members(self) -> Members:
-        """Beams in one line, which buckle as one, and what they are part of."""
+        """Members (collinear beams that buckle as one) and their limbs."""
         return Members(BucklingModel(self.statics))
 
     def assemble(

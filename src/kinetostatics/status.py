@@ -21,7 +21,7 @@ Truth = NDArray[np.bool_]
 
 
 class Status(enum.IntEnum):
-    """What became of a pose: the worst of what is true of it. Each fact is a truth value of its own besides.
+    """Status of a pose: the most severe of its facts, each of which is also available as a truth value.
 
     The numbers are names: which of two is worse, they do not tell. Without numbers are UNREACHABLE and SINGULAR; of the others
     the worst is INDETERMINATE, then come BASIS_DEGENERATE and LIMIT_EXCEEDED.
@@ -63,7 +63,7 @@ class Fact:
 
     @property
     def title(self) -> str:
-        """What reports call it."""
+        """Its name in reports."""
         return self.name.upper()
 
 

@@ -30,7 +30,7 @@ def new_robot(
     name: str | None = None,
     **values: Keyword,
 ) -> Robot:
-    """Build a robot from the field's notation, such as ``"3-R[P]S"``; ``docs/start/robot_by_name.md`` tells the conventions.
+    """Build a robot from the field's notation, such as ``"3-R[P]S"``; for the conventions see ``docs/start/robot_by_name.md``.
 
     Args:
         architecture: limbs as strings of the joints R, P, U, S, C from base to platform, actuators in brackets or underlined,

@@ -64,7 +64,7 @@ def design_robot(
     name: str | None,
     values: Mapping[str, object],
 ) -> Design:
-    """Return what a generated file is written from; the arguments are those of :func:`new_robot`."""
+    """Return the design of a generated file; the arguments are those of :func:`new_robot`."""
     parsed = parse_architecture(architecture)
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
     skeletons = tuple(by_group[group] for group in parsed.limbs)

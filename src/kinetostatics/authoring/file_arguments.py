@@ -62,7 +62,7 @@ class FileArguments:
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Refuse values that no argument has; ``reasons`` tells why some names are not there."""
+        """Refuse values of unknown arguments; ``reasons`` gives the reason why an argument is missing."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))

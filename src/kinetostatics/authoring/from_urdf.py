@@ -212,7 +212,7 @@ def _turned_axes(description: RobotDescription) -> str:
 
 
 def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
-    """Return the joints that get a transmission, and those that get one because nothing else would hold what hangs on them."""
+    """Return the joints that get a transmission, and those that get one to carry their outboard bodies."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
@@ -290,7 +290,7 @@ def _suggestion(description: RobotDescription, span: Span) -> str:
 
 
 def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], link: str, text: str) -> str:
-    """Return the beam that was asked for."""
+    """Return the text of the chosen beam."""
     if link not in description.links:
         raise ArgumentError(f"elastic: no link {link!r}: {near_names(link, description.links)}")
     if link not in candidates:

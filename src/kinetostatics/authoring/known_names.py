@@ -28,7 +28,7 @@ class KnownName:
 
     @property
     def line(self) -> str:
-        """The name, and what it is, in a line."""
+        """The name with its description, in one line."""
         needs = "" if self.arrangement == "symmetric" else f", with --arrangement {self.arrangement}"
         return f"{self.architecture:16} {self.about}{needs}"
 
@@ -63,7 +63,7 @@ KNOWN_NAMES = (
 
 
 def answer_to_name(text: str) -> str:
-    """Return what to write for a name that is not of the notation: "Stewart platform", "5R"; nothing where it is not known."""
+    """Return the notation for a mechanism's common name, such as "Stewart platform" or "5R"; nothing if it is unknown."""
     name = _plain(text)
     found = [known for known in KNOWN_NAMES if any(name == word or (len(word) > 3 and word in name) for word in known.words)]
     robots = [robot for robot in shipped_robots() if _plain(robot) == name] or [known.robot for known in found if known.robot]

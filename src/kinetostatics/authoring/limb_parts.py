@@ -161,7 +161,7 @@ def _with_axes(points: list[Point]) -> list[Point]:
 
 
 def _named(points: list[Point]) -> tuple[Point, ...]:
-    """Return points whose letters tell joints of the same kind apart."""
+    """Return points with distinct letters for joints of the same kind."""
     kinds = [point.kind for point in points]
     found = []
     for number, point in enumerate(points):

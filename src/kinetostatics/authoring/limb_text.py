@@ -15,7 +15,7 @@ from kinetostatics.authoring.spherical import spherical_limb
 
 @dataclass(frozen=True)
 class LimbOptions:
-    """How a limb is written.
+    """Options of a limb's text.
 
     Attributes:
         macro: name of its macro.
@@ -42,7 +42,7 @@ class LimbOptions:
 
 @dataclass
 class _Walk:
-    """Where the writing of a limb stands: the outermost link, and what is written.
+    """State of the writing of a limb: the outermost link, and the text so far.
 
     Attributes:
         link: name of the outermost link.
@@ -102,7 +102,7 @@ def _property(name: str, value: str) -> str:
 
 
 def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
-    """Return what sets pitch, roll and length of each link at zero."""
+    """Return pitch, roll and length of each link at zero, as expressions."""
     if len(skeleton.points) < 2:
         return []
     lines: list[str] = []

@@ -171,7 +171,7 @@ def parse_architecture(text: str) -> Architecture:
 
 
 def _other_name(text: str) -> str:
-    """Return what to say to a name that is not of the notation, as 5R, Delta or SCARA; nothing if it may be one."""
+    """Return the hint for a name outside the notation, such as 5R, Delta or SCARA; nothing if it may be notation."""
     chain = re.fullmatch(r"\s*(\dR|R{5})\s*", text) is not None  # five limbs of a single joint make no robot
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
     if not chain and not foreign:
@@ -224,7 +224,7 @@ def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
 
 
 def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
-    """Read a joint, or the driven joints of a bracket; return them and where it goes on."""
+    """Read a joint, or the driven joints of a bracket; return them and the next position."""
     place = at + 1
     if text[at] == "[":
         end = text.find("]", at)

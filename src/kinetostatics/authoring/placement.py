@@ -37,7 +37,7 @@ class Angle:
 
 @dataclass(frozen=True)
 class LimbPlace:
-    """Where a limb stands.
+    """Placement of a limb.
 
     Attributes:
         base, platform: its ends, in the frames of base and platform [m].
@@ -66,7 +66,7 @@ def direction(word: str | Point, azimuth: float) -> Point:
 
 
 def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
-    """Return the platform's point in the limb's frame at zero [m], and the azimuth that its directions are told from.
+    """Return the platform's point in the limb's frame at zero [m], and the reference azimuth of its directions.
 
     It is what the macro ``limb_frame`` of the library computes.
     """

@@ -35,7 +35,7 @@ def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -
 def add_spherical_arguments(
     arguments: FileArguments, architecture: Architecture, places: Sequence[LimbPlace], sizes: Mapping[str, float]
 ) -> dict[str, float]:
-    """Add what places the limbs of a spherical robot; return the longest length of each role."""
+    """Add the arguments that place the limbs of a spherical robot; return the longest length of each role."""
     base, platform = sizes["base_radius"], sizes["platform_radius"]
     middle = arguments.length("elbow_radius", rounded((base + platform) / 2))
     cones = arguments.number("base_cone", CONE), arguments.number("platform_cone", CONE)

@@ -149,7 +149,7 @@ class BucklingModel:
                 yield Follower(mine.columns[0], master.columns[0], times * mine.sign * master.sign * sizes[0] / sizes[1])
 
     def _freedoms(self, joint: Connection) -> list[Freedom]:
-        """Return the passive freedoms of a joint, and what its springs leave elastic."""
+        """Return the passive freedoms of a joint, and its elastic directions."""
         freedoms = freedoms_of(self.model.mechanism, joint)
         found = [freedom for freedom in freedoms if freedom.passive]
         if joint.name in self._moved:

@@ -53,7 +53,7 @@ class Members:
         return tuple(sorted(names, key=lambda name: (float(way or 1.0) * float(x @ sum(self._ends[name])), name)))
 
     def _goes_on(self, a: BeamEnds, b: BeamEnds) -> bool:
-        """Whether a beam goes on in the line of another one behind a body that is neither base nor platform."""
+        """Whether two beams are collinear at a body that is neither base nor platform."""
         graph, welded = self.structure.graph, self._welded(self._x[a.name])
         for behind, body in ((1, a.outer), (-1, a.inner)):
             for ahead, other in ((1, b.inner), (-1, b.outer)):

@@ -137,7 +137,7 @@ class Forces:
 
 
 def forces_of(structure: BucklingModel, solution: Solution) -> Forces:
-    """Return all forces at the poses of a solution; what rigid parts leave open has one of its possible values."""
+    """Return all forces at the poses of a solution; statically indeterminate ones have one of their possible values."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
     others = [(structure.platform, solution.load[:3], solution.o)]
@@ -226,7 +226,7 @@ class _Assembly:
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
 
     def _moved_along(self, item: Follower) -> None:
-        """Give what acts on a coordinate that another one moves to that one."""
+        """Transfer the forces on a dependent coordinate to the coordinate that it follows."""
         for matrix in (self.K, self.G):
             matrix[item.master] += item.times * matrix[item.column]
             matrix[item.column] = 0.0
@@ -281,7 +281,7 @@ class _Assembly:
             yield beam.name, BeamEnergy(columns, motions, stiffness, np.arange(self.inner - 2 * INNER, self.inner))
 
     def _springs(self) -> None:
-        """Springs between links: what of their stiffness is negative, as they push, grows with the forces."""
+        """Springs between links: the negative part of their stiffness, under compression, is proportional to the forces."""
         for spring in placed_springs(self.structure.model, self.frames):
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             for first, here in spring.places[0].items():
@@ -323,7 +323,7 @@ class _Assembly:
                 self._add(columns, both, (), [(slice(0, 6), values)])
 
     def _close_loops(self, closing: Array) -> None:
-        """Joints that close loops: a stiffness ``closing`` (N,) [N/m] against what they block."""
+        """Joints that close loops: a stiffness ``closing`` (N,) [N/m] along their constrained directions."""
         structure = self.structure
         for joint in structure.joints:
             if not joint.closes:

@@ -75,7 +75,7 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """(p, p) of what is determined of the unknowns."""
+        """Covariance (p, p) of the determined part of the unknowns."""
         small = self.jacobian @ self.seen
         return np.asarray(self.variance * self.seen @ np.linalg.inv(small.T @ small) @ self.seen.T)
 
@@ -126,7 +126,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
 
 
 def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged: bool = True) -> Fit:
-    """Return what there is to say of a solution."""
+    """Return the estimates of a solution with their statistics."""
     scale, seen, null = determined(J)
     basis, _ = np.linalg.qr(scale[:, None] * seen)
     degrees_of_freedom = len(residuals) - basis.shape[1]
@@ -135,7 +135,7 @@ def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged:
 
 
 def determined(J: Array) -> tuple[Array, Array, Array]:
-    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of what it sees (p, r) and does not see, so scaled."""
+    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of its row space (p, r) and null space, so scaled."""
     sizes = np.linalg.norm(J, axis=0)
     blind = sizes <= UNSEEN * sizes.max(initial=0.0)
     scale = 1 / np.where(blind, sizes.max(initial=0.0) or 1.0, sizes)

@@ -17,7 +17,7 @@ NOTHING = 1e-5
 
 
 def determined_ones(null: Array) -> Mask:
-    """Return which unknowns (p,) the readings determine: those without part in the basis (p, k) of what they do not see."""
+    """Return which unknowns (p,) the readings determine: those without component in the basis (p, k) of the null space."""
     return np.asarray(~np.any(np.abs(null) > NOTHING * np.abs(null).max(initial=0.0), axis=1))
 
 

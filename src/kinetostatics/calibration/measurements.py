@@ -28,7 +28,7 @@ NOTE = "note"
 
 @dataclass(frozen=True)
 class Measurements:
-    """What was measured, row by row; all SI.
+    """Measurements, row by row; SI units.
 
     Attributes:
         coordinates: (N,) of the platform or of the actuators, by name; none: the zero pose.

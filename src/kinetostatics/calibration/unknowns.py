@@ -170,7 +170,7 @@ class Unknowns:
         return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
-        """Return mass and first moment (3,) of the payload, and what the moment grows by with the mass (3,)."""
+        """Return mass and first moment (3,) of the payload, and the derivative of the moment by the mass (3,)."""
         known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
         mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
         arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)
@@ -182,7 +182,7 @@ class Unknowns:
         return mass, moment + mass * arm, arm
 
     def reported(self, values: Array) -> tuple[Array, Array]:
-        """Return the unknowns as they were asked for (p,), and their derivatives (p, p) by what is varied.
+        """Return the requested unknowns (p,), and their derivatives (p, p) by the varied quantities.
 
         The centre of a payload without mass is NaN.
         """

@@ -90,7 +90,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 
 def robot_warnings(robot: Robot) -> tuple[str, ...]:
-    """Return what keeps a robot from being analysed at most poses, and what to be careful about at any pose."""
+    """Return the errors that prevent analyses at most poses, and the warnings that apply to all poses."""
     facts = robot_facts(robot)
     return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
 

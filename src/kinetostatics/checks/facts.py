@@ -138,7 +138,7 @@ class ZeroFacts:
 
 @dataclass
 class AttachedBodiesFacts:
-    """Links and joints of base or platform and of what hangs on it, and its ``graph``."""
+    """Links and joints of base or platform and of the bodies attached to it, and its ``graph``."""
 
     links: tuple[str, ...]
     joints: tuple[str, ...]

@@ -38,7 +38,7 @@ GIVES, RIGID = (0.01, 0.2), 1e12
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
-    """Return warnings of what can be seen without statics at any pose."""
+    """Return the warnings that need no statics."""
     found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
     found += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
     found += [
@@ -143,7 +143,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -> Iterable[str]:
-    """Yield what is to be said of beams, once for all of which the same is to be said; words in ``<>`` get their plural then."""
+    """Yield warnings of beams, one for all beams with the same text; words in ``<>`` are put in the plural then."""
     same: dict[str, list[str]] = {}
     for beam in beams:
         words = say(beam)
@@ -327,7 +327,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
-    """Yield the stiffnesses of a joint that hold what it does not leave free: words, value, unit, and whether it turns."""
+    """Yield the stiffnesses of a joint along its constrained directions: words, value, unit, and whether it is rotational."""
     passive = robot.mechanism.connections[joint.joint]
     free = _free_axes(passive)
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):

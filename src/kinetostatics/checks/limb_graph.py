@@ -32,7 +32,7 @@ class GraphReader:
         return _Reducer(self, [*limb.edges, *limb.branches], compounds).through(self.graph.base, self.graph.platform)
 
     def dead_weight(self, topology: Topology, role: str) -> Graph:
-        """Return what hangs on the ``base`` or the ``platform`` alone."""
+        """Return the bodies attached to the ``base`` or the ``platform`` alone."""
         edges = list((topology.base if role == "base" else topology.platform).edges)
         compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
@@ -172,7 +172,7 @@ class _Reducer:
         return _joined(tuple(items))
 
     def name(self, node: RigidBody) -> str:
-        """Return what a node is called."""
+        """Return the name of a node."""
         names = self._names.get(node, ())
         return " + ".join(names) if names else f"the end of {self._beam_at[node]}" if node in self._beam_at else "a point"
 
@@ -189,7 +189,7 @@ class _Reducer:
         return Graph(chain, tuple(self.hanging), self.rings)
 
     def alone(self, root: RigidBody) -> Graph:
-        """Return what hangs on a body."""
+        """Return the open branches of a body."""
         self._reduce({root})
         if self.lines:
             self.hanging.append(Hanging(self.name(root), (self._branches(root, root, self.lines),), True))

@@ -179,7 +179,7 @@ def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
 
 
 def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Array) -> tuple[str, str | None]:
-    """Say what some links do: kind and joint of a :class:`LocalFreedom`.
+    """Return kind and joint of a :class:`LocalFreedom` of some links.
 
     Args:
         motions: of the robot.

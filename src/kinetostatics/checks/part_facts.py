@@ -152,7 +152,7 @@ def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None
 
 
 def section_words(section: Section) -> str:
-    """Say what a cross-section is, in mm."""
+    """Return the words for a cross-section, in mm."""
 
     def mm(value: float) -> str:
         return f"{1e3 * value:.5g}"

@@ -22,7 +22,7 @@ AT_ZERO = "at the zero pose"
 
 
 def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
-    """Return warnings of doubtful counts and of actuators, those of the zero pose, and what keeps the robot from an analysis."""
+    """Return warnings of uncertain ranks and of actuators, those of the zero pose, and errors that prevent an analysis."""
     found: list[str] = []
     at_zero: list[str] = []
     problems: list[str] = []
@@ -89,7 +89,7 @@ def _complaint(result: Result) -> str | None:
 
 
 def facts_of_poses(result: Result, where: str = "") -> list[str]:
-    """Say what numbers will be missing at nearly all poses, or are at the pose that ``where`` names."""
+    """Return warnings of results that are missing at nearly all poses, or at the pose that ``where`` names."""
     found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
     bad = {
         limb.name

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
-    """Write what was found to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
+    """Write results to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
     for path in paths:
         if ending_of(path) in FIGURES:
             save_figure(path, figure, found, **drawn)
@@ -53,13 +53,13 @@ def _json(value: object, indent: str, ascii_only: bool) -> str:
 
 
 def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
-    """Print a report below warnings, in colour where the terminal wants it."""
+    """Print a report below warnings, in colour if the terminal supports it."""
     colour = wants_colour(sys.stdout)
     print("\n".join([*(painted("warning", f"! {text}", colour) for text in warnings), report.text(colour)]))
 
 
 def answer(found: Report | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
-    """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
+    """Print the results of a command below the warnings of its pose, or as JSON with them and on standard error.
 
     Args:
         found: a report, or what is printed as JSON.

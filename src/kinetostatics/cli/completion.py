@@ -35,7 +35,7 @@ def complete(parser: argparse.ArgumentParser) -> None:
 
 
 def attach(parser: argparse.ArgumentParser) -> None:
-    """Tell argcomplete what completes the arguments of all commands."""
+    """Set the completers of the arguments of all commands."""
     for action in _actions(parser):
         found = _completer(action)
         if found is not None:
@@ -52,7 +52,7 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
 
 
 def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
-    """Return what completes the values of an argument, None: argcomplete's own, which is that of files."""
+    """Return the completer of the values of an argument; None: argcomplete's own, which completes file names."""
     from argcomplete.completers import FilesCompleter
 
     metavar = action.metavar if isinstance(action.metavar, str) else ""

@@ -51,7 +51,7 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
-        """Raise what is wrong."""
+        """Raise the error of argparse."""
         if message.endswith("required: ROBOT"):
             message = "ROBOT is missing; it comes before the options"
         raise UsageError(f"{message} (see {self.prog} --help)")
@@ -102,7 +102,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complete() -> int:
-    """Answer a shell that asks how the line can go on."""
+    """Answer a shell's request for completions of the line."""
     from kinetostatics.cli.completion import complete
 
     complete(make_parser(COMMANDS))

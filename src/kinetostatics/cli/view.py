@@ -129,7 +129,7 @@ def _live(args: argparse.Namespace) -> int:
 
 
 def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
-    """Return what answers the live page, and warnings."""
+    """Return the server of the live page, and warnings."""
     from kinetostatics.analysis import analyze
     from kinetostatics.viewer.live import serve
 

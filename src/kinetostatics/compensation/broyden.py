@@ -91,7 +91,7 @@ class BroydenSearch:
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
 
     def moved(self) -> BroydenSearch:
-        """Return the search after the next step; what has arrived stays."""
+        """Return the search after the next step; converged poses are unchanged."""
         step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
         return replace(self, u=self.u + step, step=step)
 

@@ -140,7 +140,7 @@ def _controlled(
 
 
 def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
-    """Return coordinates that ask for the same as ``names``: two turns instead of azimuth and tilt, which both lose at tilt 0."""
+    """Return coordinates equivalent to ``names``, with two rotations for azimuth and tilt, which are singular at tilt 0."""
     if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(target.platform["tilt"]) > UPRIGHT):
         others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
         return tuple(others.get(name, name) for name in names), orientation_named("XYZ")

@@ -23,7 +23,7 @@ Vector = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Place:
-    """Where something is written: ``file`` and ``line`` (None when unknown)."""
+    """Position of an element: ``file`` and ``line`` (None when unknown)."""
 
     file: str = "<python>"
     line: int | None = None

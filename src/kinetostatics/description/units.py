@@ -117,7 +117,7 @@ class Unit:
 
     @property
     def kind(self) -> str:
-        """What quantities in this unit are, in one word or two; empty if there is none."""
+        """Kind of quantity that this unit measures, in one or two words; empty if there is none."""
         return next((kind for kind, name in KINDS.items() if unit(name).dimension == self.dimension), "")
 
 
@@ -182,7 +182,7 @@ def sized_name(text: str) -> tuple[str, str | None]:
 
 
 def sized_example(name: str, unit: str) -> str:
-    """Return a quantity that takes a force or moment, in ``unit``, with an example of its size, as people write it."""
+    """Return a quantity that takes a force or moment, in ``unit``, with an example of its size, as text."""
     return f"{name}({500 if unit == KINDS['force'] else 20} {unit})"
 
 

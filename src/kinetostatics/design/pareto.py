@@ -48,7 +48,7 @@ def pareto(
     closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> ParetoFront:
-    """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
+    """Find the Pareto front of two quantities: designs of which none is better in both.
 
     Args:
         robot, vary, subject_to, platform, actuators, orientation, parameters: as of :func:`kinetostatics.optimize`.

@@ -52,7 +52,7 @@ class Evaluation:
 
 @dataclass
 class Problem:
-    """Objective and margins as functions of parameters; what was computed once is kept.
+    """Objective and margins as functions of parameters; computed values are kept.
 
     Attributes:
         sizes: what is varied, and the robots.
@@ -161,5 +161,5 @@ def assembled(
 
 
 def rank(point: Evaluation) -> tuple[bool, float]:
-    """Return what puts feasible points first, the lightest of them before others, and the least broken before the rest."""
+    """Return the sort key of points: feasible ones first, by objective, then infeasible ones by violation."""
     return (not point.feasible, point.objective if point.feasible else point.violation)

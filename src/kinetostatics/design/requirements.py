@@ -38,7 +38,7 @@ class Requirable:
 
 
 def _measured(measure: Measure) -> Requirable:
-    """Return what is computed from the twist or compliance of the tool's tip."""
+    """Return the quantities computed from the twist or compliance of the tool's tip."""
 
     def found(result: Result, tip: Result, size: float) -> Array:
         array = np.asarray(getattr(tip, measure.of))
@@ -71,7 +71,7 @@ def _beams(attribute: str) -> Callable[[Result, object, float], Array]:
 
 
 def mass_of(result: Result) -> Array:
-    """Return the mass of everything (P,) [kg], whatever the loads are."""
+    """Return the total mass (P,) [kg], independent of the loads."""
     configuration = result.configuration
     masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
     own = np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
@@ -122,7 +122,7 @@ def typed_unit(text: str) -> str:
 
 
 def _form(name: str) -> str:
-    """Return a quantity as people write it, with a size if it takes one."""
+    """Return a quantity as text, with a size if it takes one."""
     kind = REQUIRABLE[name].argument
     return sized_example(name, KINDS[kind]) if kind else name
 

@@ -49,7 +49,7 @@ def sensitivities(
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> Sensitivities:
-    """Find what each parameter of the robot does to twist, stiffness, actuator forces and mass: what to stiffen first.
+    """Derivatives of twist, stiffness, actuator forces and mass with respect to the parameters of the robot, ranked.
 
     Args:
         configuration: a pose or a batch of poses. While a parameter changes, the coordinates stay that the pose was assembled
@@ -133,7 +133,7 @@ def sensitivities(
 
 
 def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
-    """Return the quantities that are asked for, in their usual order."""
+    """Return the requested quantities, in their usual order."""
     asked = names_in("outputs", outputs, '["twist", "mass"]')
     for name in asked:
         check_choice("outputs", name, QUANTITIES)
@@ -190,7 +190,7 @@ def slopes_by(
 def quantities_of(
     description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
 ) -> dict[str, Array]:
-    """Return what is asked for of another robot at the same pose, batch axes first, then those of actuators.
+    """Return the requested quantities of another robot at the same pose, batch axes first, then those of actuators.
 
     Raises:
         KinetostaticsError: there is no such robot.
@@ -201,7 +201,7 @@ def quantities_of(
 
 
 def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
-    """Return what is differentiated of a pose, and of its analysis."""
+    """Return the differentiated numbers of a pose and of its analysis."""
     found: dict[str, Array] = {}
     if "mass" in asked:
         found["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
@@ -236,7 +236,7 @@ def _sensitivity(
 
 
 def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
-    """Return whether a parameter changes twist, forces or mass, or else what is asked for, by more than rounding."""
+    """Return whether a parameter changes twist, forces, mass or requested quantities by more than rounding."""
     part, pairs = abs(item.value) or 1.0, []
     for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
         own = item.derivatives[name]

@@ -40,7 +40,7 @@ class Sizes:
         return "" if found == "1" else found
 
     def robot(self, values: Mapping[str, float]) -> Robot:
-        """Return the robot with these values; what the file computes from its arguments follows them.
+        """Return the robot with these values; expressions of the file are evaluated with them.
 
         Raises:
             RobotFileError: there is no such robot.

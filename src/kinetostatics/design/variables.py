@@ -57,7 +57,7 @@ class Choice:
 
 
 def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
-    """Return what is varied.
+    """Return the design variables.
 
     Args:
         vary: by the name of a parameter, or a tuple of names: ``"20mm:120mm"`` or ``(0.02, 0.12)``, a range; ``"20mm,25mm"`` or a

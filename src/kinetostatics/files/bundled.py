@@ -108,7 +108,7 @@ def _shipped(name: str) -> Path:
 
 
 def shown_path(path: str) -> str:
-    """Return a robot file's path as people read it: below the working folder from there, of the package's robots the name."""
+    """Return a robot file's path for messages: relative to the working folder if below it; the name of a bundled robot."""
     if not os.path.isabs(path):
         return path
     if any(os.path.dirname(path) == os.fspath(folder) for folder in OWN_FOLDERS):
@@ -132,7 +132,7 @@ def robot_path(robot: str | os.PathLike[str]) -> Path:
 
 
 def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
-    """Return what is in a robot's file, given as in :func:`robot_path`, and its path.
+    """Return the content of a robot's file, given as in :func:`robot_path`, and its path.
 
     Raises:
         RobotFileError: it cannot be read.
@@ -159,7 +159,7 @@ def _located(robot: str | os.PathLike[str]) -> Path:
 
 
 def _perhaps(name: str) -> str:
-    """Return what else may be meant by a name that looks like that of a robot which comes with the package."""
+    """Return similar names of bundled robots, for a message."""
     near = near_names(re.sub(r"(\.urdf)?(\.xacro)?$", "", os.path.basename(name)), shipped_robots())
     if near.startswith("known") and (os.path.dirname(name) or "." in name):
         return ""
@@ -170,7 +170,7 @@ def _perhaps(name: str) -> str:
 
 
 class PackageNotFound(LookupError):
-    """There is no such package; the message says what to do."""
+    """There is no such package; the message says how to add it."""
 
 
 def package_folder(name: str) -> Path:

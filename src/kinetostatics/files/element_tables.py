@@ -107,7 +107,7 @@ def limits(found: dict[str, Keyword], element: XmlElement) -> None:
 
 
 def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
-    """Return what is written of the limits of a joint without any."""
+    """Return the attributes of the limits of a joint without any."""
     return {"lower": None, "upper": None} if (item.lower, item.upper) == (-math.inf, math.inf) else {}
 
 
@@ -221,7 +221,7 @@ def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None
 
 
 def _write_section(beam: Beam, label: str) -> XmlElement:
-    """Return the element of a section, which must be what the section's own numbers follow from."""
+    """Return the element of a section, from the dimensions that its properties follow from."""
     section = beam.section
     table = dict(SECTIONS.values()).get(type(section))  # of a tube <tube>
     if table is None:

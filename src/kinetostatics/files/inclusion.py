@@ -38,7 +38,7 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path to include a source by, or None if xacro would change what it says.
+    """Return the path to include a source by, or None if xacro would change its content.
 
     Args:
         source: its path.
@@ -82,7 +82,7 @@ def including_text(name: str, include: str, comment: str, additions: str) -> str
 
 
 def whole_text(root: XmlElement, additions: str) -> str:
-    """Return the text of a plain URDF: a source, written anew, with additional elements."""
+    """Return the text of a plain URDF: a source with additional elements."""
     attributes = {name: value for name, value in root.attributes.items() if name != "xmlns:xacro"}
     head, closing, tail = to_text(replace(root, attributes=attributes), indented=True).rpartition("</robot>")
     return f"{head.rstrip()}\n\n{additions}{closing}{tail}"

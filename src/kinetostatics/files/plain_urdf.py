@@ -66,7 +66,7 @@ def missing_platform(root: XmlElement, links: Collection[str], joints: Mapping[s
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
-    """Return the base of a file that does not name it: the root of the tree, or what hangs on it by a joint that holds nothing.
+    """Return the base of a file that does not name it: the root of the tree, or its child by a joint without constraints.
 
     Files for simulators hang the whole robot on a world by a floating or planar joint.
     """

@@ -141,7 +141,7 @@ def validate(description: RobotDescription) -> RobotDescription:
 
 
 def known_valid(description: RobotDescription) -> RobotDescription:
-    """Return a description, marked as valid: what was changed of a valid one cannot have made it wrong."""
+    """Return a description marked as valid, for changes that keep a valid one valid."""
     object.__setattr__(description, "is_valid", True)
     return description
 

@@ -78,7 +78,7 @@ def plain_transmission(joint: str, place: Place) -> XmlElement:
 
 
 def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
-    """Return the text of what stands in ``<robot>`` besides ``known`` elements and plain transmissions; transmissions last."""
+    """Return the text of elements of ``<robot>`` other than ``known`` ones and plain transmissions; transmissions last."""
     kept = [child for child in root.children if child.tag not in (*known, "transmission")]
     for child in root.named("transmission"):
         names = [entry.attributes.get("name", "") for entry in child.named("joint")]

@@ -261,7 +261,7 @@ _MASTERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>
 def with_right_mimics(
     root: XmlElement, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
 ) -> dict[str, Joint]:
-    """Return the joints; without loops those that mimic what they cannot do so no more, and there is a warning.
+    """Return the joints; without loops, invalid ``<mimic>`` elements are dropped with a warning.
 
     Raises:
         RobotFileError: there are loops, in which it matters.
@@ -346,7 +346,7 @@ def read_joint_stiffness(
 
 
 def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint | Loop, locked: bool) -> None:
-    """Check three stiffnesses; all must be there if the joint's freedoms cannot be told apart from what it blocks."""
+    """Check three stiffnesses; all are required if free and constrained directions of the joint cannot be distinguished."""
     kind = JOINT_TYPES[joint.type]
     axes = kind.slides if group == "linear" else kind.turns
     free = 0 if locked else axes.count

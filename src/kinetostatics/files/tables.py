@@ -22,7 +22,7 @@ NEEDED = object()
 
 @dataclass(frozen=True)
 class Kind:
-    """How a value is read, and in what ``form`` it is written: a text, a number or several numbers."""
+    """Kind of a value: its reading, and the ``form`` in which it is written (a text, a number or several numbers)."""
 
     read: Callable[[XmlElement, str], Keyword]
     form: str = "number"

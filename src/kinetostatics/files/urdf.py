@@ -112,7 +112,7 @@ def _link(element: XmlElement, warnings: list[str]) -> Link:
 
 
 def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
-    """Return ixx, ixy, ixz, iyy, iyz, izz, which the statics do not need: what is missing or impossible is zero."""
+    """Return ixx, ixy, ixz, iyy, iyz, izz, which the statics do not need: missing or impossible values are zero."""
     tensor = inertial.child("inertia")
     if tensor is None:
         warnings.append(

@@ -16,7 +16,7 @@ Tone: TypeAlias = Literal["good", "doubtful", "bad"]
 
 
 class Word(str):
-    """A word of a report that tells a state, such as ``SINGULAR``; renderers colour it by its ``tone``."""
+    """A word of a report for a state, such as ``SINGULAR``; renderers colour it by its ``tone``."""
 
     tone: Tone
 
@@ -132,7 +132,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names with what is told of each: one text or number, or several texts one below the other."""
+    """Names with their values: one text or number each, or several texts on separate lines."""
 
     rows: Sequence[tuple[str, str | Number | Sequence[str]]]
     indent: int = 0

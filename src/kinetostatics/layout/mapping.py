@@ -68,7 +68,7 @@ class Named(Mapping[Key, Item]):
 
 
 def mapping_words(mapping: Mapping[Key, object]) -> str:
-    """Return what a REPL shows of a mapping: its first items, each in short, and how many there are."""
+    """Return the ``repr`` of a mapping: its first items, abbreviated, and their number."""
     lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(mapping)]
     together = "{" + ", ".join(lines) + "}"
     return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
@@ -119,7 +119,7 @@ class ShortRepr:
 
 
 def _is_default(item: Field[object], value: object) -> bool:
-    """Whether a field says nothing: it is at its default, or no part of what the dataclass is."""
+    """Whether a field is omitted from the ``repr``: it has its default, or is excluded."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     if isinstance(value, np.ndarray):
         return default is not MISSING and np.array_equal(value, np.asarray(default))

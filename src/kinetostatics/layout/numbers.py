@@ -41,7 +41,7 @@ MISSING = "–"
 
 @dataclass(frozen=True)
 class NumberFormat:
-    """How all numbers of one kind are written: in one unit, with the same decimals, so that a column can be compared.
+    """Format of all numbers of one kind: one unit and the same decimals, so that a column can be compared.
 
     Attributes:
         unit: name of the unit.
@@ -120,7 +120,7 @@ class NoiseFloor:
 
     @classmethod
     def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> NoiseFloor:
-        """Find what is noise beside the largest of all twists (…, 6) and of all wrenches (…, 6)."""
+        """Return the noise floor relative to the largest of all twists (…, 6) and of all wrenches (…, 6)."""
         twists, wrenches = list(twists), list(wrenches)
         displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
         force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
@@ -137,7 +137,7 @@ def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5
 
 
 def in_unit(value: float, unit: str, digits: int = 6) -> str:
-    """Write one number in the very unit that it is told in, such as ``N m``; without one where it has none."""
+    """Format one number in its own unit, such as ``N m``; without unit if it has none."""
     return f"{value + 0.0:.{digits}g} {'' if unit == '1' else unit.replace(' ', '·')}".rstrip()
 
 

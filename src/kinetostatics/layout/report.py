@@ -15,7 +15,7 @@ from kinetostatics.layout.text import report_text
 
 
 class Report:
-    """What is told of an object: a title, sections, and data, the latter two made when they are first needed.
+    """Report of an object: a title, sections, and data; the latter two are made on first use.
 
     Attributes:
         title: one line, in pieces of which words may have a tone.
@@ -32,7 +32,7 @@ class Report:
 
     @cached_property
     def sections(self) -> list[ReportSection]:
-        """The sections that tell anything."""
+        """The sections that are not empty."""
         return [section for section in self._sections() if section.blocks]
 
     def brief(self) -> Report:
@@ -103,7 +103,7 @@ class Reported:
         return self.report().brief().html()
 
     def to_dict(self) -> dict[str, Json]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        """Return all data as plain numbers, lists and strings, as printed by ``--json``."""
         return self.report().to_dict()
 
 

@@ -88,7 +88,7 @@ def _table(columns: Sequence[Column], colour: bool) -> list[str]:
 
 
 def _wide(table: Table, colour: bool) -> list[str]:
-    """Return the lines of a table that goes on below, with its first column repeated, where it is too wide."""
+    """Return the lines of a table; one that is too wide continues below, with its first column repeated."""
     widths = [max(map(len, [column.heading, *column.texts])) + 2 for column in table.columns]
     blocks: list[list[int]] = [[]]
     for k in range(1, len(widths)):

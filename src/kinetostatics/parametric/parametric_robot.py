@@ -147,7 +147,7 @@ class ParametricRobot:
     # ---- robots with other numbers --------------------------------------------------------------------------------------
 
     def _read(self, arguments: Mapping[str, float]) -> RobotDescription:
-        """Return what the file says with other values of some arguments; what was read before is kept.
+        """Return the file's description with other values of some arguments; descriptions are cached.
 
         Raises:
             RobotFileError: the file is wrong with them.
@@ -159,7 +159,7 @@ class ParametricRobot:
         return self._known[key] if key else own
 
     def description(self, values: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with other values of some numbers; what the file computes from its arguments follows.
+        """Return the robot's description with other values of some numbers; the file's expressions are evaluated with them.
 
         Raises:
             RobotFileError: there is no such robot.
@@ -172,7 +172,7 @@ class ParametricRobot:
             raise RobotFileError(str(error), self.robot.description.path) from error
 
     def off(self, amounts: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with numbers off, each by its amount, those of parts beside what the file makes of them.
+        """Return the robot's description with numbers changed by amounts, those of parts relative to the values of the file.
 
         Raises:
             RobotFileError: the file is wrong with them.

@@ -52,7 +52,7 @@ class RobotNumber:
     read: Callable[[float], RobotDescription] | None = None
 
     def changed(self, by: float) -> RobotDescription:
-        """Return the robot's description in which this number is larger by an amount, and what the file computes from it.
+        """Return the robot's description with this number larger by an amount, and the file's expressions evaluated with it.
 
         Raises:
             RobotFileError: the file is wrong with it.
@@ -99,7 +99,7 @@ def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
 
 
 def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
-    """Yield names and places of what may be a number of a part, several or a frame, and the unit."""
+    """Yield names and places of the numbers of a part (one, several or a frame), and the unit."""
     there = robot.description
     for name, link in there.links.items():
         if link.mass > 0:

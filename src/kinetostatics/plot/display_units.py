@@ -29,7 +29,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 
 def display_unit(units: str, values: ArrayLike, wanted: str | None = None) -> tuple[float, str]:
-    """Return by what to divide values, and the unit's name on the figure.
+    """Return the divisor of the values, and the unit's name on the figure.
 
     Args:
         units: of the map.

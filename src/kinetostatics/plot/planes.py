@@ -59,7 +59,7 @@ class Plane:
 
 
 def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
-    """Return whether a slice is drawn round a pole: azimuth and tilt are, unless something else is asked for.
+    """Return whether a slice is polar: for azimuth and tilt, unless chosen otherwise.
 
     Raises:
         ArgumentError: it is asked for and cannot be, or the axes given are of the other kind.

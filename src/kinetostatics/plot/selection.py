@@ -224,7 +224,7 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
 
 
 def _held(ds: xr.Dataset) -> list[str]:
-    """Return what coordinates are that the sweep held at one value: those without a unit are parameters of the file."""
+    """Return the text of coordinates with a single value in the sweep: those without a unit are parameters of the file."""
     found = []
     for name in (str(item) for item in ds.coords):
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
@@ -311,7 +311,7 @@ class ValueRange:
 
 
 def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | None) -> ValueRange:
-    """Return the range of finite values: what is asked for, or the main one."""
+    """Return the range of finite values: the given one, or the main one."""
     low, high = value_range or main_range(values)
     least, most = float(values.min()), float(values.max())
     words = ([f"from {least:.3g}"] if least < low else []) + ([f"up to {most:.3g}"] if most > high else [])

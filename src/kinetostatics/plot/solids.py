@@ -29,7 +29,7 @@ def cells_of(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def outer_faces(cells: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the faces between cells and what is not one, as nodes (m, 4, 3) of the grid."""
+    """Return the outer faces of the cells, as nodes (m, 4, 3) of the grid."""
     found = []
     for axis in range(3):
         padding = [(1, 1) if k == axis else (0, 0) for k in range(3)]

@@ -182,7 +182,7 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
 
 
 def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
-    """Return what goes into a figure's file besides the figure.
+    """Return the metadata of a figure's file.
 
     Raises:
         ArgumentError: figures are not written to files of this ending.
@@ -199,6 +199,6 @@ def draw_into_files() -> None:
 
 
 def save_and_close(ax: Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
-    """Write the figure that nobody needs any more, as :func:`save` does."""
+    """Write the figure as :func:`save` does, and close it."""
     save(ax, path, dpi)
     plt.close(figure_of(ax))

@@ -34,7 +34,7 @@ ALWAYS = (
 
 
 def assumptions_html(result: Result) -> str:
-    """Return what is elastic, rigid, linear and heavy in an analysis, as a list."""
+    """Return the assumptions of an analysis (elastic and rigid parts, linearity, weights) as a list."""
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
@@ -63,7 +63,7 @@ def sag_html(result: Result) -> str:
 def compensation_html(
     result: Result, arguments: dict[str, Keyword], controlled: Sequence[str] | None, tool: Array | None = None
 ) -> str:
-    """Return what the actuators are to do so that the loaded platform stands at the pose."""
+    """Return the corrections of the actuators by which the loaded platform reaches the pose."""
     try:
         return compensate(result.configuration, controlled=controlled, tool=tool, **arguments).report().html()
     except KinetostaticsError as error:

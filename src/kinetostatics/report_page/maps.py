@@ -52,7 +52,7 @@ def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
 
 
 def _softest(workspace: xr.Dataset) -> str:
-    """Return where the platform is softest, which the summary does not tell."""
+    """Return the pose at which the platform is least stiff, which the summary does not contain."""
     from kinetostatics import indices
 
     what = "least_translational_stiffness"

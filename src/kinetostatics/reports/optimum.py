@@ -42,7 +42,7 @@ def _sections(found: Optimum) -> list[ReportSection]:
 
 
 def _sentences(found: Optimum) -> list[str]:
-    """Return what decides, and how sure it is."""
+    """Return sentences on the active constraints and the agreement of the searches."""
     said = []
     for item in found.active:
         where = f", at {words}" if (words := place_words(found, item)) else ""

@@ -27,7 +27,7 @@ UNITS = {
 
 
 def result_data(tip: Result) -> dict[str, object]:
-    """Return everything that an analysis found, about o, and what a tool's tip does; batch axes come first."""
+    """Return all results of an analysis, about o, and the displacement of a tool's tip; batch axes come first."""
     result = tip.seen_from(None)
     payload = result.payload and {
         **attributes(result.payload, ("mass", "center", "link")),

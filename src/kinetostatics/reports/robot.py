@@ -86,7 +86,7 @@ def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
 
 
 def facts_data(facts: RobotFacts) -> dict[str, object]:
-    """Return the facts about a robot; what stands in a chain says its ``type``."""
+    """Return the facts about a robot; elements of a chain have a ``type``."""
     found: dict[str, object] = plain(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
     found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]

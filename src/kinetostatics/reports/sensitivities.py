@@ -31,7 +31,7 @@ MOST = 24
 
 
 def sensitivities_report(found: Sensitivities) -> Report:
-    """Return parameters and sources, ranked by what one per cent of them does to o or the tool's tip."""
+    """Return parameters and sources, ranked by the displacement of o or the tool's tip per one per cent of change."""
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     title = f"Sensitivities of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"
@@ -97,7 +97,7 @@ def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
 
 
 def _more(names: Sequence[str]) -> list[Text]:
-    """Return a line that tells how many rows a table leaves out."""
+    """Return a line with the number of rows that a table omits."""
     return [Text(f"and {len(names) - MOST} more of less effect: see --json")] if len(names) > MOST else []
 
 

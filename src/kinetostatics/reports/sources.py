@@ -58,7 +58,7 @@ def share(part: float, whole: float) -> float:
 
 
 def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, Array, int] | None:
-    """Return what each of several twists is along a whole one.
+    """Return the component of each of several twists along their sum.
 
     Args:
         twists: (n, 6), which add up to the whole.
@@ -115,7 +115,7 @@ def gravity_twists(result: Result) -> dict[str, Array]:
 
 
 def actuator_parts(result: Result) -> dict[str, list[Array]]:
-    """Return what each actuator's force is made of: for each contribution and way of gravity the parts of all actuators."""
+    """Return the parts of the actuator forces by contribution and by mechanism of gravity."""
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}

@@ -66,7 +66,7 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Return the largest parts of the displacement [%], and what they are from."""
+    """Return the largest parts of the displacement [%], and their sources."""
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""

@@ -35,6 +35,6 @@ class Batch:
         return frozen(result.reshape(self.shape + inner))
 
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
-        """Join chunks (…, S, n) of what S contributions to the twist do, by contribution; see :meth:`public`."""
+        """Join chunks (…, S, n) of S contributions to a quantity, by contribution; see :meth:`public`."""
         whole = self.public(chunks)
         return Named({name: whole[..., k] for k, name in enumerate(sources)})

@@ -91,7 +91,7 @@ class Outlier:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Reported, builder="reports.calibration:calibration_report"):
-    """What :func:`kinetostatics.calibrate` found.
+    """Result of :func:`kinetostatics.calibrate`.
 
     Attributes:
         estimates: by the unknowns' names.
@@ -160,7 +160,7 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
-    """What :func:`kinetostatics.plan_measurements` found.
+    """Result of :func:`kinetostatics.plan_measurements`.
 
     Attributes:
         coordinates: (n,) of each pose, by name [m, rad].

@@ -44,7 +44,7 @@ class Chunk:
 
 
 class CompiledChunk(Chunk):
-    """The same by compiled code, but for poses where a record does not hold, or a limb may not be what it is elsewhere."""
+    """The same by compiled code, except at poses where a record is not valid, or the rank of a limb may differ."""
 
     def __init__(
         self,
@@ -55,7 +55,7 @@ class CompiledChunk(Chunk):
         given: Sequence[Array],
         solve: Callable[[slice | Index], Sequence[Solution]],
     ) -> None:
-        """Compute what everybody asks.
+        """Compute the outputs common to all results.
 
         Args:
             robot, sources: see :class:`Chunk`.

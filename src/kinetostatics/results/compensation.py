@@ -150,7 +150,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @property
     def configuration(self) -> Configuration:
-        """Where the unloaded robot is commanded: the pose that belongs to the corrected actuators."""
+        """Pose of the unloaded robot at the corrected actuators."""
         return self.result.configuration
 
     @cached_property
@@ -167,7 +167,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What to be careful about, in full sentences: of the corrected poses; if there are none, of the wanted ones."""
+        """Warnings in full sentences: those of the corrected poses; if there are none, of the target poses."""
         return (self.uncorrected if np.all(np.isin(self.status, WITHOUT_NUMBERS)) else self.result).warnings
 
     @cached_property
@@ -188,7 +188,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """(…) force or torque of each actuator at the corrected pose [N or N·m]: what a controller feeds forward."""
+        """(…) force or torque of each actuator at the corrected pose [N or N·m], for feedforward control."""
         return self.result.actuator_forces
 
     @cached_property
@@ -198,7 +198,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def residual_error(self) -> Array:
-        """(…, 6) by how much it misses it at the corrected actuators [m, rad]: what none corrects, at o or tool, world axes."""
+        """(…, 6) pose error at the corrected actuators [m, rad], which no correction removes, at o or tool, world axes."""
         return pose_error_from(self.target, self.result, self.tool)
 
     @cached_property
@@ -208,7 +208,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def residual_error_coordinates(self) -> Mapping[str, Array]:
-        """What remains in each coordinate of the platform (…) [m, rad]; next to nothing in the controlled ones."""
+        """Residual error in each coordinate of the platform (…) [m, rad]; nearly zero in the controlled ones."""
         return self._coordinates_off(self.result)
 
     @cached_property

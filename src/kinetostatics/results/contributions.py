@@ -92,7 +92,7 @@ def source_contributions(
 
 
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
-    """Sum what :func:`source_contributions` found over the parts of each limb that is split (…, 6), inboard ones first."""
+    """Sum the contributions of :func:`source_contributions` over the parts of each divided limb (…, 6), inboard ones first."""
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
         (f"beam:{name}" if kind == "beams" or (kind == "assembly_errors" and name in beams) else name, twist)

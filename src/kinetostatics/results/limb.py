@@ -21,7 +21,7 @@ from kinetostatics.statics.solution import Solution
 
 
 class Found(Protocol):
-    """What a limb needs of a result."""
+    """Data of a result used by its limbs."""
 
     @property
     def solutions(self) -> Sequence[Solution]:
@@ -63,7 +63,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
-        """Return what is picked of a chunk (*size, N), NaN where the limb's wrenches are not those of the labels."""
+        """Return a quantity of a chunk (*size, N), NaN where the limb's wrench basis is not that of the labels."""
         number, position = solution.places[self.name]
         statics = solution.statics[number]
         if statics.group.at_one_pose:
@@ -150,7 +150,7 @@ def _attached_intensities(solution: Solution, number: int) -> Array:
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
+    """Return the wrench of the platform on a limb (6, N) about o; NaN where it is indeterminate."""
     unknown = np.any(solution.undetermined[number][:, position], axis=0)
     return np.where(unknown, np.nan, limb_wrench(solution, number, position))
 

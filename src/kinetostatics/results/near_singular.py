@@ -32,7 +32,7 @@ _NEGLIGIBLE = 2e-3
 
 @dataclass(frozen=True, eq=False)
 class NearSingularity:
-    """How well poses (N,) hold the platform: ``hold``, and the largest ``gain`` of networks, 0 without any; NaN: no numbers."""
+    """Constraint of the platform at poses (N,): ``hold``, and the largest ``gain`` of limbs with loops, 0 if none."""
 
     hold: Array
     gain: Array
@@ -148,7 +148,7 @@ def _generic_forces(robot: Robot) -> list[Array]:
 
 
 def _clean(twist: Array) -> Array:
-    """Leave out what is negligible of a unit twist."""
+    """Set negligible components of a unit twist to zero."""
     return np.where(np.abs(twist) < _NEGLIGIBLE, 0.0, twist)
 
 

@@ -53,7 +53,7 @@ class CheckedRequirement:
 
 @dataclass(frozen=True)
 class Start:
-    """Where one of several searches began, and what it found.
+    """Start and result of one of several searches.
 
     Attributes:
         parameters: at its end.
@@ -68,7 +68,7 @@ class Start:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Optimum(Reported, builder="reports.optimum:optimum_report"):
-    """What :func:`kinetostatics.optimize` found.
+    """Result of :func:`kinetostatics.optimize`.
 
     Attributes:
         feasible: whether all requirements hold at all poses.

@@ -22,7 +22,7 @@ PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PayloadCoefficients(ShortRepr):
-    """What a payload of a mass m [kg] with its centre at c [m] does per unit of the four numbers m, m c_x, m c_y, m c_z.
+    """Twist and forces by a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
 
     ``coefficients.twist @ [m, *(m * c)]`` is what it adds to the twist; c is in the payload's frame, o-xyz or its link's.
 
@@ -42,7 +42,7 @@ class PayloadCoefficients(ShortRepr):
 def payload_coefficients(
     robot: RobotStatics, batch: Batch, solutions: Sequence[Solution], link: str | None
 ) -> PayloadCoefficients:
-    """Return what the weight of a payload on ``link`` (None: on the platform) does per unit, at the poses of ``solutions``."""
+    """Return twist and forces by a payload on ``link`` (None: the platform) per unit, at the poses of ``solutions``."""
     twists, forces, wrenches = [], [], []
     for solution in solutions:
         units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))

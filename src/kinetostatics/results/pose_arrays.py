@@ -89,7 +89,7 @@ class PoseArrays:
         return Batch(self.shape, self._valid)
 
     def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
-        """Return what is picked of every chunk (…, N), in threads where compiled code computes it."""
+        """Return a quantity of every chunk (…, N), in threads where compiled code computes it."""
         return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
 
     def _any_pose(self, name: str) -> NDArray[np.bool_]:

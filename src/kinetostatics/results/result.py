@@ -72,7 +72,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…), the worst of what is true of it: see :attr:`facts`."""
+        """:class:`Status` of every pose (…), the most severe of its facts, see :attr:`facts`."""
         numbers = np.where(self._valid, Status.OK, Status.SINGULAR)
         base = np.where(self._reached, numbers, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
         status = status_of(base, {name: getattr(self, name) for name in TOLD})
@@ -81,7 +81,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def facts(self) -> Mapping[str, NDArray[np.bool_]]:
-        """What is true of every pose (…), by name: those of :data:`kinetostatics.status.FACTS`, none hiding another."""
+        """Truth values of every pose (…), by name: those of :data:`kinetostatics.status.FACTS`, independent of one another."""
         return Named({name: getattr(self, name) for name in FACTS})
 
     @cached_property
@@ -138,7 +138,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """How each limb's weight moves the platform (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
+        """Twist of the platform by each limb's weight (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
         ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
         constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
@@ -149,7 +149,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def by_mechanism(self) -> Result:
-        """The same result with two contributions of every limb's weight: everything that is told by contribution is split.
+        """The same result with two contributions of every limb's weight: all quantities by contribution are split.
 
         "limb_1" is what the limb's attached wrenches do, "deformation of limb_1" what its deformation does; see
         :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
@@ -176,7 +176,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def platform_weight(self) -> Array:
-        """(…, 6) weight of the platform and of what hangs on it, about o, world axes [N, N·m]."""
+        """(…, 6) weight of the platform and the bodies attached to it, about o, world axes [N, N·m]."""
         return self._of("platform_weight")
 
     @cached_property
@@ -186,7 +186,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def platform_wrench(self) -> Array:
-        """(…, 6) what the world puts on the platform, about o: load, platform weight, loads on its links [N, N·m], Eq. (5)."""
+        """(…, 6) external wrench on the platform, about o: load, platform weight, loads on its links [N, N·m], Eq. (5)."""
         return self._of("platform_wrench")
 
     @cached_property
@@ -202,7 +202,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """What a payload, where it is or else on the platform, does per unit of its mass and first moment."""
+        """Twist and forces per unit of mass and first moment of the payload; without one, of a payload on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -250,7 +250,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
-        """(…, 6) what the base side of each joint puts on the platform side, at the joint's centre, world axes [N, N·m].
+        """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
@@ -261,7 +261,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
+        """(…, 6) part of each joint's wrench due to each contribution to the twist, by joint and contribution."""
         chunks, order = self._joint_contributions, joints.joints_in_order(self.robot.statics)
         sources = self.sources
         return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
@@ -276,7 +276,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """(…) what each contribution to the twist adds to each actuator's force, by actuator and contribution [N or N·m]."""
+        """(…) part of each actuator's force due to each contribution to the twist, by actuator and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [joints.actuator_forces_from(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
         sources = self.sources
@@ -320,7 +320,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
+        """Deflection of each beam by contribution: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
 
         They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
         """
@@ -328,12 +328,12 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution adds to the axial force at each beam's platform end (…) [N], tension positive."""
+        """Axial force at each beam's platform end by contribution (…) [N], tension positive."""
         return contributions.axial_contributions(*self._motions)
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution does to each rigid link: (…, 6) twist of the link at its own origin, world axes [m, rad]."""
+        """Twist of each rigid link by contribution: (…, 6) at the link's origin, world axes [m, rad]."""
         return contributions.link_contributions(*self._motions)
 
     @cached_property
@@ -360,7 +360,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What to be careful about, in full sentences."""
+        """Warnings about the result, in full sentences."""
         return late("results.warnings:result_warnings")(self._at_o)  # type: ignore[no-any-return]
 
 

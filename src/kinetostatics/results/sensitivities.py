@@ -104,7 +104,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     @cached_property
     def worst(self) -> tuple[int, ...]:
-        """Where in the batch o, or the tool's tip, moves most: the pose that effects are told of."""
+        """Index in the batch of the largest displacement of o, or of the tool's tip: the pose at which effects are reported."""
         size = np.linalg.norm(np.nan_to_num(self.seen.twist[..., :3]), axis=-1)
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
@@ -125,7 +125,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return 1e-3 * self._along(self[name].twist) if "twist" in self.outputs else math.nan
 
     def order(self, name: str) -> tuple[bool, float]:
-        """Return what sorts parameters: the most effective first, or the heaviest; where things are last."""
+        """Return the sort key of parameters: by size of the effect, placements last."""
         effect = self.shift_effect(name) if is_location(name) else self.effect(name)["twist" not in self.outputs]
         return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 

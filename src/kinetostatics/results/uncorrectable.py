@@ -45,7 +45,7 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
 
 
 def _nearest_axes(basis: Array) -> list[int]:
-    """Return the coordinate axes that are told best by a basis (6, k): each the longest beside those before it."""
+    """Return the k coordinate axes nearest to the span of a basis (6, k): each the longest beside those before it."""
     left, axes = np.array(basis), []
     for _ in range(basis.shape[1]):
         sizes = np.linalg.norm(left, axis=1)

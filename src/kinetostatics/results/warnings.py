@@ -28,7 +28,7 @@ OPEN_LOOPS = 1e-9
 
 
 def result_warnings(result: Result) -> tuple[str, ...]:
-    """Return the warnings of the robot, of its poses, and of what happens there under the loads."""
+    """Return the warnings of the robot, of its poses, and of the results under the loads."""
     found = [
         *_tipping(result),
         *_turning_weights(result),
@@ -113,7 +113,7 @@ def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _ratios(result: Result) -> Iterator[tuple[str, float]]:
-    """Yield in words what buckles together, with the largest ratio of the forces to those at which it does."""
+    """Yield the words for each buckling member or robot, with its largest ratio of load to critical load."""
     together: dict[str, list[str]] = {}
     worst = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
     for name, ratio in worst.items():
@@ -159,7 +159,7 @@ def _large_motions(result: Result) -> list[str]:
 
 
 def undetermined_parts(result: Result) -> str:
-    """Say which rigid limbs, and which joints of rigid rings, share forces that statics cannot tell."""
+    """Return warnings of rigid limbs, and joints of rigid loops, with statically indeterminate forces."""
     rigid: dict[str, None] = {}
     rings: dict[str, dict[str, None]] = {}
     for solution in result.solutions:

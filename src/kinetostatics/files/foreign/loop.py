@@ -17,7 +17,7 @@ from kinetostatics.files.xml import XmlElement
 
 @dataclass(frozen=True)
 class ForeignLoop:
-    """A loop as another tool wrote it; None is what that tool leaves open.
+    """A loop in the format of another tool; None stands for missing information.
 
     Attributes:
         name: of the loop.
@@ -71,7 +71,7 @@ class SourceRobot:
         return frames
 
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
-        """Return the link and the origin in it of what Pinocchio calls a frame: a link or a joint, by its name.
+        """Return the link, and the origin in it, of a frame of Pinocchio: a link or a joint, by its name.
 
         A link that hangs on its parent by a fixed joint, as exporters make them to mark a frame, is a place in the parent.
 
