@@ -17,31 +17,6 @@ from reproduce_paper import ROOT
 
 PAGE = ROOT / "docs" / "explanation" / "paper.md"
 
-#: Symbol of the paper, its equation, the attribute, what the tables print, unit and sign.
-SYMBOLS = [
-    ("T_i", "(2)", "– (the passive joints' twists, reciprocal to J_ic)", "–", "m, rad"),
-    ("R_i", "after (16)", "– (z along the last beam, y from the first revolute axis)", "limb axis, limb x, limb y", "–"),
-    ("a_i, L_i", "(20), (13)", 'result.beams["rod_1"].length', "length", "m"),
-    ("J_ic", "(2)", 'result.limbs["limb_1"].constraint_wrenches', "constraint", "1, m; about o"),
-    ("J_ig", "(4)", 'result.limbs["limb_1"].attached_wrenches', "attached", "1, m; about o"),
-    (
-        "W_ic, f_i1, f_i2",
-        "(11)",
-        'result.limbs["limb_1"].intensities, result.paper_forces',
-        "intensity",
-        "N, N·m; what the platform puts on the limb",
-    ),
-    ("W_ig", "(3)", 'result.limbs["limb_1"].attached_intensities', "intensity", "N, N·m"),
-    ("f_ia", "(17)", 'result.paper_forces["limb_1"]["f_1a"]', "N base end (beams)", "N; tension positive"),
-    ("C_ic", "(1)", 'result.limbs["limb_1"].compliance', "–", "m/N, rad/(N·m)"),
-    ("K_ic", "(1)", 'result.limbs["limb_1"].stiffness', "–", "N/m, N·m/rad"),
-    ("Δ_igc", "(16), (19), (21)", 'result.limbs["limb_1"].sag', "–", "m, rad; along J_ic"),
-    ("Δ_ic, Δ_ig", "(9)", "J_icᵀ result.twist, J_igᵀ result.twist", "–", "m, rad"),
-    ("W_e, W_gm", "(5)", "result.load, result.platform_weight", "load at o", "N, N·m; about o"),
-    ("Δ", "(12)", "result.twist", "total", "m, rad; of o"),
-    ("C, K", "(12)", "result.compliance, result.stiffness", "Stiffness of the platform", "at o"),
-]
-
 
 def page() -> str:
     """Return docs/explanation/paper.md."""
@@ -52,21 +27,12 @@ def page() -> str:
         "",
         "C. Yang, F. Huang, W. Ye, Q. Chen, *Gravity-Based Kinetostatic Modeling of Parallel Manipulators Using Screw "
         "Theory*, Chinese "
-        "Journal of Mechanical Engineering 36 (2023): where its symbols are in the package, its equations in numbers, "
-        "and what does not "
-        "come out.",
+        "Journal of Mechanical Engineering 36 (2023): its equations in numbers, and what does not come out.",
         "",
         "## Symbols",
         "",
-        "`result` is what `ks.analyze` returns. A wrench of a limb is what the platform puts on it, about o; axes are "
-        "the world's.",
-        "",
-        "| symbol | equation | attribute | in the tables | unit, sign |",
-        "|---|---|---|---|---|",
-        *(
-            f"| {symbol} | {equation} | {_code(attribute)} | {label} | {unit} |"
-            for symbol, equation, attribute, label, unit in SYMBOLS
-        ),
+        "The [glossary](glossary.md) has them with their attributes. Δ_ic and Δ_ig of Eq. (9) are `J_icᵀ result.twist` and "
+        "`J_igᵀ result.twist`, W_e and W_gm of Eq. (5) `result.load` and `result.platform_weight`, L_i `result.beams[…].length`.",
         "",
         "The paper's limb axes differ from ours in one place: z_i lies along the rod in both, y_i along the first "
         "revolute axis in all our "
@@ -106,10 +72,6 @@ def _rows(matrix: np.ndarray) -> str:
     """Return a matrix in full, row by row."""
     size = np.max(np.abs(matrix))
     return "<br>".join(", ".join("0" if abs(x) < 1e-9 * size else f"{x:.4g}" for x in row) for row in matrix)
-
-
-def _code(text: str) -> str:
-    return text if text.startswith("–") else ", ".join(f"`{part}`" for part in text.split(", "))
 
 
 def _numbers(row: Row, array: np.ndarray) -> str:
