@@ -109,8 +109,8 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda robot: ks.save_html(robot, "x.html"), "a picture wants what analyze returns, not <Robot '3rps'"),
-        (lambda robot: ks.show(robot.assemble()), "a picture wants what analyze returns, not <Configuration"),
+        (lambda robot: ks.save_html("3rps", "x.html"), "a picture wants what analyze returns, a robot or one pose"),
+        (lambda robot: ks.save_html(robot, "x.html", compare=ks.analyze(robot.assemble())), "compare= .* leave them out"),
         (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= wants what analyze"),
         (
             lambda robot: ks.save_image(ks.analyze(robot.assemble()), "x.png", size=800),

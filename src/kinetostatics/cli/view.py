@@ -14,7 +14,7 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
 from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_range
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, RobotFileError, StaticsError
 from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
+    from kinetostatics.viewer.unloaded import UnloadedPose
 
 #: Poses of a sweep that does not say how many.
 POSES = 21
@@ -52,15 +53,13 @@ def _is_given(args: argparse.Namespace, name: str) -> bool:
 def _page(args: argparse.Namespace) -> int:
     with waiting("making the page"):
         from kinetostatics import viewer
-        from kinetostatics.analysis import analyze
 
         loads = loads_of(args)
         robot = load_robot(args)
-        configuration, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
-        result = analyze(configuration, **loads)
+        result, found = _shown(robot, args, loads)
         options = {**given_of(("exaggeration",), args), "compare": _second(robot, args) if args.compare else None}
         with pausing():
-            print_warnings([*found, *result.warnings])
+            print_warnings(found)
         if args.screenshot is not None:
             viewer.save_image(result, args.screenshot, **options, **given_of(("colour", "view"), args))
             text = f"wrote {args.screenshot}"
@@ -73,6 +72,22 @@ def _page(args: argparse.Namespace) -> int:
         return _meshcat(result, args.meshcat or None, value_of("exaggeration", args))
     print(text)
     return 0
+
+
+def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
+    """Return the result, and warnings; a robot that cannot be analysed is shown without loads, and the reason is a warning."""
+    from kinetostatics.analysis import analyze
+    from kinetostatics.viewer.unloaded import UnloadedPose
+
+    shown: Configuration | Robot = robot
+    try:
+        shown, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
+        result = analyze(shown, **loads)
+    except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
+        if args.sweep or args.compare:
+            raise
+        return UnloadedPose(shown, str(error)), [str(error)]
+    return result, [*found, *result.warnings]
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
@@ -95,7 +110,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
     return analyze(pose, **loads_of(other))
 
 
-def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:
+def _meshcat(result: Result | UnloadedPose, url: str | None, exaggeration: float | None) -> int:
     """Draw into the scene of a running meshcat-server, or of a new one that runs until Ctrl+C."""
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import null_space
+from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.screws import move_twist
 
 #: Scaled motions of freedoms below this are rounding.
@@ -99,6 +99,20 @@ class MobilityAnalysis:
         """Return an orthonormal basis (6, n) of the platform's scaled twists at o at one pose: what the loops leave it free."""
         U, values, _ = np.linalg.svd(self._platform_map(pose) @ self._free_motions(PrescribedCoordinates(), pose))
         return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
+
+    def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
+        """Return a basis (6, k) of the platform's twists at o [m, rad] that prescribed coordinates leave it at one pose.
+
+        Also the rates (nv, k) of the tree's freedoms with which it has them, the least that do.
+        """
+        solver, columns = self.solver, self.solver.free_columns(prescribed)
+        basis = self._free_motions(prescribed, pose)[: len(columns)]
+        by_basis = self._platform_map(pose)[:, columns] @ basis
+        U, values, _ = np.linalg.svd(by_basis)
+        twists = canonical_basis(U[:, : int(np.sum(values > 1e-6))])
+        rates = np.zeros((solver.tree.nv, twists.shape[1]))
+        rates[columns] = solver.column_scale[columns, None] * (basis @ np.linalg.lstsq(by_basis, twists, rcond=1e-6)[0])
+        return twists * np.repeat([solver.length, 1.0], 3)[:, None], rates
 
     def motions_at(self, poses: SolverState) -> Array:
         """Return such bases (N, 6, n) at many poses, n the mobility; NaN where the platform, or a loop, has another one."""

@@ -49,10 +49,10 @@ class BeamModel(ShortRepr):
 
     def length(self, frames: Frames) -> Array:
         """Return the length (N,) [m] at given frames."""
-        start, end = self._ends(frames)
+        start, end = self.ends(frames)
         return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
-    def _ends(self, frames: Frames) -> tuple[Array, Array]:
+    def ends(self, frames: Frames) -> tuple[Array, Array]:
         """Return start and end (3, N) [m]."""
         return frames.point(self.span.start_body, self.span.start), frames.point(self.span.end_body, self.span.end)
 
@@ -64,7 +64,7 @@ class BeamModel(ShortRepr):
     def remaining_length(self, frames: Frames) -> Array:
         """Return the length (N,) [m]: zero of a telescope pushed together to nothing, negative of one pushed further."""
         length = self.length(frames)
-        rounding = ROUNDING * np.max(np.abs(np.stack(self._ends(frames))), axis=(0, 1))
+        rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
 
     def mass_at(self, frames: Frames) -> Array:
@@ -84,7 +84,7 @@ class BeamModel(ShortRepr):
 
     def lever(self, frames: Frames) -> Array:
         """Return the arm (3, N) [m] from the beam's middle to the centre of its mass, world axes."""
-        start, end = self._ends(frames)
+        start, end = self.ends(frames)
         return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
 
     def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
@@ -95,7 +95,7 @@ class BeamModel(ShortRepr):
         import pinocchio as pin
 
         span, section = self.span, self.span.beam.section
-        start, end = self._ends(frames)
+        start, end = self.ends(frames)
         R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
         centre = ((start + end) / 2 + self.lever(frames))[:, 0]
         length, mass = float(self.length(frames)[0]), float(self.mass_at(frames)[0])

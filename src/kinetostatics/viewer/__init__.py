@@ -15,13 +15,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.html import html_path
 from kinetostatics.progress import in_notebook, pausing, waiting
 from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import fitting_page, iframe_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.screenshot import save_screenshot
+from kinetostatics.viewer.unloaded import UnloadedPose
 
 if TYPE_CHECKING:
     import meshcat
@@ -46,7 +49,7 @@ class View:
 
 
 def show(
-    result: Result,
+    result: Result | Configuration | Robot | UnloadedPose,
     *,
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
@@ -59,7 +62,8 @@ def show(
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; of a batch, its poses become an animation.
+        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
+            motions that its platform has where the actuators are locked; of a batch, its poses become an animation.
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
@@ -85,24 +89,25 @@ def show(
             raise ArgumentError("by_mechanism adds sliders to a page, and a visualizer has none: leave it out")
         if title is not None:
             raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
-        if pose is None and result.twist.size != 6:
-            raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {result.shape}: say which by pose")
+        drawn = _drawable(result)
+        if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
+            raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: say which by pose")
         from kinetostatics.viewer.running import draw  # imports meshcat, with its server
 
-        own = f"kinetostatics/{result.robot.name.replace('/', '_') or 'robot'}"
-        return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if node is None else node)
+        own = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
+        return draw(describe_scene(drawn, pose=pose, exaggeration=exaggeration), visualizer, own if node is None else node)
     if node is not None:
         raise ArgumentError("node is where a visualizer draws the robot: give visualizer too")
     html = _page(result, title, pose, exaggeration, by_mechanism, compare)
     if in_notebook():
         return View(html)
-    file = _temporary_file(html, result.robot.name)
+    file = _temporary_file(html, (result if isinstance(result, Robot) else result.robot).name)
     open_browser(file.as_uri())
     return View(html, file)
 
 
 def save_html(
-    result: Result,
+    result: Result | Configuration | Robot | UnloadedPose,
     path: str | os.PathLike[str],
     *,
     title: str | None = None,
@@ -114,7 +119,8 @@ def save_html(
     """Write a result as one HTML file that works by double click.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; of a batch, its poses become an animation.
+        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
+            motions that its platform has where the actuators are locked; of a batch, its poses become an animation.
         path: of the file; an existing one is replaced.
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown.
@@ -135,7 +141,7 @@ def save_html(
 
 
 def save_image(
-    result: Result,
+    result: Result | Configuration | Robot | UnloadedPose,
     path: str | os.PathLike[str],
     *,
     title: str | None = None,
@@ -149,7 +155,8 @@ def save_image(
     """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; of a batch, its first pose is drawn.
+        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
+            motions that its platform has where the actuators are locked; of a batch, its first pose is drawn.
         path: of the file; an existing one is replaced.
         title: above the picture; default the robot's name.
         pose: index of the one pose of a batch that is shown.
@@ -168,26 +175,45 @@ def save_image(
 
 
 def _page(
-    result: Result,
+    result: Result | Configuration | Robot | UnloadedPose,
     title: str | None,
     pose: int | tuple[int, ...] | None,
     exaggeration: float | None,
     by_mechanism: bool,
     compare: Result | None,
 ) -> str:
-    for what, given in (("a picture", result), ("compare=", compare)):
-        if not isinstance(given, Result) and not (given is compare and given is None):
-            raise ArgumentError(f"{what} wants what analyze returns, not {given!r}: ks.analyze(robot.assemble())")
+    if compare is not None and not isinstance(compare, Result):
+        raise ArgumentError(f"compare= wants what analyze returns, not {compare!r}: ks.analyze(robot.assemble())")
+    shown_first = _drawable(result)
+    if isinstance(shown_first, UnloadedPose) and (compare is not None or by_mechanism or pose is not None):
+        raise ArgumentError(
+            "pose=, compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out"
+        )
 
-    def scene(one: Result, title: str | None, every: int) -> Scene:
-        return describe_scene(one.by_mechanism if by_mechanism else one, title, pose=pose, exaggeration=exaggeration, every=every)
+    def scene(one: Result | UnloadedPose, title: str | None, every: int) -> Scene:
+        return describe_scene(
+            one.by_mechanism if isinstance(one, Result) and by_mechanism else one,
+            title,
+            pose=pose,
+            exaggeration=exaggeration,
+            every=every,
+        )
 
     def both(every: int) -> Scene:
-        shown = scene(result, title, every)
+        shown = scene(shown_first, title, every)
         return shown if compare is None else replace(shown, compare=scene(compare, None, every))
 
     with waiting("making the page"):
         return fitting_page(both)
+
+
+def _drawable(given: object) -> Result | UnloadedPose:
+    """Return what can be drawn of a result, a pose or a robot."""
+    if isinstance(given, Result | UnloadedPose):
+        return given
+    if isinstance(given, Robot) or (isinstance(given, Configuration) and given.shape == () and given.reached.all()):
+        return UnloadedPose(given)
+    raise ArgumentError(f"a picture wants what analyze returns, a robot or one pose of it that is reached, not {given!r}")
 
 
 def open_browser(address: str) -> None:

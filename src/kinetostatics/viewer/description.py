@@ -130,7 +130,9 @@ class Arrow:
 
     @property
     def unit(self) -> str:
-        """Of its vector."""
+        """Of its vector; that of a free motion, which may have any size, has none."""
+        if self.group == FREE_MOTION:
+            return ""
         return "N" if self.kind == "force" else "N·m"
 
     @property
@@ -168,6 +170,7 @@ class Scene:
         cards: what a click on a beam, joint or spring tells, by path of its mesh.
         compare: a second scene that is shown with it.
         live: controls and address of a live page.
+        unloaded: whether there is no result: the contributions are free motions then.
     """
 
     title: str
@@ -184,6 +187,7 @@ class Scene:
     cards: dict[str, Card] = field(default_factory=dict)
     compare: Scene | None = None
     live: dict[str, object] | None = None
+    unloaded: bool = False
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
@@ -196,6 +200,7 @@ class Scene:
             **self.moving(packing),
             **self.told(packing),
             "title": self.title,
+            "unloaded": self.unloaded,
             "exaggeration": {"value": e, "min": min(1.0, e / 100), "max": max(100.0, e * 100)},
             "meshes": [mesh.plain() for mesh in self.meshes],
             "frames": [
@@ -275,8 +280,11 @@ HIDDEN = (
     "weights",
     "base reaction",
 )
+#: Group of the platform's free motions.
+FREE_MOTION = "free motion"
 #: Colour of each group of arrows.
 COLOURS = {
+    FREE_MOTION: "#b91c1c",
     "external load": "#1f2937",
     "spring forces": "#0f766e",
     "actuator forces": "#b91c1c",
@@ -290,6 +298,7 @@ COLOURS = {
 }
 #: What the arrows of each group are, in a sentence.
 GROUPS = {
+    FREE_MOTION: "How the platform can move with the actuators locked: translation of o, and rotation.",
     "external load": "What acts from outside: the load on the platform at o, loads on links, the payload's weight.",
     "spring forces": "What a spring does to the link at its end, at the pose; towards the spring where it pulls.",
     "actuator forces": "Force or torque of an actuator, positive along its joint's positive direction.",

@@ -12,6 +12,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.viewer.shapes import carried_along, crossed
 from kinetostatics.viewer.shown_poses import ShownPoses
+from kinetostatics.viewer.unloaded import UnloadedPose
 
 #: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
 STEEL = 7850.0
@@ -60,22 +61,22 @@ class DrawnSpring:
         return result
 
 
-def find_springs(poses: ShownPoses) -> list[DrawnSpring]:
+def find_springs(poses: ShownPoses | UnloadedPose) -> list[DrawnSpring]:
     """Return all springs."""
-    found, forces = [], poses.result.spring_forces if poses.result.robot.description.springs else {}
-    for name, spring in poses.result.robot.description.springs.items():
+    found = []
+    for name, spring in poses.robot.description.springs.items():
         ends, twists = [], []
         for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
             frame = poses.frame(link)
             ends.append(frame[:, :3, :3] @ np.array(local) + frame[:, :3, 3])
             twists.append(poses.twist_at(link, ends[-1]))
-        found.append(DrawnSpring(spring, (ends[0], ends[1]), (twists[0], twists[1]), poses.take(forces[name])))
+        found.append(DrawnSpring(spring, (ends[0], ends[1]), (twists[0], twists[1]), poses.tension(name)))
     return found
 
 
-def find_masses_at_points(poses: ShownPoses, looks: Collection[str]) -> dict[str, Array]:
+def find_masses_at_points(poses: ShownPoses | UnloadedPose, looks: Collection[str]) -> dict[str, Array]:
     """Return the points (F, 3) [m] of links that are masses at points, such as counterweights, and have no look in ``looks``."""
-    found, description = {}, poses.result.robot.description
+    found, description = {}, poses.robot.description
     others = {*looks, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
         if link.mass > 0 and not any(link.inertia.moments) and name not in others:

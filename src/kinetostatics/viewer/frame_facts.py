@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, NumberFormat, largest
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import facts_of, platform_coordinates
@@ -13,6 +15,7 @@ from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.shown_poses import ShownPoses
+from kinetostatics.viewer.unloaded import UnloadedPose
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +25,7 @@ class FrameFacts:
     Attributes:
         pose: name, unit and (F,) values of the platform's coordinates.
         gravity: (F, 3) world axes [m/s²].
-        load: (F, 6) about o, world axes [N, N·m].
+        load: (F, 6) about o, world axes [N, N·m]; None, as gravity, of a pose without loads.
         on_links: (F, 6) loads on links, each about the point where it acts, world axes [N, N·m], by name.
         payload: (F,) mass [kg] and (F, 3) centre [m] in the frame of a link, or in o-xyz (None); None: there is none.
         status: (F,) status words, the worst first.
@@ -30,8 +33,8 @@ class FrameFacts:
     """
 
     pose: list[tuple[str, str, Array]]
-    gravity: Array
-    load: Array
+    gravity: Array | None
+    load: Array | None
     on_links: dict[str, Array]
     payload: tuple[Array, Array, str | None] | None
     status: list[str]
@@ -42,7 +45,8 @@ class FrameFacts:
         """Return it as JSON wants it."""
         return {
             "pose": [{"name": name, "unit": unit, "values": np.round(values, 6).tolist()} for name, unit, values in self.pose],
-            "gravity": packing.path(self.gravity, 3), "load": packing.path(self.load, 6), "status": self.status,
+            "gravity": None if self.gravity is None else packing.path(self.gravity, 3),
+            "load": None if self.load is None else packing.path(self.load, 6), "status": self.status,
             "on_links": {name: packing.path(wrench, 6) for name, wrench in self.on_links.items()},
             "payload": None if self.payload is None else self._plain_payload(packing),
         }  # fmt: skip
@@ -59,11 +63,8 @@ class FrameFacts:
 
 def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFacts:
     """Return the facts of the shown poses of a robot of a size [m]; ``displacements`` (…, 3) [m] are all that colours tell."""
-    result, configuration = poses.result, poses.result.configuration
-    pose = []
-    for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
-        along = poses.of_configuration(values, 0)
-        pose.append((name, unit, np.where(np.abs(along) <= noise, 0.0, along) / factor))
+    result = poses.result
+    pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
     status = [["OK"] for _ in range(poses.count)]
     for title, where, words in facts_of(result):
         for frame in np.flatnonzero(poses.take(where.astype(np.float64))):
@@ -76,6 +77,22 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFac
         NumberFormat.of(shift, LENGTHS, digits=4),
         NumberFormat.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
     )  # fmt: skip
+
+
+def facts_without_loads(poses: UnloadedPose) -> FrameFacts:
+    """Return the facts of a pose without loads: its coordinates, where the loops are closed."""
+    pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
+    formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)
+    return FrameFacts(pose, None, None, {}, None, ["OK"], *formats)
+
+
+def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) -> list[tuple[str, str, Array]]:
+    """Return name, unit and shown values (F,) of the platform's coordinates."""
+    found = []
+    for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
+        along = taken(values)
+        found.append((name, unit, np.where(np.abs(along) <= noise, 0.0, along) / factor))
+    return found
 
 
 def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.viewer.shown_poses import ShownPoses
+from kinetostatics.viewer.unloaded import UnloadedPose
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +37,9 @@ class DrawnJoint:
     beam: str | None
 
 
-def find_joints(poses: ShownPoses) -> list[DrawnJoint]:
+def find_joints(poses: ShownPoses | UnloadedPose) -> list[DrawnJoint]:
     """Return all joints that can move."""
-    robot = poses.result.robot
+    robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
     found: list[DrawnJoint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
@@ -69,18 +70,18 @@ def find_joints(poses: ShownPoses) -> list[DrawnJoint]:
     return found
 
 
-def _centre(poses: ShownPoses, connection: Connection) -> Array:
+def _centre(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
     """Return the centre (F, 3), on the successor's side."""
     successor = poses.frame(connection.successor)
     if not connection.is_loop:
         return successor[:, :3, 3]
-    outer = poses.result.robot.description.loops[connection.name].successor_origin.matrix[:3, 3]
+    outer = poses.robot.description.loops[connection.name].successor_origin.matrix[:3, 3]
     return np.asarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
 
 
-def _axis(poses: ShownPoses, connection: Connection) -> Array:
+def _axis(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
     """Return the axis (F, 3), on the predecessor's side."""
-    description = poses.result.robot.description
+    description = poses.robot.description
     if connection.is_loop:
         inner = description.loops[connection.name].predecessor_origin.matrix
     else:
@@ -88,16 +89,16 @@ def _axis(poses: ShownPoses, connection: Connection) -> Array:
     return np.asarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
 
 
-def _twist(poses: ShownPoses, connection: Connection, centre: Array) -> Array:
+def _twist(poses: ShownPoses | UnloadedPose, connection: Connection, centre: Array) -> Array:
     """Return the centre's twist by the side that is rigid, if one is: at a beam's end the two agree in position."""
-    rigid = poses.result.link_contributions
+    rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
-def marker_radius(poses: ShownPoses, joint: DrawnJoint, size: float) -> float:
+def marker_radius(poses: ShownPoses | UnloadedPose, joint: DrawnJoint, size: float) -> float:
     """Return a radius [m] that goes well with the beams at a joint."""
-    beams = poses.result.robot.description.beams.values()
+    beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
     return float(np.clip(np.mean(some), 0.006 * size, 0.05 * size))

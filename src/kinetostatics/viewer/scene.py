@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from numbers import Real
 
@@ -15,12 +15,13 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.arrows import Wrenches
 from kinetostatics.viewer.cards import Card, Cards
-from kinetostatics.viewer.description import COLOURS, Arrow, Mesh, Scene, Stations
+from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
 from kinetostatics.viewer.drawn_springs import find_masses_at_points, find_springs, radius_of_ball
-from kinetostatics.viewer.frame_facts import find_facts
+from kinetostatics.viewer.frame_facts import facts_without_loads, find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
 from kinetostatics.viewer.shown_poses import ShownPoses
+from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
 #: The page opens with the largest motion at this part of the robot's size, …
@@ -31,6 +32,8 @@ SHOWN_TURN = 0.3
 #: Forces smaller than this part of the largest are what rounding leaves.
 ROUNDING = 1e-9
 
+#: Colour of beams and sticks of a robot without loads.
+STANDING = "#8693a6"
 JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
@@ -39,7 +42,7 @@ TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
 def describe_scene(
-    result: Result,
+    result: Result | UnloadedPose,
     title: str | None = None,
     visuals: Mapping[str, LinkVisual] | None = None,
     *,
@@ -54,7 +57,7 @@ def describe_scene(
     A batch of more than one dimension is walked through row by row, every second row backwards.
 
     Args:
-        result: of :func:`kinetostatics.analyze`.
+        result: of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions.
         title: heading of the page; default the robot's name.
         visuals: of the links, if they have been read already.
         pose: index of the one pose of a batch that is shown; default all.
@@ -68,16 +71,14 @@ def describe_scene(
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
-    poses = ShownPoses(result, pose, every)
-    scene = _SceneBuilder(poses, link_visuals(result.robot.description) if visuals is None else visuals, like).build(
-        title, groups
-    )
+    poses = result if isinstance(result, UnloadedPose) else ShownPoses(result, pose, every)
+    scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals, like).build(title, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _SceneBuilder:
-    def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
-        self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
+    def __init__(self, poses: ShownPoses | UnloadedPose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
+        self.poses, self.robot, self.visuals = poses, poses.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
         self.springs = find_springs(self.poses)
@@ -100,14 +101,44 @@ class _SceneBuilder:
         self._joint_markers()
         self._springs()
         self._masses_at_points()
+        if isinstance(poses, UnloadedPose):
+            return self._unloaded(poses, title)
         arrows = self._without_rounding(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
         exaggeration = self._exaggeration() if like is None else like.exaggeration
         facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3], self.size)
         return Scene(
             title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), [] if like else [*self.result.warnings, *self._coarse()], {} if like else self._cards(),
+            self._limb_labels(), [] if like else [*poses.result.warnings, *self._coarse()],
+            {} if like else self._cards(poses),
         )  # fmt: skip
+
+    def _unloaded(self, poses: UnloadedPose, title: str | None) -> Scene:
+        """Return the scene of a pose without loads, in resting colours."""
+        meshes = []
+        for mesh in self.meshes:
+            roots = mesh.roots if poses.sources else tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in mesh.roots))
+            meshes.append(
+                replace(
+                    mesh,
+                    roots=roots,
+                    colour=STANDING if isinstance(mesh.colour, str) and mesh.colour == "deflection" else mesh.colour,
+                )
+            )
+        return Scene(
+            title or self.robot.name, self.stations, self.size, self._exaggeration(), self.at["o"], facts_without_loads(poses),
+            meshes, self._without_rounding(self._free_motions(poses)),
+            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
+            self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True,
+        )  # fmt: skip
+
+    def _free_motions(self, poses: UnloadedPose) -> Iterator[Arrow]:
+        """Yield the platform's free motions at o: translations as forces are drawn, rotations as couples."""
+        for k, name in enumerate(poses.sources):
+            for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
+                vector = np.zeros((1, len(poses.sources) + 1, 3))
+                vector[:, k] = poses.platform_twist[:, k, part]
+                yield Arrow(FREE_MOTION, f"{name}: {motion}", name, kind, self.at["o"], vector)
 
     def _size(self) -> float:
         points = [self.poses.o, self.poses.frame(self.robot.description.base)[:, :3, 3]]
@@ -136,7 +167,7 @@ class _SceneBuilder:
     # ---- rigid links ------------------------------------------------------------------------------------------------
 
     def _links(self) -> None:
-        topology, rigid = self.robot.topology, self.result.link_contributions
+        topology, rigid, unloaded = self.robot.topology, self.poses.rigid, isinstance(self.poses, UnloadedPose)
         of_beams = {beam.link for beam in self.robot.description.beams.values()}
         for span in topology.beams.values():
             for name in span.spanned:
@@ -152,7 +183,7 @@ class _SceneBuilder:
             visual = self.visuals.get(link)
             if link in of_beams:
                 if visual is not None:
-                    self._link(link, visual, f"beams/{link}", ("Rest",))
+                    self._link(link, visual, f"beams/{link}", ("Rest", "Deformed") if unloaded else ("Rest",))
                 continue
             roots: tuple[str, ...] = ("Base",) if link in bare["base"] else ("Rest", "Deformed")
             folder = link if any(link in links for links in bare.values()) else f"links/{link}"
@@ -172,6 +203,8 @@ class _SceneBuilder:
         colour: str | Array = "deflection"
         if roots == ("Base",):
             colour = 0.54 + 0.27 * visual.colours  # grey: beside the colours of deflection, and before a white ground
+        elif isinstance(self.poses, UnloadedPose):
+            colour = visual.colours
         self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
@@ -216,6 +249,8 @@ class _SceneBuilder:
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
             if self.known is not None:
                 self.meshes.append(self.known[f"beams/{name}", roots])
+                continue
+            if isinstance(self.poses, UnloadedPose) and beam.link in self.visuals:
                 continue
             surface, at = swept(beam.section, count)
             self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
@@ -268,9 +303,9 @@ class _SceneBuilder:
         drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
         return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []
 
-    def _cards(self) -> dict[str, Card]:
+    def _cards(self, poses: ShownPoses) -> dict[str, Card]:
         first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
-        return Cards(self.poses, self.joints, self.springs).all(first)
+        return Cards(poses, self.joints, self.springs).all(first)
 
     # ---- words ------------------------------------------------------------------------------------------------------
 

@@ -34,7 +34,7 @@ class ShownPoses:
     """
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
-        self.result = result
+        self.result, self.robot, self.rigid = result, result.robot, result.link_contributions
         order = serpentine(result.shape) if pose is None else np.array([_place(result.shape, pose)])
         twist = result.twist.reshape(-1, 6)[order]
         good = np.all(np.isfinite(twist), axis=-1)
@@ -139,6 +139,10 @@ class ShownPoses:
             return np.zeros((self.count, len(self.sources), 6))
         _, name, end, at = min(ends, key=lambda item: item[0])
         return moved(self.beam_twists(name)[:, :, end], point - at)
+
+    def tension(self, name: str) -> Array:
+        """Return the force (F,) [N] of a spring."""
+        return self.take(self.result.spring_forces[name])
 
     def beam_twists(self, name: str) -> Array:
         """Return what each contribution does (F, K, n, 6) to the stations of a beam."""

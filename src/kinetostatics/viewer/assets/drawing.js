@@ -167,7 +167,7 @@ class Robot {
     const entry = { spec, object, tip: new THREE.Object3D(), size: 0, value: 0 };
     object.add(entry.tip);
     this.arrows.set(spec.path, entry);
-    addLabel(this, entry.tip, () => `${entry.spec.label}\n${number(entry.value)} ${entry.spec.unit}`, spec.colour, "arrow", () => object.seen, spec.path);
+    addLabel(this, entry.tip, () => entry.spec.unit ? `${entry.spec.label}\n${number(entry.value)} ${entry.spec.unit}` : entry.spec.label, spec.colour, "arrow", () => object.seen, spec.path);
   }
 
   /** The vector of an arrow's data (…, 3) at the present time; `weights(k)` are those of its parts. */

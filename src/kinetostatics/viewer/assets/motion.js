@@ -37,7 +37,7 @@ function read(s) {
   }
   if (s.facts) {
     const { facts } = s, all = (object, keys) => { for (const key of keys) object[key] = decode(object[key], Float32Array); };
-    all(facts, ["gravity", "load"]);
+    all(facts, ["gravity", "load"].filter((key) => facts[key]));
     all(facts.on_links, Object.keys(facts.on_links));
     if (facts.payload) all(facts.payload, ["mass", "center"]);
   }

@@ -84,12 +84,15 @@ function buildPanel() {
   element("robot-title").textContent = scene.title;
   buildTools();
   const e = scene.exaggeration, log = Math.log10, twist = element("robot-twist");
-  make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
-  make("table", twist, { id: "robot-total" });
-  const parts = make("details", twist);
-  make("summary", parts, { textContent: "Contributions and their shares" });
-  make("table", parts, { id: "robot-parts" });
-  buildShares(element("robot-parts"));
+  if (scene.unloaded) buildFreeMotions(twist);
+  else {
+    make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
+    make("table", twist, { id: "robot-total" });
+    const parts = make("details", twist);
+    make("summary", parts, { textContent: "Contributions and their shares" });
+    make("table", parts, { id: "robot-parts" });
+    buildShares(element("robot-parts"));
+  }
 
   if (page.robots.length > 1) buildCompare(fold("Compare"));
   const deformation = fold("Picture");
@@ -125,6 +128,16 @@ function buildShares(table) {
     slider(cell, `share: ${name}`, name, 1, 0, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
     make("tr", table, { className: "part" });
   }
+}
+
+/** A slider for each free motion, of which the first is shown. */
+function buildFreeMotions(parent) {
+  const { contributions } = page.robots[0].scene;
+  if (contributions.length) make("h2", parent, { textContent: "Free motion of the platform, actuators locked" });
+  contributions.forEach((name, k) => {
+    state.shares.set(name, k ? 0 : 1);
+    slider(parent, `share: ${name}`, name, k ? 0 : 1, -1, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
+  });
 }
 
 function columns() {
@@ -196,21 +209,31 @@ function facts(robot) {
   };
   const [i] = between(scene);
   const found = [
-    ["pose", pose.map(({ name, unit, values }) => `${name} ${place(interpolated(scene, values, 1)[0])}${unit === "°" ? "" : " "}${unit}`).join(", ")],
-    ["gravity", `${list(interpolated(scene, gravity, 3))} m/s²`],
-    ["load at o", wrench(load)],
+    ...(pose.length ? [["pose", pose.map(({ name, unit, values }) => `${name} ${place(interpolated(scene, values, 1)[0])}${unit === "°" ? "" : " "}${unit}`).join(", ")]] : []),
+    ...(gravity ? [["gravity", `${list(interpolated(scene, gravity, 3))} m/s²`], ["load at o", wrench(load)]] : []),
     ...Object.entries(on_links).map(([name, values]) => [name, wrench(values)]),
   ];
   if (payload) {
     const mm = interpolated(scene, payload.center, 3).map((x) => 1000 * x);
     found.push(["payload", `${short(interpolated(scene, payload.mass, 1)[0])} kg at ${list(mm)} mm in the frame of ${payload.link ?? "o"}`]);
   }
-  found.push(["drawn", `× ${number(state.exaggeration)}`]);
+  if (!scene.unloaded) found.push(["drawn", `× ${number(state.exaggeration)}`]);
   return status[i] === "OK" && !scene.live ? found : [...found, ["status", status[i]]];
 }
 
 function writePanel(scale) {
   const { scene } = page.robots[0], { displacement, rotation } = scene.units;
+  if (!scene.unloaded) writeTwist(scene, displacement, rotation);
+  const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
+  element("robot-notes").innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
+  element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
+    .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
+  writeLegend(scale);
+  writeCard();
+}
+
+/** The twist of the platform at o, and its parts. */
+function writeTwist(scene, displacement, rotation) {
   const parts = scene.contributions.map((_, k) => readout(scene, k)), sum = readout(scene, null);
   const cells = (values) => values.map((x, c) => {
     const { factor, decimals } = c < 3 ? displacement : rotation;
@@ -220,10 +243,4 @@ function writePanel(scale) {
   element("robot-total").innerHTML = columns() + told.map(([name, values]) => `${name && `<tr><td colspan="6">${name}</td></tr>`}<tr class="total">${cells(values)}</tr>`).join("");
   element("robot-parts").tHead.innerHTML = columns();
   [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
-  const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
-  element("robot-notes").innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
-  element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
-    .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
-  writeLegend(scale);
-  writeCard();
 }

@@ -1,0 +1,162 @@
+"""A robot as it stands, without loads, and the free motions of its platform: what is drawn where nothing can be analysed."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.rotations import logarithm
+from kinetostatics.math.screws import describe_twist
+from kinetostatics.mechanism.beam_model import make_beam_models
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.results.beam import FRACTIONS
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.viewer.shown_poses import moved
+
+#: Step of the difference quotient by which links follow a free motion [scaled m, rad].
+STEP = 1e-5
+#: Singular value, relative to the largest, below which a motion leaves the platform where it is.
+STILL = 1e-6
+
+
+class UnloadedPose:
+    """One pose of a robot, or its tree as the file has it; has what :class:`ShownPoses` has of one frame, F = 1.
+
+    The contributions are the free motions of the platform with the actuators locked, each of any size.
+
+    Args:
+        shown: a pose; or a robot, whose closed zero pose is shown, and where its loops cannot be closed all joints at zero.
+        message: why nothing can be analysed.
+    """
+
+    count = step = 1
+
+    def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
+        self.robot = robot_of(shown) if isinstance(shown, Configuration) else shown
+        self.configuration = shown if isinstance(shown, Configuration) else None
+        self._twists: dict[str, Array] = {}
+        self.frames, self.poses, found = self._placed()
+        self.message = message or found
+        self.sources = self.labels = self._names()
+
+    def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
+        """Return frames of the bodies, the closed pose or None, and what is wrong with it or None."""
+        if self.configuration is not None:
+            return self.configuration.frames, self.configuration.poses, None
+        try:
+            return self.robot.zero_frames, self.robot.zero_poses, None
+        except KinetostaticsError as error:
+            neutral = self.robot.mechanism.tree.neutral[:, None]
+            return self.robot.frames_at(neutral), None, str(error)
+
+    @cached_property
+    def _free_motions(self) -> tuple[Array, Array]:
+        """The platform's free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's freedoms."""
+        robot, nv = self.robot, self.robot.mechanism.tree.nv
+        if self.poses is None or not np.all(np.isfinite(self.frames.position)):
+            return np.zeros((6, 0)), np.zeros((nv, 0))
+        return robot.mobility_analysis.free_motions(robot.actuator_coordinates, self.poses)
+
+    def _names(self) -> tuple[str, ...]:
+        count = self._free_motions[0].shape[1]
+        return ("free motion",) if count == 1 else tuple(f"free motion {k + 1}" for k in range(count))
+
+    @property
+    def notes(self) -> list[str]:
+        """What the page says of the pose."""
+        words = "; ".join(describe_twist(twist, self.robot.length) for twist in self._free_motions[0].T)
+        if self.message is None and words:
+            return [f"with the actuators locked the platform can still move: {words}"]
+        return [self.message] if self.message else []
+
+    @property
+    def rigid(self) -> dict[str, tuple[int, Array]]:
+        """The links that have a twist of their own: here all."""
+        return self.robot.mechanism.body_of
+
+    def _homogeneous(self, body: int, placement: Array) -> Array:
+        return homogeneous(self.frames, body, placement)
+
+    def frame(self, link: str) -> Array:
+        """Return a link's frame (1, 4, 4)."""
+        return self._homogeneous(*self.robot.mechanism.body_of[link])
+
+    @property
+    def platform_frame(self) -> Array:
+        """The frame o-xyz (1, 4, 4)."""
+        return self._homogeneous(*self.robot.mechanism.platform_frame)
+
+    @property
+    def o(self) -> Array:
+        """The point o (1, 3) [m]."""
+        return np.asarray(self.platform_frame[:, :3, 3])
+
+    @property
+    def platform_twist(self) -> Array:
+        """(1, k, 6) the free motions of the platform, at o."""
+        return self._twist(*self.robot.mechanism.platform_frame)
+
+    def twist_at(self, link: str, point: Array) -> Array:
+        """Return the free motions (1, k, 6) of points (1, 3) of a link."""
+        return moved(self._twist(*self.robot.mechanism.body_of[link]), point - self.frame(link)[:, :3, 3])
+
+    def _twist(self, body: int, placement: Array) -> Array:
+        """Return the free motions (1, k, 6) of a frame of a body, at its origin."""
+        plus, minus = (homogeneous(frames, body, placement) for frames in self._stepped)
+        turn = np.moveaxis(plus[:, :3, :3] @ np.swapaxes(minus[:, :3, :3], 1, 2), 0, -1)
+        return np.concatenate([plus[:, :3, 3] - minus[:, :3, 3], logarithm(turn).T], axis=1)[None] / (2 * STEP)
+
+    @cached_property
+    def _stepped(self) -> tuple[Frames, Frames]:
+        """The frames (k) a step along each free motion, and a step back."""
+        rates = self._free_motions[1]
+        if self.poses is None or not rates.shape[1]:
+            none = self.frames.take(slice(0, 0))
+            return none, none
+        start = self.poses.take(np.zeros(rates.shape[1], dtype=np.intp))
+        forth, back = (
+            self.robot.frames_of(SolverState(self.robot.solver.tree.integrate(start.x, sign * STEP * rates), start.c))
+            for sign in (1, -1)
+        )
+        return forth, back
+
+    @cached_property
+    def _beams(self) -> dict[str, tuple[Array, Array]]:
+        models = make_beam_models(self.robot.mechanism, self.robot.topology.beams, self.frames)
+        found = {}
+        for name, model in models.items():
+            start, end = (point.T for point in model.ends(self.frames))
+            axes = self.frames.rotation[:, :, model.span.carrier, 0] @ model.axes
+            found[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
+        return found
+
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        """Return axes (1, 3, 3) and points (1, n, 3) of a beam."""
+        return self._beams[name]
+
+    def beam_twists(self, name: str) -> Array:
+        """Return the free motions (1, k, n, 6) of the stations of a beam, straight between its ends."""
+        span, (_, points) = self.robot.topology.beams[name], self._beams[name]
+        ends = []
+        for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
+            origin = homogeneous(self.frames, body, np.eye(4))[:, :3, 3]
+            ends.append(moved(self._twist(body, np.eye(4)), point - origin))
+        part = FRACTIONS[:, None]
+        return (1 - part) * ends[0][:, :, None] + part * ends[1][:, :, None]
+
+    def tension(self, name: str) -> Array:
+        """Return zero (1,) for the force of a spring, which is not known."""
+        return np.zeros(1)
+
+
+def homogeneous(frames: Frames, body: int, placement: Array) -> Array:
+    """Return (N, 4, 4) of a frame that is fixed in a body."""
+    R, p = np.moveaxis(frames.rotation[:, :, body], -1, 0), frames.position[:, body].T
+    found = np.tile(np.eye(4), (len(p), 1, 1))
+    found[:, :3, :3], found[:, :3, 3] = R @ placement[:3, :3], p + R @ placement[:3, 3]
+    return found
