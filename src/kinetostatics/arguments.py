@@ -24,7 +24,7 @@ class Argument:
         size: how many numbers there are; 0: one.
         choices: words that it may be.
         least: a count's smallest value.
-        wanted: of a positive number, what errors call it.
+        expected: of a positive number, what errors call it.
         example: of a mapping, what errors show.
         option: of the command line, if that is not ``--`` and the name; without dashes a positional argument.
         group: heading in the help.
@@ -36,7 +36,7 @@ class Argument:
     size: int = 0
     choices: tuple[str, ...] = ()
     least: int = 1
-    wanted: str = ""
+    expected: str = ""
     example: str = ""
     option: str = ""
     group: str = ""
@@ -91,7 +91,7 @@ ARGUMENTS: Mapping[str, Argument] = {
         "length",
         "largest gap of a closed loop, m and rad (default: 1e-10)",
         "T",
-        wanted="a positive length [m] and angle [rad]",
+        expected="a positive length [m] and angle [rad]",
         group="pose",
     ),
     # ---- loads
@@ -164,8 +164,8 @@ def check(name: str, value: Keyword) -> Keyword:
         check_choice(name, value, argument.choices)
     elif argument.kind == "count":
         return whole_number(name, value, argument.least)
-    elif argument.wanted:
-        return positive(name, value, argument.wanted, infinite=True)
+    elif argument.expected:
+        return positive(name, value, argument.expected, infinite=True)
     elif argument.example:
         check_mapping(name, value, argument.example)
     return value

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.verification.connections import joint_springs, releases
-from kinetostatics.verification.pieces import Pieces
+from kinetostatics.verification.pieces import RigidPieces
 
 #: Singular values below this part of the largest are zero.
 ZERO = 1e-9
@@ -143,7 +143,7 @@ class Energy:
 
     def __init__(self, configuration, gravity, elements, platform_load, loads, payload):
         self.at, self.description = configuration, configuration.robot.description
-        self.pieces, self.gravity = Pieces(configuration), np.asarray(gravity, dtype=float)
+        self.pieces, self.gravity = RigidPieces(configuration), np.asarray(gravity, dtype=float)
         self.references, self.roots = [], {}
         self.base = self.body(self.pieces.base)
         #: (bodies, constraint) and (bodies, coordinates, their stiffness (k,)), names; and the energies of springs and weights

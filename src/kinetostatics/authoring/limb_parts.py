@@ -11,7 +11,7 @@ MAX_POINTS = 3
 
 
 @dataclass(frozen=True)
-class Point:
+class LimbPoint:
     """A point of a limb where it turns.
 
     Attributes:
@@ -61,7 +61,7 @@ class Skeleton:
     group: AlikeLimbs
     guide: JointSymbol | None
     guide_turns: bool
-    points: tuple[Point, ...]
+    points: tuple[LimbPoint, ...]
     spans: tuple[LimbSpan, ...]
     ends_rigid: bool
 
@@ -93,11 +93,11 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     if joints and joints[-1].kind == "C" and joints[-1].driven:
         reason = "the slide of a cylindrical joint at the platform cannot be driven; drive another joint, or write P and R for it"
         raise error_at(text, joints[-1].place, reason)
-    points: list[Point] = [Point("C", guide)] if guide_turns else []
+    points: list[LimbPoint] = [LimbPoint("C", guide)] if guide_turns else []
     spans: list[LimbSpan] = []
     waiting: LimbSpan | None = None
     if not guide_turns and joints and joints[0].kind in ("P", "4R", "4S"):
-        points.append(Point("", None))  # what stands rigidly on the base or on the carriage
+        points.append(LimbPoint("", None))  # what stands rigidly on the base or on the carriage
     for number, joint in enumerate(joints):
         last = number == len(joints) - 1
         slides = joint.kind == "P" or (joint.kind == "C" and points and not last)
@@ -112,14 +112,14 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
                 )
             if points and points[-1].kind:
                 spans.append(LimbSpan("rod", "rod"))
-                points.append(Point("4S", joint))
+                points.append(LimbPoint("4S", joint))
             else:
-                points[-1] = Point("4S", joint)
+                points[-1] = LimbPoint("4S", joint)
             waiting = LimbSpan("rods", "rod")
         else:
             if points:
                 spans.append(waiting or LimbSpan("rod", "rod"))
-            points.append(Point(joint.kind, joint))
+            points.append(LimbPoint(joint.kind, joint))
             waiting = None
         if len(points) > MAX_POINTS:
             raise error_at(
@@ -129,7 +129,7 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     ends_rigid = waiting is not None and waiting.kind != "rods"
     if waiting is not None:
         spans.append(waiting)
-        points.append(Point("4S" if waiting.kind == "rods" else "", points[-1].symbol if waiting.kind == "rods" else None))
+        points.append(LimbPoint("4S" if waiting.kind == "rods" else "", points[-1].symbol if waiting.kind == "rods" else None))
     if len(points) > MAX_POINTS:
         raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
     if len(spans) > 1:
@@ -137,7 +137,7 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans), ends_rigid)
 
 
-def _with_axes(points: list[Point]) -> list[Point]:
+def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
     """Return points whose universal joints know the order of their axes.
 
     Where a revolute joint is the neighbour, the axis on its side is parallel to it. Else the axis on the side of base or
@@ -155,17 +155,17 @@ def _with_axes(points: list[Point]) -> list[Point]:
                 axes = "xn"
             else:
                 axes = "xn" if number and number == len(points) - 1 else "nx"
-            point = Point("U", point.symbol, axes)
+            point = LimbPoint("U", point.symbol, axes)
         found.append(point)
     return found
 
 
-def _named(points: list[Point]) -> tuple[Point, ...]:
+def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
     """Return points with distinct letters for joints of the same kind."""
     kinds = [point.kind for point in points]
     found = []
     for number, point in enumerate(points):
         alike = kinds.count(point.kind)
         letter = "abc"[kinds[:number].count(point.kind)] if alike > 1 else ""
-        found.append(Point(point.kind, point.symbol, point.axes, letter))
+        found.append(LimbPoint(point.kind, point.symbol, point.axes, letter))
     return tuple(found)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-from kinetostatics.authoring.limb_parts import Point, Skeleton
+from kinetostatics.authoring.limb_parts import LimbPoint, Skeleton
 from kinetostatics.authoring.spherical import spherical_limb
 
 
@@ -91,7 +91,7 @@ def _write(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
         elif not is_last:
             _joint_and_link(skeleton, options, number, walk)
     if not skeleton.points:
-        _to_platform(skeleton, Point("", None), walk)
+        _to_platform(skeleton, LimbPoint("", None), walk)
 
 
 # ---- geometry ------------------------------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
         _rod(skeleton, options, number, walk)
 
 
-def _tree_joint(skeleton: Skeleton, point: Point, child: str, pitch: str, roll: str, walk: _Walk) -> None:
+def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
     """Write the joint at a point, in the tree, and note its name as that at the child's inner end."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), "0" if roll == "0" else f"${{{roll}}}"
@@ -281,7 +281,7 @@ def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> 
     walk.say(f'<xacro:{options.prefixes[role]}_beam link="{beam}" start="{start}" end="{end}"/>')
 
 
-def _inner_name(point: Point, *, in_tree: bool) -> str:
+def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
     """Return the name of the joint at a point that holds the link on its inner side."""
     kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
     name = f"{kind}_${{i}}{point.letter}"
@@ -365,7 +365,7 @@ def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
     walk.link, walk.end = "tail_${i}", "0 ${-pair_width / 2} 0"
 
 
-def _to_platform(skeleton: Skeleton, point: Point, walk: _Walk) -> None:
+def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
     """Write the loop that closes the limb at the platform."""
     if point.kind == "4S":  # its rods are closed already
         return

@@ -21,7 +21,7 @@ from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
@@ -174,11 +174,11 @@ def calibrate(
     mass, moment, _ = looked_for.payload_of(values)
     scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
     return Calibration(
-        Named({one.name: one for one in estimates}),
+        ResultMapping({one.name: one for one in estimates}),
         unidentifiable(looked_for.items, found.null),
         level,
         frozen(covariance),
-        Named(readings.gauges),
+        ResultMapping(readings.gauges),
         table.rows[readings.rows],
         tuple(of),
         frozen(measured),

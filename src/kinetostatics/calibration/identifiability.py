@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.calibration.unknowns import Unknown
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.calibration import Unidentifiable
@@ -50,7 +50,7 @@ def _sparse(null: Array) -> Array:
 
 def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     mine = np.flatnonzero(direction).tolist()
-    changes = Named({unknowns[k].name: float(direction[k]) for k in mine})
+    changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
     names = [_called(unknowns[k]) for k in mine]
     if len(mine) == 1:
         return Unidentifiable(changes, f"no reading sees {names[0]}: whatever its value, the computed readings stay the same")

@@ -27,7 +27,7 @@ from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.design.problem import grid_of
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results.calibration import MeasurementPlan
 from kinetostatics.robot import Robot
@@ -155,11 +155,11 @@ def plan_measurements(
     ours = errors(chosen)
     others = np.exp(np.mean(np.log([errors(plan) for plan, _ in usual] or [ours * np.nan]), axis=0))
     return MeasurementPlan(
-        Named({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
+        ResultMapping({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
         frozen(wrenches[numbers[chosen]]),
         names,
-        Named({looked_for.items[k].name: float(error) for k, error in zip(known, ours, strict=True)}),
-        Named({looked_for.items[k].name: float(error) for k, error in zip(known, others, strict=True)}),
+        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(known, ours, strict=True)}),
+        ResultMapping({looked_for.items[k].name: float(error) for k, error in zip(known, others, strict=True)}),
         gain,
         unidentifiable(looked_for.items, null),
         count,

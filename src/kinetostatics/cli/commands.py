@@ -23,7 +23,7 @@ COMMANDS: Mapping[str, str] = {
     "sweep": "sweep",
     "view": "view",
     "verify": "analyses",
-    "report": "report",
+    "report": "report_page",
     "tolerances": "designs",
     "sensitivities": "designs",
     "optimize": "designs",

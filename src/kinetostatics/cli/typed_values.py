@@ -45,9 +45,9 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
     if unit is None:
         raise ArgumentError(f"{text.strip()!r} has the unknown unit {name!r}; units are {KNOWN}")
     if kind is not None and (kind == "number" or unit.kind != kind):
-        wanted = "a plain number" if kind == "number" else article(kind)
+        expected = "a plain number" if kind == "number" else article(kind)
         given = article(unit.kind) if unit.kind else "another quantity"
-        raise ArgumentError(f"{text.strip()!r} is {given}, but {wanted} is needed")
+        raise ArgumentError(f"{text.strip()!r} is {given}, but {expected} is needed")
     return unit.in_si(value)
 
 

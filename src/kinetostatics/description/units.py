@@ -160,13 +160,13 @@ def parse_number(text: str, kind: str, what: str) -> float:
     """
     found = typed_number(text)
     own = find_unit(found[1]) if found and found[1] else None
-    wanted = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
+    expected = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
     if found is None or (found[1] and own is None):
-        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {expected}")
     if own is None:
         return found[0]
     if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
-        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {expected}")
     return own.in_si(found[0])
 
 

@@ -19,12 +19,12 @@ from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Evaluation, Problem, assembled, grid_of, rank
 from kinetostatics.design.requirements import REQUIRABLE, parse_quantity, parse_requirement
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.sizes import Sizes, sizes_of
 from kinetostatics.design.variables import Choice, Range, Vary, read_variables, typed_units
+from kinetostatics.design.varied_numbers import VariedNumbers, sizes_of
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
 from kinetostatics.results.tool_point import tool_on_robot
@@ -190,7 +190,7 @@ def prepare(
     return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
 
 
-def _odd_ranges(sizes: Sizes, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
+def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
     """Say which lengths without a unit are varied so far from the file's that they look like millimetres."""
     tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
@@ -244,7 +244,17 @@ def _optimum(
         active = abs(margin) <= ACTIVE or margin < 0
         checked.append(
             CheckedRequirement(
-                item.text, item.name, value, item.limit, unit, margin, Named(pose), tuple(case), active, saving, item.below
+                item.text,
+                item.name,
+                value,
+                item.limit,
+                unit,
+                margin,
+                ResultMapping(pose),
+                tuple(case),
+                active,
+                saving,
+                item.below,
             )
         )
     name = problem.objective[0]
@@ -253,14 +263,14 @@ def _optimum(
     for choice in choices:
         allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
     every = sorted(ends, key=lambda found: rank(problem.at(found)))
-    starts = [Start(Named(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
+    starts = [Start(ResultMapping(end), problem.at(end).objective, problem.at(end).feasible) for end in every]
     near = ALIKE * abs(point.objective)
     alike = None if choices else sum(start.feasible and abs(start.objective - point.objective) <= near for start in starts)
     return Optimum(
         point.feasible,
-        Named(best),
-        Named({key: problem.sizes.unit(key) for key in best}),
-        Named({key: allowed[key] for key in best}),
+        ResultMapping(best),
+        ResultMapping({key: problem.sizes.unit(key) for key in best}),
+        ResultMapping({key: allowed[key] for key in best}),
         point.objective,
         " ".join(minimize.split()),
         KINDS.get(REQUIRABLE[name].kind, ""),

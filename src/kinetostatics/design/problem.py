@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword, check_mapping
 from kinetostatics.design.requirements import REQUIRABLE, Requirement
-from kinetostatics.design.sizes import Sizes
+from kinetostatics.design.varied_numbers import VariedNumbers
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
@@ -69,7 +69,7 @@ class Problem:
         count: how many robots were analysed.
     """
 
-    sizes: Sizes
+    sizes: VariedNumbers
     coordinates: Mapping[str, Array]
     is_platform: bool
     orientation: str | None

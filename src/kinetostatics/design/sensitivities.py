@@ -22,7 +22,7 @@ from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.parametric.parametric_robot import ParametricRobot, opens_loops, same_pose
 from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
@@ -124,12 +124,12 @@ def sensitivities(
     sources: dict[str, Array] = {}
     if "twist" in asked:
         sources = {name: twist for kind in result.seen_from(place).source_contributions.values() for name, twist in kind.items()}
-    every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
+    every = Sensitivities(result, ResultMapping(found), ResultMapping(sources), ResultMapping(skipped), place, asked)
     if by is None:
         whole = numbers_of(configuration, result, place, asked)
         found = {name: item for name, item in found.items() if _does_anything(item, whole)}
     order = sorted(found, key=every.order)
-    return replace(every, parameters=Named({name: found[name] for name in order}))
+    return replace(every, parameters=ResultMapping({name: found[name] for name in order}))
 
 
 def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
@@ -228,11 +228,11 @@ def _sensitivity(
     for name in asked:
         if name.startswith("actuator"):
             driven = nominal.robot.description.driven
-            found[name] = Named({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
+            found[name] = ResultMapping({actuator: frozen(slopes[name][..., k]) for k, actuator in enumerate(driven)})
         else:
             shape = nominal.shape if name == "mass" else slopes[name].shape
             found[name] = frozen(np.array(np.broadcast_to(slopes[name], shape)))
-    return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, Named(found), exact)
+    return Sensitivity(number.name, number.value, "" if number.unit == "1" else number.unit, ResultMapping(found), exact)
 
 
 def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:

@@ -24,7 +24,7 @@ from kinetostatics.design.sensitivities import slopes_by
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.ordering import first_largest, ranked
 from kinetostatics.parametric.errors import ErrorParameter, together
@@ -153,13 +153,13 @@ def tolerances(
     ranked_by = rank_by or ("force" if any(item.force > 0 or item.moment > 0 for item in effects.values()) else "displacement")
     return Tolerances(
         result,
-        Named(parameters),
-        Named(_ordered(effects, ranked_by)),
+        ResultMapping(parameters),
+        ResultMapping(_ordered(effects, ranked_by)),
         ranked_by,
         worst,
         deviation,
         _sampled(made, result, place),
-        Named({item.name: frozen(row + item.value) for item, row in zip(every, values, strict=True)}),
+        ResultMapping({item.name: frozen(row + item.value) for item, row in zip(every, values, strict=True)}),
         distribution,
         seed,
         at_once,
@@ -247,7 +247,7 @@ def _by_number(
 
 
 def _effect(arrays: Mapping[str, Array], driven: Sequence[str], force: float = 0.0, at: str = "", moment: float = 0.0) -> Effect:
-    forces = Named({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(driven)})
+    forces = ResultMapping({name: frozen(arrays["actuator_forces"][k]) for k, name in enumerate(driven)})
     one = quantities(frozen(arrays["twist"]), frozen(arrays["stiffness"]), forces, np.zeros(6))
     return Effect(one.twist, one.displacement, one.rotation, one.stiffness, forces, force, at, moment)
 
@@ -319,7 +319,7 @@ def _array(item: PoseQuantities, name: str) -> Array:
 
 def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> PoseQuantities:
     driven = nominal.robot.description.driven
-    forces = Named({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(driven)})
+    forces = ResultMapping({name: frozen(made["actuator_forces"][..., k]) for k, name in enumerate(driven)})
     return quantities(frozen(made["twist"]), frozen(made["stiffness"]), forces, np.asarray(nominal.seen_from(tool).twist))
 
 
@@ -343,7 +343,7 @@ def _combined(effects: Sequence[Effect], total: Callable[[Array], Array], displa
     twist, stiffness = (frozen(total(np.array([getattr(item, name) for item in effects]))) for name in ("twist", "stiffness"))
     actuators = effects[0].actuator_forces
     forces = {name: frozen(total(np.array([item.actuator_forces[name] for item in effects]))) for name in actuators}
-    return PoseQuantities(twist, np.asarray(displacement), np.asarray(rotation), stiffness, Named(forces))
+    return PoseQuantities(twist, np.asarray(displacement), np.asarray(rotation), stiffness, ResultMapping(forces))
 
 
 def longest_sum(vectors: Array) -> float:

@@ -125,16 +125,16 @@ class CompiledSolver(Solver):
         self.operations = int(self._newton.table["operations"])
         target = self.values(self._own, self._example) + _TRIED
         found, good, holds = self._corrected(self._example, target, None, None)
-        wanted, reached = Solver.newton(self, self._own, self._example, target, self._local)
+        expected, reached = Solver.newton(self, self._own, self._example, target, self._local)
         if not (holds[0] and good[0] == reached[0]):
             return False
-        if np.max(np.abs(found.x - wanted.x), initial=np.max(np.abs(found.c - wanted.c))) > _ALIKE:
+        if np.max(np.abs(found.x - expected.x), initial=np.max(np.abs(found.c - expected.c))) > _ALIKE:
             return False
         if self._side is not None:
-            sure = Solver.surely_on_one_side(self, self._own, self._example, wanted)
-            if not np.array_equal(self._surely(self._side, self._example, wanted), sure):
+            sure = Solver.surely_on_one_side(self, self._own, self._example, expected)
+            if not np.array_equal(self._surely(self._side, self._example, expected), sure):
                 return False
-        (here, holds), there = self._placed(wanted.x), Solver.place(self, wanted.x)
+        (here, holds), there = self._placed(expected.x), Solver.place(self, expected.x)
         pairs = (here.q, there.q), (here.frames.position, there.frames.position), (here.residual, there.residual)
         return bool(holds[0]) and all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in pairs)
 
@@ -142,12 +142,12 @@ class CompiledSolver(Solver):
     def _start(self) -> Code | None:
         """Where lines start, made when the first does that is not known to start at the zero pose; None: that is NumPy's."""
         target = self.values(self._own, self._example) + _TRIED
-        wanted = Solver.line(self, self._own, self._example, target)
+        expected = Solver.line(self, self._own, self._example, target)
 
         def is_right(codes: list[Code]) -> bool:
             *found, holds = self._started(codes[0], self._example, target, True)
             return bool(holds[0]) and all(
-                np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, wanted, strict=True)
+                np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, expected, strict=True)
             )
 
         with contextlib.suppress(NotRecordedError):
@@ -239,13 +239,13 @@ class CompiledSolver(Solver):
         functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
-        wanted = self.in_one_go(self._own, self._example, target, self._local)
+        expected = self.in_one_go(self._own, self._example, target, self._local)
 
         def is_right(codes: list[Code]) -> bool:
             moved, step = self._step_of(codes)
-            if step(start, target) != (wanted is not None):
+            if step(start, target) != (expected is not None):
                 return False
-            return wanted is None or np.max(np.abs(moved - np.concatenate([wanted.x, wanted.c]))) <= _ALIKE
+            return expected is None or np.max(np.abs(moved - np.concatenate([expected.x, expected.c]))) <= _ALIKE
 
         codes = self._codes(functions, is_right, 1)
         return self._step_of(codes) if codes else self._single
@@ -254,7 +254,7 @@ class CompiledSolver(Solver):
         """Return a step by code of corrections, and unless freedoms are local of on which side of a singular pose one is."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
-        moved, flags, wanted = state[: size + 3], state[size + 3 :], given[:-1]
+        moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
         poses, rule = SolverState(moved[:size], moved[size:]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
         newton = Bound(codes[0], (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         sure = np.ones((1, n), dtype=bool)
@@ -263,7 +263,7 @@ class CompiledSolver(Solver):
 
         def step(start: Array, target: Array) -> bool:
             first[:] = moved[:] = start
-            flags[:], wanted[:] = rule, target
+            flags[:], expected[:] = rule, target
             self.impose(self._own, poses, target)
             newton()
             if not (flags[GOOD, 0] and flags[HOLDS, 0]):

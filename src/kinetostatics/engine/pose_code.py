@@ -90,14 +90,14 @@ class PoseCode:
         self._stages, self._parameters = stages, structure.values
         self._sizes = [len(structure.values), *(len(array) for array in example)]
         self._key = code_key(f"poses {lanes} {stages} {structure.key}")
-        wanted = outputs_at(Pose(model, *example), [name for stage in stages for name in stage])
+        expected = outputs_at(Pose(model, *example), [name for stage in stages for name in stage])
         make = [lambda: compiled(model, stages, example, self._sizes, lanes)]
-        is_right = lambda codes: self._is_right(codes[0], wanted, example)  # noqa: E731
+        is_right = lambda codes: self._is_right(codes[0], expected, example)  # noqa: E731
         self.is_there = bool(found_or_made([self._key], make if anew else None, is_right))
         if anew and not self.is_there:
             raise NotRecordedError("compiled code gives other numbers than NumPy")
 
-    def _is_right(self, code: Code, wanted: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
+    def _is_right(self, code: Code, expected: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
         """Take code, and return whether it gives at the example what NumPy gives."""
         if code.table["sizes"] != self._sizes:
             return False
@@ -107,7 +107,7 @@ class PoseCode:
         numbers, truths = self.computed(*example)
         found = {name: place.of(numbers, truths) for name, place in self.places.items()}
         closed = ("opening", "worst_equation")  # which are rounding
-        return bool(truths[0, 0]) and all(agree(wanted[name], found[name]) for name in found if name not in closed)
+        return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def stage_of(self, name: str) -> int:
         """Return the stage in which an output is computed."""
@@ -164,10 +164,10 @@ def compiled(
     return packed(table, text, lanes, 0 if quickly else 1)
 
 
-def agree(wanted: Array, found: Array) -> bool:
+def agree(expected: Array, found: Array) -> bool:
     """Whether arrays are the same but for rounding of their largest entry; NaN in the same places."""
-    if wanted.shape != found.shape or (wanted.dtype == bool) != (found.dtype == bool):
+    if expected.shape != found.shape or (expected.dtype == bool) != (found.dtype == bool):
         return False
-    if wanted.dtype == bool:
-        return bool(np.array_equal(wanted, found))
-    return bool(np.allclose(found, wanted, rtol=0, atol=_ALIKE * np.nanmax(np.abs(wanted), initial=1e-20), equal_nan=True))
+    if expected.dtype == bool:
+        return bool(np.array_equal(expected, found))
+    return bool(np.allclose(found, expected, rtol=0, atol=_ALIKE * np.nanmax(np.abs(expected), initial=1e-20), equal_nan=True))

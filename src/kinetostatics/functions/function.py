@@ -26,7 +26,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.parametric.robot_numbers import RobotNumber, numbers_of_parts
@@ -73,8 +73,8 @@ class Function:
         else:
             self.prescribed = prescribed_platform(names, convention)
             self.names = [name for name in convention.pose_names if name in names]
-        self.inputs: Mapping[str, Quantity] = Named(inputs_of(robot, names, by_actuators, orientation))
-        self.outputs: Mapping[str, Quantity] = Named(outputs_of(robot, outputs, compensates))
+        self.inputs: Mapping[str, Quantity] = ResultMapping(inputs_of(robot, names, by_actuators, orientation))
+        self.outputs: Mapping[str, Quantity] = ResultMapping(outputs_of(robot, outputs, compensates))
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
@@ -86,7 +86,7 @@ class Function:
         axes of its own frame, with all that hangs on it; of a loop ``.predecessor_placement`` and ``.successor_placement``.
         """
         found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
-        return Named({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
+        return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
 
     @cached_property
     def _numbers(self) -> dict[str, tuple[RobotNumber, ...]]:
@@ -299,7 +299,7 @@ class Jacobian:
                 parts = derivatives.by_numbers(function._numbers[name])
             for output, array in parts.items():
                 found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
-        return Named({output: Named(parts) for output, parts in found.items()})
+        return ResultMapping({output: ResultMapping(parts) for output, parts in found.items()})
 
     def export_c(
         self,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array
 
 Facts: TypeAlias = dict[str, Any]  # what the texts in C are filled in with, by name
@@ -58,7 +58,7 @@ class Values(Mapping[str, Array]):
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
-        self._arrays, self._made, self.origin = Named(arrays), pose, origin
+        self._arrays, self._made, self.origin = ResultMapping(arrays), pose, origin
 
     @cached_property
     def pose(self) -> Configuration:

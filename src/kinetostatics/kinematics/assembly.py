@@ -242,8 +242,8 @@ def _say_unreachable(
 ) -> None:
     mobility = robot.mobility.platform
     hints = robot.unit_hints(dict(zip(names, target, strict=True)))
-    wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
-    text = f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: "
+    expected = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
+    text = f"{robot.name!r} (mobility {mobility}) cannot reach {expected}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
         text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, "
         text += "and the one to there is longer"

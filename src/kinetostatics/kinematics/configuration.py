@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
@@ -130,7 +130,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def loop_gaps(self) -> Mapping[str, tuple[Array, Array]]:
         """How far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
-        return Named(self.robot.equations.loop_gaps(self.loop_residual, self.poses.x))
+        return ResultMapping(self.robot.equations.loop_gaps(self.loop_residual, self.poses.x))
 
     @cached_property
     def residual(self) -> Array:
@@ -182,14 +182,14 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def platform(self) -> Mapping[str, Array]:
         """All six platform coordinates, in the convention with which the pose was assembled."""
-        return Named(self.platform_coordinates())
+        return ResultMapping(self.platform_coordinates())
 
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The coordinate (…) of every driven joint [m, rad]."""
         coordinates = self.robot.joint_coordinates(self.model_q, self.frames)
         driven = self.robot.description.driven
-        return Named({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+        return ResultMapping({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
 
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
@@ -199,7 +199,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
             beyond = self.reached & ~within
             if np.any(beyond):
                 found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), *limits, beyond.reshape(self.shape))
-        return Named(found)
+        return ResultMapping(found)
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, gaps_at, wors
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
@@ -259,7 +259,7 @@ class RobotKinematics:
     @cached_property
     def beams(self) -> Mapping[str, BeamModel]:
         """All beams by name."""
-        return Named(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
+        return ResultMapping(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
 
     @cached_property
     def weights(self) -> Weights:

@@ -22,7 +22,7 @@ MOST_ITEMS, LONGEST = 12, 150
 NOISE = 1e-12
 
 
-class Named(Mapping[Key, Item]):
+class ResultMapping(Mapping[Key, Item]):
     """A read-only mapping with a short ``repr``; it can be joined with others by ``|`` into a dict."""
 
     __slots__ = ("_items",)
@@ -76,19 +76,21 @@ def mapping_words(mapping: Mapping[Key, object]) -> str:
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
     """Return the first keys of a mapping with their items in short; behind them how many are left out, if any are."""
-    shown: list[tuple[object, str]] = [(key, in_short(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)]
+    shown: list[tuple[object, str]] = [
+        (key, abbreviated(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)
+    ]
     left = len(mapping) - len(shown)
     return [*shown, (f"… {left} more", "")] if left else shown
 
 
-def in_short(value: object) -> str:
+def abbreviated(value: object) -> str:
     """Return a value in a few words: of arrays all numbers if they are few, else shape and range."""
     if isinstance(value, np.ndarray):
         return _array(value)
     if isinstance(value, Mapping):
         words = f"{len(value)} items: {', '.join(map(str, value))}" if value else "no items"
     elif isinstance(value, tuple):
-        words = "(" + ", ".join(map(in_short, value)) + ")"
+        words = "(" + ", ".join(map(abbreviated, value)) + ")"
     else:
         words = repr(value)
     return words if len(words) <= LONGEST else words[: LONGEST - 2] + " …"
@@ -111,7 +113,7 @@ class ShortRepr:
 
     def __repr__(self) -> str:
         shown = [
-            f"{item.name}={in_short(getattr(self, item.name))}"
+            f"{item.name}={abbreviated(getattr(self, item.name))}"
             for item in fields(self)  # type: ignore[arg-type]
             if item.repr and not _is_default(item, getattr(self, item.name))
         ]

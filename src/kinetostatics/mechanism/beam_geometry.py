@@ -246,8 +246,8 @@ class SpanFinder:
         adjacent = beam.link in (joint.predecessor, joint.successor)
         sliding = joint.type.slides is not Axes.NONE
         if end.side is not None and (sliding or not adjacent):
-            wanted = joint.predecessor if end.side == "parent" else joint.successor
-            goal: Callable[[str], bool] = wanted.__eq__
+            expected = joint.predecessor if end.side == "parent" else joint.successor
+            goal: Callable[[str], bool] = expected.__eq__
         elif adjacent:
             return beam.link, []
         else:

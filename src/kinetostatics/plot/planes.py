@@ -75,8 +75,8 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
         )
     given = None if ax is None else isinstance(ax, PolarAxes)
     if (given is not None and polar is not None and given != polar) or (given and not suits):
-        wanted = "axes made with projection='polar'" if polar else "axes without projection='polar'"
-        raise ArgumentError(f"this slice needs {wanted}")
+        expected = "axes made with projection='polar'" if polar else "axes without projection='polar'"
+        raise ArgumentError(f"this slice needs {expected}")
     return suits if polar is None and given is None else bool(polar or given)
 
 

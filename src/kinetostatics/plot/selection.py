@@ -43,7 +43,7 @@ class ShownAxis:
 
     def said(self, place: int) -> str:
         """Return "name = value unit" of one of the values."""
-        return _said(self.name, self.ticks[place] if self.ticks else f"{self.values[place]:.4g}", self.unit)
+        return _formatted(self.name, self.ticks[place] if self.ticks else f"{self.values[place]:.4g}", self.unit)
 
 
 @dataclass(frozen=True)
@@ -230,11 +230,11 @@ def _held(ds: xr.Dataset) -> list[str]:
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
         if value.dims == () and units in ("m", "rad"):
             size, unit = coordinate_unit(units, value.values)
-            found.append(_said(name, f"{float(value) / size:.4g}", unit))
+            found.append(_formatted(name, f"{float(value) / size:.4g}", unit))
     return found
 
 
-def _said(name: str, value: str, unit: str) -> str:
+def _formatted(name: str, value: str, unit: str) -> str:
     return f"{name} = {value} {unit}".replace(" °", "°").strip()
 
 

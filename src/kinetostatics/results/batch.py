@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
 
 
@@ -37,4 +37,4 @@ class Batch:
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
         """Join chunks (…, S, n) of S contributions to a quantity, by contribution; see :meth:`public`."""
         whole = self.public(chunks)
-        return Named({name: whole[..., k] for k, name in enumerate(sources)})
+        return ResultMapping({name: whole[..., k] for k, name in enumerate(sources)})

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.description.elements import Beam
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.limbs import beam_formulas
 from kinetostatics.math.arrays import Array, frozen
@@ -85,7 +85,7 @@ def beam_results(
         mine["euler_ratio"] = [ratio[name] for ratio in ratios]
         arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
         found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=members[name])
-    return Named(found)
+    return ResultMapping(found)
 
 
 def _points(beams: LoadedBeams, solution: Solution) -> Array:
@@ -105,7 +105,7 @@ def centre_lines(
         mine = [[array[..., g, :] for array in stack[k]] for stack, (k, g) in zip(stacks, places, strict=True)]
         axes, points = (batch.public(chunks) for chunks in zip(*mine, strict=True))
         found[name] = axes, points
-    return Named(found)
+    return ResultMapping(found)
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

@@ -17,7 +17,7 @@ from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.writer import write_text
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.linalg import matmul
@@ -173,7 +173,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The corrected coordinate (…) of every actuator [m, rad]."""
-        return Named({name: frozen(self.target.actuators[name] + shift) for name, shift in self.corrections.items()})
+        return ResultMapping({name: frozen(self.target.actuators[name] + shift) for name, shift in self.corrections.items()})
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
@@ -184,7 +184,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             shift = np.asarray(shift_of(self.target.actuators[name], value, connections[name].type.is_slide))
             shift = np.where(self.configuration.reached.reshape(self.shape), shift, np.nan)
             found[name] = frozen(np.asarray(shift))
-        return Named(found)
+        return ResultMapping(found)
 
     @property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -240,7 +240,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         angles = orientation.coordinates(loaded_R, near=wanted) - wanted
         names = orientation.pose_names
         rows = [*(loaded_position - position), *angles]
-        return Named({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
+        return ResultMapping({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
 
 
 def shift_of(wanted: Array, corrected: Array, is_slide: bool) -> Array:

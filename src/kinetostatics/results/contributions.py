@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.limbs.group import carried_wrench
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_twist
@@ -31,7 +31,7 @@ def beam_contributions(
         places = [d.places[name] for d in deformations]
         mine = [line[k][:, :, :, position] for line, (k, position) in zip(lines, places, strict=True)]
         found[name] = batch.by_source(solutions[0].sources, mine)
-    return Named(found)
+    return ResultMapping(found)
 
 
 def axial_contributions(
@@ -43,7 +43,7 @@ def axial_contributions(
         places = [d.places[name] for d in deformations]
         forces = [d.beams[k].axial_force()[:, position] for d, (k, position) in zip(deformations, places, strict=True)]
         found[name] = batch.by_source(solutions[0].sources, forces)
-    return Named(found)
+    return ResultMapping(found)
 
 
 def link_contributions(
@@ -70,7 +70,7 @@ def link_contributions(
         body, placement = mechanism.body_of[link]
         moved = [move_twist(t, s.frames.point(body, placement[:3, 3]) - s.o) for t, s in zip(twists, solutions, strict=True)]
         result[link] = batch.by_source(sources, moved)
-    return Named(result)
+    return ResultMapping(result)
 
 
 def source_contributions(
@@ -88,7 +88,9 @@ def source_contributions(
                 mine[item.kind, name] = mine.get((item.kind, name), 0.0) + twists[:, position]
         for (kind, name), twist in mine.items():
             parts.setdefault(kind, {}).setdefault(name, []).append(twist)
-    return Named({kind: Named({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()})
+    return ResultMapping(
+        {kind: ResultMapping({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()}
+    )
 
 
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
@@ -104,4 +106,4 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
         return frozen(sum((twist for key, twist in twists if key in part.keys), nothing))
 
     limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]
-    return Named({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})
+    return ResultMapping({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})

@@ -2,10 +2,10 @@
 
 Two measures of the joints' geometry, without units (lengths are compared by the robot's characteristic length):
 
-* *Constraint index* (``hold``): the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with Q_i an
-  orthonormal basis of J_ic. At a singular pose it is zero; limbs carry wrenches of the size 1/hold to resist a unit load along
-  that twist. The robots in ``robots/`` have 0.12 to 1 at their zero poses.
-* *Force amplification* (``gain``) of a limb with internal loops: the largest forces in its joints under a unit wrench of the
+* *Constraint index*: the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with Q_i an orthonormal basis
+  of J_ic. At a singular pose it is zero; limbs carry wrenches of the size 1/index to resist a unit load along that twist. The
+  robots in ``robots/`` have 0.12 to 1 at their zero poses.
+* *Force amplification* of a limb with internal loops: the largest forces in its joints under a unit wrench of the
   platform, relative to those at the generic poses near the zero pose. It is 1 there and infinite where the limb is singular.
 """
 
@@ -24,38 +24,43 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import balanced
 
-#: Hold below which a pose is nearly singular; so is one where a network's gain is above 1/HOLD.
-HOLD = 0.02
+#: Constraint index below which a pose is nearly singular, as is one with a force amplification above 1/LEAST_CONSTRAINT.
+LEAST_CONSTRAINT = 0.02
 #: Part of a unit twist that is left out where it is described.
 _NEGLIGIBLE = 2e-3
 
 
 @dataclass(frozen=True, eq=False)
 class NearSingularity:
-    """Constraint of the platform at poses (N,): ``hold``, and the largest ``gain`` of limbs with loops, 0 if none."""
+    """How well the platform is constrained at poses (N,); NaN where there are no numbers.
 
-    hold: Array
-    gain: Array
+    Attributes:
+        constraint_index: (N,) see the module.
+        force_amplification: (N,) the largest of all networks, 0 without any.
+    """
+
+    constraint_index: Array
+    force_amplification: Array
 
     @property
     def where(self) -> NDArray[np.bool_]:
         """Which poses (N,) are nearly singular."""
-        return (self.hold < HOLD) | (self.gain * HOLD > 1)
+        return (self.constraint_index < LEAST_CONSTRAINT) | (self.force_amplification * LEAST_CONSTRAINT > 1)
 
     @property
     def worst(self) -> int:
         """The number of the pose that is nearest to a singular one."""
-        return int(np.nanargmin(np.minimum(self.hold, 1 / np.maximum(self.gain, 1e-300))))
+        return int(np.nanargmin(np.minimum(self.constraint_index, 1 / np.maximum(self.force_amplification, 1e-300))))
 
 
 def near_singularity(result: Result) -> NearSingularity:
     """Judge all poses of a result."""
     valid = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
-    hold, gain = np.full((2, len(valid)), np.nan)
+    index, amplification = np.full((2, len(valid)), np.nan)
     if np.any(valid):
-        hold[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_held(result)[valid])[:, 0], 0.0))
-        gain[valid] = _gains(result)[0][valid]
-    return NearSingularity(hold, gain)
+        index[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_held(result)[valid])[:, 0], 0.0))
+        amplification[valid] = _amplifications(result)[0][valid]
+    return NearSingularity(index, amplification)
 
 
 def near_singular_message(result: Result) -> str | None:
@@ -65,13 +70,13 @@ def near_singular_message(result: Result) -> str | None:
     if not np.any(where):
         return None
     worst, length = found.worst, result.robot.length
-    if found.hold[worst] < HOLD:
+    if found.constraint_index[worst] < LEAST_CONSTRAINT:
         values, vectors = np.linalg.eigh(_held(result)[worst])
-        twists = canonical_basis(vectors[:, values < HOLD**2]).T
-        why = f"limbs must carry about {1 / found.hold[worst]:.2g} times what loads it there"
+        twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
+        why = f"limbs must carry about {1 / found.constraint_index[worst]:.2g} times what loads it there"
     else:
-        twists = _gains(result)[1][worst][None]
-        why = f"joints carry about {found.gain[worst]:.2g} times as much under such a load as near the zero pose"
+        twists = _amplifications(result)[1][worst][None]
+        why = f"joints carry about {found.force_amplification[worst]:.2g} times as much under such a load as near the zero pose"
     scale = np.repeat([1.0, length], 3)
     C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[worst]) * scale[:, None] * scale
     motions = [describe_twist(_clean(twist) / scale, length) + _stiffness(twist, C, length) for twist in twists]
@@ -100,10 +105,10 @@ def _held(result: Result) -> Array:
     return np.concatenate(sums)
 
 
-def _gains(result: Result) -> tuple[Array, Array]:
-    """Return the largest gain of all networks (N,), and the unit wrench (N, 6) that has it; 0 where there is no network."""
+def _amplifications(result: Result) -> tuple[Array, Array]:
+    """Return the largest force amplification (N,) of networks, and the unit wrench (N, 6) that has it (0 without any)."""
     usual: list[Array] | None = None
-    gains, loads = [], []
+    amplifications, loads = [], []
     for solution in result.solutions:
         best, load = np.zeros(solution.o.shape[1]), np.zeros((solution.o.shape[1], 6))
         for number, statics in enumerate(solution.statics):
@@ -115,9 +120,9 @@ def _gains(result: Result) -> tuple[Array, Array]:
             for ratio, wrench in zip(ratios, wrenches, strict=True):
                 load = np.where((ratio > best)[:, None], wrench, load)
                 best = np.maximum(best, ratio)
-        gains.append(best)
+        amplifications.append(best)
         loads.append(load)
-    return np.concatenate(gains), np.concatenate(loads)
+    return np.concatenate(amplifications), np.concatenate(loads)
 
 
 def _is_network(statics: LimbStatics) -> bool:

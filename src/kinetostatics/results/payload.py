@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.layout.mapping import Named, ShortRepr
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
@@ -57,8 +57,8 @@ def payload_coefficients(
     return PayloadCoefficients(
         PARAMETERS,
         batch.public(twists),
-        Named({name: batch.public([chunk[name] for chunk in forces]) for name in forces[0]}),
-        Named({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in joints_in_order(robot)}),
+        ResultMapping({name: batch.public([chunk[name] for chunk in forces]) for name in forces[0]}),
+        ResultMapping({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in joints_in_order(robot)}),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Index, Mask, frozen
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.math.threads import in_threads
@@ -123,4 +123,4 @@ class PoseArrays:
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
         """Return such a quantity by the labels of its first axis."""
         rows = np.moveaxis(self._of(name), len(self.shape), 0)
-        return Named({label: rows[k, ...] for k, label in enumerate(labels)})
+        return ResultMapping({label: rows[k, ...] for k, label in enumerate(labels)})

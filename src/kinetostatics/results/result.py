@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Report, Reported, late
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
@@ -82,7 +82,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     @cached_property
     def facts(self) -> Mapping[str, NDArray[np.bool_]]:
         """Truth values of every pose (…), by name: those of :data:`kinetostatics.status.FACTS`, independent of one another."""
-        return Named({name: getattr(self, name) for name in FACTS})
+        return ResultMapping({name: getattr(self, name) for name in FACTS})
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:
@@ -145,7 +145,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         of them depends on the choice of J_ig (the method page, section 4); their sum does not.
         """
         twists = self.by_mechanism.contributions
-        return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
+        return ResultMapping({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
     def by_mechanism(self) -> Result:
@@ -193,7 +193,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def link_loads(self) -> Mapping[str, Array]:
         """(…, 6) loads on links and the payload's weight by contribution, about o, world axes [N, N·m]."""
         names = [(k, item.load.name) for k, item in enumerate(self.solutions[0].applied) if item.load.kind == "load"]
-        return Named({name: self._batch.public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
+        return ResultMapping({name: self._batch.public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
 
     @cached_property
     def spring_forces(self) -> Mapping[str, Array]:
@@ -218,7 +218,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
                 rows = slice(constraint, ends[0]), slice(attached, ends[1])
                 found[limb.name] = LimbResult(self._batch, self, group, position, rows)
                 constraint, attached = ends
-        return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
+        return ResultMapping({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
     @cached_property
     def paper_forces(self) -> Mapping[str, Mapping[str, Array]]:
@@ -235,8 +235,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
             forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
             if limb.beams:
                 forces[f"f_{number}a"] = self.beams[limb.beams[0]].section_wrenches[..., 0, 0]
-            found[name] = Named(forces)
-        return Named(found)
+            found[name] = ResultMapping(forces)
+        return ResultMapping(found)
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
@@ -255,7 +255,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
         chunks = self._joint_wrenches
-        return Named(
+        return ResultMapping(
             {name: self._batch.public([w[:, k] for w in chunks]) for name, k in joints.joints_in_order(self.robot.statics)}
         )
 
@@ -264,7 +264,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """(…, 6) part of each joint's wrench due to each contribution to the twist, by joint and contribution."""
         chunks, order = self._joint_contributions, joints.joints_in_order(self.robot.statics)
         sources = self.sources
-        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
+        return ResultMapping({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -280,7 +280,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [joints.actuator_forces_from(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
         sources = self.sources
-        return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
+        return ResultMapping({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
@@ -291,7 +291,9 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
-        return Named({name: Named({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()})
+        return ResultMapping(
+            {name: ResultMapping({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()}
+        )
 
     @cached_property
     def base_wrench(self) -> Array:
@@ -345,7 +347,9 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         section 6). Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
         found = contributions.source_contributions(*self._motions)
-        return Named({kind: Named({name: self._moved(twist) for name, twist in own.items()}) for kind, own in found.items()})
+        return ResultMapping(
+            {kind: ResultMapping({name: self._moved(twist) for name, twist in own.items()}) for kind, own in found.items()}
+        )
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
@@ -365,4 +369,4 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
 
 def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
-    return Named({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})
+    return ResultMapping({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})

@@ -13,7 +13,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.layout.mapping import Named, ShortRepr
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.verification.frame import FrameModel
@@ -142,8 +142,8 @@ def verify(
         result.compliance,
         result.stiffness,
         result.joint_wrenches,
-        Named({name: _ends(beam) for name, beam in result.beams.items()}),
-        Named({name: float(value) for name, value in result.actuator_forces.items()}),
+        ResultMapping({name: _ends(beam) for name, beam in result.beams.items()}),
+        ResultMapping({name: float(value) for name, value in result.actuator_forces.items()}),
         theirs.torques,
     )
     ruler = _Ruler(model, theirs)
@@ -171,10 +171,10 @@ def verify(
         result,
         ours,
         theirs,
-        Named(differences),
-        Named(joint_differences),
-        Named(scatter),
-        Named(not_compared),
+        ResultMapping(differences),
+        ResultMapping(joint_differences),
+        ResultMapping(scatter),
+        ResultMapping(not_compared),
         model.length,
         within,
     )

@@ -22,7 +22,7 @@ class FrameBeam:
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) its weight, force and moment per length [N/m, N].
-        too_long: by how much it is longer than the distance of its ends while nothing strains it [m].
+        length_error: by how much it is longer than the distance of its ends while nothing strains it [m].
         lever: (3,) arm at which its weight hangs on it [m].
     """
 
@@ -32,7 +32,7 @@ class FrameBeam:
     axes: Array
     stiffness: tuple[float, ...]
     load: Array
-    too_long: float
+    length_error: float
     lever: Array
 
     @property
@@ -149,7 +149,7 @@ class FrameModel:
         for piece, point, force in self.pulls:
             loads[piece] += np.append(force, np.cross(point - self.references[piece], force))
         joints = tuple(replace(joint, assembly_error=np.zeros(6)) for joint in self.joints)
-        return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, too_long=0.0) for beam in self.beams))
+        return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, length_error=0.0) for beam in self.beams))
 
     def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
         """Return the hinges that the analysis counts as one with a joint, or this alone, and the pieces at their ends."""
@@ -180,4 +180,4 @@ class FrameModel:
         """Largest displacement that an assembly error causes by itself [m]."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
-        return max([*found, *(abs(beam.too_long) for beam in self.beams)], default=0.0)
+        return max([*found, *(abs(beam.length_error) for beam in self.beams)], default=0.0)

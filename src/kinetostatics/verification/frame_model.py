@@ -18,7 +18,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
 from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameModel, FrameTie
-from kinetostatics.verification.pieces import JointedBodies, Pieces, PlacedBeam
+from kinetostatics.verification.pieces import JointedBodies, PlacedBeam, RigidPieces
 
 if TYPE_CHECKING:
     from kinetostatics.description.elements import Spring
@@ -55,7 +55,7 @@ class _FrameBuilder:
         self.configuration = configuration
         self.description = configuration.robot.description
         self.assembly_errors = assembly_errors
-        self.pieces = Pieces(configuration)
+        self.pieces = RigidPieces(configuration)
         self.roots: list[int] = []
         masters = {joint.mimic.joint for joint in self.description.joints.values() if joint.mimic is not None}
         self.followed = masters & set(self.description.joint_stiffness)
@@ -219,9 +219,9 @@ class _FrameBuilder:
         )
         first, second = (self.number(piece) for piece in placed.pieces)
         assembly_error = self.assembly_errors.get(placed.name)
-        too_long = 0.0
+        length_error = 0.0
         if isinstance(assembly_error, Mapping) and not {"twist", "frame"} & set(assembly_error):
-            too_long = (
+            length_error = (
                 float(assembly_error.get("length", 0))
                 + beam.thermal_expansion * float(assembly_error.get("temperature", 0)) * length
             )
@@ -233,7 +233,7 @@ class _FrameBuilder:
             np.column_stack([x, y, np.cross(x, y)]),
             stiffness,
             self._mass(placed.name) / length * np.append(gravity, np.cross(lever, gravity)),
-            too_long,
+            length_error,
             lever,
         )
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.layout.mapping import Named, ShortRepr
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
 
@@ -27,7 +27,7 @@ PENALTY = 30.0
 LEVELS = 7
 #: Stiffness of free directions at the first level; each level halves it. Much of it disturbs a robot that is almost free to move,
 #: little of it loses a strut's spin in rounding: the next is tried where the numbers scatter by more than ``SURE``.
-GROUNDS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
+REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
 #: Seconds after which OpenSees is given up.
 PATIENCE = 300.0
@@ -65,7 +65,7 @@ class FrameSolution(ShortRepr):
     torques: frozenset[str]
 
 
-def levels(model: FrameModel, scale: Scale, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
+def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple[dict[str, Array], dict[str, Array]]:
     """Solve a frame for the displacements of some pieces, see :func:`_arrays`.
 
     Returns:
@@ -78,9 +78,11 @@ def levels(model: FrameModel, scale: Scale, probes: Sequence[int]) -> tuple[dict
     h = np.array([0.5**level for level in range(LEVELS)])
     best: tuple[float, dict[str, Array], dict[str, Array]] | None = None
     failure: OpenSeesError | None = None
-    for ground in GROUNDS:
+    for regularization in REGULARIZATIONS:
         try:
-            levels = [_arrays(level) for level in _run(frame | {"springs_at_level": [[PENALTY / x, ground * x] for x in h]})]
+            levels = [
+                _arrays(level) for level in _run(frame | {"springs_at_level": [[PENALTY / x, regularization * x] for x in h]})
+            ]
         except _SingularFrame as error:  # so little stiffness of the free directions is none
             failure = error
             continue
@@ -98,7 +100,7 @@ def levels(model: FrameModel, scale: Scale, probes: Sequence[int]) -> tuple[dict
 # ---- scaling -------------------------------------------------------------------------------------------------------------
 
 
-class Scale:
+class FrameUnits:
     """Units in which the frame is of order one: of length [m], stiffness [N/m] and force [N]."""
 
     def __init__(self, model: FrameModel) -> None:
@@ -124,7 +126,7 @@ class Scale:
         return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
 
 
-def _frame(model: FrameModel, scale: Scale, probes: Sequence[int]) -> dict[str, object]:
+def _frame(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> dict[str, object]:
     """Return the frame as plain numbers in units of ``scale``, for the worker, which tells how the pieces ``probes`` move."""
     nodes: list[list[float]] = []
     fixed: list[int] = []
@@ -205,7 +207,7 @@ def _at_ends(beam: FrameBeam) -> Array:
     L, (EA, GA_y, GA_z, _, EI_y, EI_z) = beam.length, beam.stiffness
     x, y, z = beam.axes.T @ beam.load[3:]
     phi_y, phi_z = 12 * EI_z / (GA_y * L**2), 12 * EI_y / (GA_z * L**2)
-    forces = np.array([EA / L * beam.too_long, z / (1 + phi_y), -y / (1 + phi_z)])
+    forces = np.array([EA / L * beam.length_error, z / (1 + phi_y), -y / (1 + phi_z)])
     moments = L / 2 * np.array([x, y * phi_z / (1 + phi_z), z * phi_y / (1 + phi_y)])
     return np.concatenate([beam.axes @ part for part in (-forces, moments, forces, moments)])
 
@@ -252,7 +254,7 @@ def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
-def answer(model: FrameModel, scale: Scale, raw: Mapping[str, Array]) -> FrameSolution:
+def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> FrameSolution:
     """Return an answer in SI units and by name."""
     wrenches: dict[str, Array] = {}
     row = 0
@@ -271,9 +273,9 @@ def answer(model: FrameModel, scale: Scale, raw: Mapping[str, Array]) -> FrameSo
         frozen(raw["twist"] * scale.twist),
         frozen(C),
         frozen(inverse(C, model.length)),
-        Named({name: frozen(wrench) for name, wrench in wrenches.items()}),
-        Named({name: frozen(wrench) for name, wrench in sections.items()}),
-        Named(forces),
+        ResultMapping({name: frozen(wrench) for name, wrench in wrenches.items()}),
+        ResultMapping({name: frozen(wrench) for name, wrench in sections.items()}),
+        ResultMapping(forces),
         torques,
     )
 

@@ -134,7 +134,7 @@ class PlacedBeam:
     points: Array
 
 
-class Pieces:
+class RigidPieces:
     """All rigid pieces of one pose.
 
     A telescopic beam joins two pieces of its own where it spans joints. The beam's mass moves with the link that carries it: the

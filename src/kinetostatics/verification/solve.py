@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Actuator, FrameModel
-from kinetostatics.verification.opensees import FrameSolution, Scale, answer, inverse, levels, series
+from kinetostatics.verification.opensees import FrameSolution, FrameUnits, answer, inverse, levels, series
 from kinetostatics.verification.turning import geometric_stiffness
 
-#: Change of a compliance, in units of the stiffest element's, from which on nothing but the ground of :data:`opensees.GROUNDS`
-#: holds a piece.
+#: Change of a compliance, in units of the stiffest element's, from which on nothing but a spring of
+#: :data:`opensees.REGULARIZATIONS` holds a piece.
 LOOSE = 1e9
 #: Part of the largest geometric stiffness, or of a motion's size, that is none.
 NOTHING = 1e-6
@@ -43,7 +43,7 @@ def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
         along = np.zeros(3) if part is None else ratio * part.axis
         parts = (np.zeros(3), along) if part is not None and part.rotates else (along, np.zeros(3))
         joints.append(replace(joint, assembly_error=np.concatenate(parts)))
-    beams = tuple(replace(beam, load=np.zeros(6), too_long=0.0) for beam in model.beams)
+    beams = tuple(replace(beam, load=np.zeros(6), length_error=0.0) for beam in model.beams)
     return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
 
 
@@ -60,7 +60,7 @@ def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution,
     moved = np.stack([way.twist for way in ways], axis=1)
 
     def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
-        return Named(
+        return ResultMapping(
             {
                 name: frozen(value + sum(a * pick(way)[name] for a, way in zip(w, ways, strict=True)))
                 for name, value in pick(held).items()
@@ -79,7 +79,7 @@ def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution,
         stiffness=frozen(inverse(C, model.length)),
         joint_wrenches=summed(lambda item: item.joint_wrenches),
         beam_wrenches=summed(lambda item: item.beam_wrenches),
-        actuator_forces=Named(forces),
+        actuator_forces=ResultMapping(forces),
     )
 
 
@@ -92,13 +92,13 @@ def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSo
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
     """
-    scale = Scale(model)
+    scale = FrameUnits(model)
     answers = _with_springs(model, robot, scale) if model.ties else levels(model, scale, [model.platform])
     all_levels, one_less = (answer(model, scale, raw) for raw in answers)
     return all_levels, one_less
 
 
-def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[dict[str, Array], dict[str, Array]]:
+def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return what :func:`levels` does, with the geometric stiffness of the forces at the pose.
 
     OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
@@ -110,7 +110,7 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: Scale) -> tuple[d
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
     first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
     found = []
-    # only what the ground alone holds has a compliance that is not the same in both
+    # only what the regularization alone holds has a compliance that is not the same in both
     of_ground = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
         K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)

@@ -79,8 +79,8 @@ def load_opensees() -> ModuleType:
     return ops
 
 
-def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
-    """Build the frame with blocked directions of stiffness ``penalty`` and free ones of stiffness ``ground``."""
+def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> None:
+    """Build the frame with blocked directions of stiffness ``penalty`` and free ones of stiffness ``regularization``."""
     ops.wipe()
     ops.model("basic", "-ndm", 3, "-ndf", 6)
     for tag, point in enumerate(frame["nodes"]):
@@ -90,7 +90,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
     for reference, tied in frame["ties"]:
         ops.rigidLink("beam", reference, tied)
     ops.uniaxialMaterial("Elastic", 1, penalty)
-    ops.uniaxialMaterial("Elastic", 2, ground)
+    ops.uniaxialMaterial("Elastic", 2, regularization)
     for spring in frame["springs"]:
         # materials of its own are numbered after the first two
         materials = []
@@ -113,9 +113,9 @@ def build(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> None:
     ops.analysis("Static", "-noWarnings")
 
 
-def solve(ops: ModuleType, frame: Frame, penalty: float, ground: float) -> Answer:
+def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
     """Return the probes' displacements under the loads and unit loads on each, and forces of joints and beams under the loads."""
-    build(ops, frame, penalty, ground)
+    build(ops, frame, penalty, regularization)
     answer = under_loads(ops, frame, penalty)
     for probe in frame["probes"]:
         for k in range(6):
@@ -222,7 +222,9 @@ def main() -> None:
         answer = {"missing": f"{type(cause).__name__}: {cause}"}
     else:
         try:
-            answer = {"levels": [solve(ops, frame, penalty, ground) for penalty, ground in frame["springs_at_level"]]}
+            answer = {
+                "levels": [solve(ops, frame, penalty, regularization) for penalty, regularization in frame["springs_at_level"]]
+            }
         except SingularFrameError as error:
             answer = {"singular": str(error)}
         except Exception as error:

@@ -172,7 +172,7 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
     return found
 
 
-def _said(labels: Labels) -> list[str]:
+def _reported_names(labels: Labels) -> list[str]:
     """Return the names of the coordinates that hold units, limbs and labels of dimensions that some variable has."""
     dims, units = labels.dims, {item.unit for item in labels.variables.values()}
     return [name for name, (mine, _) in labels.said.items() if {*mine} <= dims and (name in units or not name.endswith("_unit"))]
@@ -188,7 +188,7 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
         for dim in VARIABLES[name].dims if name in VARIABLES else ():
             if not labels.axes[dim]:
                 raise ArgumentError(f"{labels.robot!r} has no {_AXES[dim]}: there is no output {name!r}")
-    taken = {*labels.outputs, *labels.dims, *_said(labels)}
+    taken = {*labels.outputs, *labels.dims, *_reported_names(labels)}
     for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
         if name in taken:
             raise ArgumentError(
@@ -216,7 +216,7 @@ def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
         found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
     for name in (name for name in _AXES if name in labels.dims):
         found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]}, fastpath=True)
-    for name in _said(labels):
+    for name in _reported_names(labels):
         dims, values = labels.said[name]
         texts = np.array(values, dtype=str)
         texts = np.char.replace(texts, "·", " ") if name in UNITS else texts

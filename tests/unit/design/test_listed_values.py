@@ -6,8 +6,8 @@ import pytest
 
 from kinetostatics.design import search as module
 from kinetostatics.design.search import search
-from kinetostatics.design.sizes import Sizes
 from kinetostatics.design.variables import Choice, Range
+from kinetostatics.design.varied_numbers import VariedNumbers
 
 LENGTH = Range("length", 0.1, 0.5)
 ROWS = ((0.01, 0.002), (0.02, 0.001), (0.03, 0.004), (0.04, 0.001), (0.05, 0.002))
@@ -50,5 +50,5 @@ def test_of_a_list_the_values_around_the_best_one_are_tried_beside_a_range(tried
 @pytest.mark.parametrize(("values", "own"), [([0.02, 0.02], True), ([0.02, 0.03], False)])
 def test_numbers_that_are_to_be_alike_may_not_be_so_in_the_file(values, own):
     alike = {"rod_*.diameter": [SimpleNamespace(value=value) for value in values], "length": [SimpleNamespace(value=0.5)]}
-    sizes = Sizes(None, alike)
+    sizes = VariedNumbers(None, alike)
     assert sizes.are_own == own and sizes.own("rod_*.diameter") == pytest.approx(sum(values) / 2)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.layout.mapping import Named
+from kinetostatics.layout.mapping import ResultMapping
 
 
 @pytest.fixture(scope="module")
@@ -44,4 +44,4 @@ def test_all_mappings_of_a_result_and_of_a_description_say_so(result):
 
 def test_names_need_not_be_texts():
     with pytest.raises(ks.exceptions.UnknownNameError, match="there is no 3 here; known: 1, 2"):
-        Named({1: "a", 2: "b"})[3]
+        ResultMapping({1: "a", 2: "b"})[3]

@@ -14,7 +14,7 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
 from kinetostatics.layout.html import html_table
-from kinetostatics.layout.mapping import FEW, MOST_ITEMS, Named, in_short, mapping_words
+from kinetostatics.layout.mapping import FEW, MOST_ITEMS, ResultMapping, abbreviated, mapping_words
 from kinetostatics.sections import Tube
 from kinetostatics.status import Status
 
@@ -210,12 +210,12 @@ def test_html_is_escaped():
     assert Cells(text).rows == [["<i>", ""], ["<script>alert(1)</script>", '"&"']]
     named = RobotDescription.of("<a>", links=[Link("<l>")], joints=[], platform="<l>")
     assert "<l>" not in named._repr_html_() and "<a>" not in named._repr_html_()
-    assert "<x>" not in Named({"<x>": "<y>"})._repr_html_() and "<y>" not in Named({"<x>": "<y>"})._repr_html_()
+    assert "<x>" not in ResultMapping({"<x>": "<y>"})._repr_html_() and "<y>" not in ResultMapping({"<x>": "<y>"})._repr_html_()
 
 
 def test_named_is_a_mapping_that_cannot_be_changed():
     source = {"a": 1, "b": 2}
-    named = Named(source)
+    named = ResultMapping(source)
     source["c"] = 3
     assert isinstance(named, Mapping) and dict(named) == {"a": 1, "b": 2} == named.copy() and named == {"a": 1, "b": 2}
     assert "a" in named and "c" not in named and len(named) == 2 and list(reversed(named)) == ["b", "a"]
@@ -227,22 +227,24 @@ def test_named_is_a_mapping_that_cannot_be_changed():
     with pytest.raises(AttributeError):
         named.more = 1
     for copied in (copy.deepcopy(named), pickle.loads(pickle.dumps(named)), copy.copy(named)):
-        assert copied == named and type(copied) is Named
+        assert copied == named and type(copied) is ResultMapping
     with pytest.raises(TypeError):
         named | 3
 
 
 def test_values_in_short():
-    assert in_short(np.array(2.5)) == "2.5" and in_short(np.array([1.0, 1e-14, -2.0])) == "[1, 0, -2]"
-    assert in_short(np.array([1.0, 1e-11])) == "[1, 1e-11]"
-    assert in_short(np.arange(FEW + 1.0)) == f"array ({FEW + 1},), 0 to {FEW}" and in_short(np.arange(float(FEW)))[0] == "["
-    assert in_short(np.full((2, 3), np.nan)) == "array (2, 3), no finite number" and in_short(np.array(np.nan)) == "nan"
-    assert in_short(np.array([[np.nan, 3.0], [1.0, np.inf]])) == "array (2, 2), 1 to 3"
-    assert in_short(np.zeros((0, 6))) == "array (0, 6)" and in_short(np.array([True, False])) == "[1, 0]"
+    assert abbreviated(np.array(2.5)) == "2.5" and abbreviated(np.array([1.0, 1e-14, -2.0])) == "[1, 0, -2]"
+    assert abbreviated(np.array([1.0, 1e-11])) == "[1, 1e-11]"
+    assert abbreviated(np.arange(FEW + 1.0)) == f"array ({FEW + 1},), 0 to {FEW}" and abbreviated(np.arange(float(FEW)))[0] == "["
+    assert abbreviated(np.full((2, 3), np.nan)) == "array (2, 3), no finite number" and abbreviated(np.array(np.nan)) == "nan"
+    assert abbreviated(np.array([[np.nan, 3.0], [1.0, np.inf]])) == "array (2, 2), 1 to 3"
+    assert abbreviated(np.zeros((0, 6))) == "array (0, 6)" and abbreviated(np.array([True, False])) == "[1, 0]"
     assert (
-        in_short({"a": 1, "b": 2}) == "2 items: a, b" and in_short({}) == "no items" and in_short((1, np.array(2.0))) == "(1, 2)"
+        abbreviated({"a": 1, "b": 2}) == "2 items: a, b"
+        and abbreviated({}) == "no items"
+        and abbreviated((1, np.array(2.0))) == "(1, 2)"
     )
-    assert len(in_short("x" * 1000)) == 150
+    assert len(abbreviated("x" * 1000)) == 150
     assert mapping_words({"a": 1}) == "{'a': 1}" and mapping_words({}) == "{}"
     many = mapping_words({f"name_{k}": np.zeros((9, 9)) for k in range(20)})
     assert many.count("\n") == MOST_ITEMS and many.endswith("… 8 more}")

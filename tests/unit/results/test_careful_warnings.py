@@ -12,7 +12,7 @@ from swinging_plate import STEEL, Y, parallelogram
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Origin, RobotDescription
-from kinetostatics.results.near_singular import HOLD, near_singularity
+from kinetostatics.results.near_singular import LEAST_CONSTRAINT, near_singularity
 from kinetostatics.results.warnings import _large_motions, _open_loops
 from kinetostatics.sections import Tube
 
@@ -128,7 +128,7 @@ def test_hold_is_the_smallest_singular_value_of_the_legs_lines():
         lines = np.array([np.concatenate([f, m / result.robot.length]) for f, m in rows])
         lines /= np.linalg.norm(lines, axis=1)[:, None]
         expected = np.linalg.svd(lines, compute_uv=False)[-1]
-        assert near_singularity(result).hold == pytest.approx([expected], rel=1e-9)
+        assert near_singularity(result).constraint_index == pytest.approx([expected], rel=1e-9)
 
 
 def test_poses_beside_a_singular_one_are_said():
@@ -137,9 +137,9 @@ def test_poses_beside_a_singular_one_are_said():
     assert not any("singular" in text for text in gough_at(low).warnings)
     for _ in range(16):
         middle = (low + high) / 2
-        low, high = (middle, high) if near_singularity(gough_at(middle)).hold[0] > HOLD else (low, middle)
+        low, high = (middle, high) if near_singularity(gough_at(middle)).constraint_index[0] > LEAST_CONSTRAINT else (low, middle)
     before, after = gough_at(low), gough_at(high)
-    assert near_singularity(before).hold[0] == pytest.approx(HOLD, rel=1e-4)
+    assert near_singularity(before).constraint_index[0] == pytest.approx(LEAST_CONSTRAINT, rel=1e-4)
     assert not any("singular" in text for text in before.warnings) and after.status == before.status
     (text,) = [text for text in after.warnings if "singular" in text]
     motion = "a rotation about the axis (0, 0, 1) through o + (0, 0, 0) m with a pitch of -0.066"
@@ -162,7 +162,7 @@ def test_batches_say_how_many():
     (text,) = [text for text in ks.analyze(near).warnings if "singular" in text]
     assert text.startswith("2 of 4 poses are nearly singular, at the worst: the platform is hardly held against a rotation about")
     alone = near_singularity(gough_at(89.5))
-    assert near_singularity(ks.analyze(near)).hold[3] == pytest.approx(alone.hold[0], rel=1e-6)
+    assert near_singularity(ks.analyze(near)).constraint_index[3] == pytest.approx(alone.constraint_index[0], rel=1e-6)
     drives = {"prismatic_1": [50.0], "prismatic_2": 0.0, "prismatic_3": 0.0}
     lost = ks.analyze(package_robots.robot("3rps").assemble(actuators=drives))
     assert ks.Status.UNREACHABLE in lost.status
@@ -200,15 +200,17 @@ def tilting(lean):
 def test_networks_that_nearly_collapse_are_said():
     """The rods' forces under a moment grow with the inverse of the sine of the angle between rods and plate."""
     upright = near_singularity(tilting(0.0))
-    assert upright.hold == pytest.approx([1.0], rel=1e-9) and upright.gain == pytest.approx([1.0], abs=0.1)
+    assert upright.constraint_index == pytest.approx([1.0], rel=1e-9) and upright.force_amplification == pytest.approx(
+        [1.0], abs=0.1
+    )
     angles = np.array([1.50, 1.54, 1.565])
-    gains = np.array([near_singularity(tilting(angle)).gain[0] for angle in angles])
+    gains = np.array([near_singularity(tilting(angle)).force_amplification[0] for angle in angles])
     np.testing.assert_allclose(gains * np.cos(angles), gains[-1] * np.cos(angles[-1]), rtol=0.02)
     for angle, value in zip(angles, gains, strict=True):
         found = [text for text in tilting(angle).warnings if "singular" in text]
-        assert bool(found) == (value > 1 / HOLD), (angle, value, found)
+        assert bool(found) == (value > 1 / LEAST_CONSTRAINT), (angle, value, found)
         assert not found or "times as much under such a load as near the zero pose" in found[0]
-    assert gains[0] < 1 / HOLD < gains[-1]
+    assert gains[0] < 1 / LEAST_CONSTRAINT < gains[-1]
 
 
 def test_inertias_count_as_given():

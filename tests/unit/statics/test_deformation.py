@@ -81,13 +81,13 @@ def test_what_the_platform_puts_on_a_network_is_what_its_joints_carry():
     total = limb.constraint_wrenches @ limb.intensities + limb.attached_wrenches @ limb.attached_intensities
     np.testing.assert_allclose(total, limb.wrench, rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(total[:3], LOAD[:3] + 2.0 * np.array([1.0, 2.0, -9.0]), rtol=1e-9)
-    assert near_singularity(found).gain.tolist() == pytest.approx([1.0], rel=0.5)
+    assert near_singularity(found).force_amplification.tolist() == pytest.approx([1.0], rel=0.5)
 
 
 def test_a_single_way_is_no_network_that_could_collapse():
     drive = '<transmission name="t"><joint name="mount"/></transmission>'
     found = near_singularity(ks.analyze(mount(drive, kind="revolute").assemble()))
-    assert found.gain.tolist() == [0.0] and not found.where.any()
+    assert found.force_amplification.tolist() == [0.0] and not found.where.any()
 
 
 @pytest.mark.parametrize(

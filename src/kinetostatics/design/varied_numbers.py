@@ -14,7 +14,7 @@ from kinetostatics.robot import Robot
 
 
 @dataclass(frozen=True)
-class Sizes:
+class VariedNumbers:
     """Numbers that are varied, and the robots that they make.
 
     Attributes:
@@ -48,7 +48,7 @@ class Sizes:
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
-def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> Sizes:
+def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
     """Return the numbers of a robot that are named.
 
     Args:
@@ -69,4 +69,4 @@ def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tupl
             raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern are alike")
     for name, unit in typed:
         check_unit(alike[name][0], unit, "vary")
-    return Sizes(robots, alike)
+    return VariedNumbers(robots, alike)
