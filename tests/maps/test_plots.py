@@ -435,7 +435,8 @@ def test_lines_differ_without_colour(ds):
         (["twist:x", "twist:rx"], {"x": "rx", "at": {"z": 0.5, "ry": 0}}, "quantities in m and rad do not go into one figure"),
         ([], {}, "one to 6 quantities"),
         (["twist:x", "twist:y"], {"series": "z", "x": "rx", "at": {"ry": 0}}, "a series shows one"),
-        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be the axis and the series"),
+        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be an axis of the figure"),
+        ("twist:x", {"series": {"z": 7 * [0.3]}, "x": "rx", "at": {"ry": 0}}, "at most 6 values, not 7"),
         ("twist:x", {"x": "rx", "at": {"z": 0.5}}, "ry has 7 values"),
         ("twist:x", {"at": {"z": 0.5, "rx": 0, "ry": 0}}, "a line needs one coordinate with several values; not fixed are: none"),
     ],
@@ -1002,17 +1003,18 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
     assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9])
-def test_a_surface_for_each_of_few_values_and_the_middle_one_of_many(ds, count):
+@pytest.mark.parametrize("count", [2, 5, 6, 7, 9])
+@pytest.mark.parametrize("kind, most", [("surface", 5), ("line", 6)])
+def test_a_series_shows_all_of_few_values_and_says_how_many_of_many(ds, kind, most, count):
     values = np.linspace(-0.2, 0.2, count)
-    many = ds.isel(z=0, drop=True).expand_dims(rz=values)
+    many = (ds.isel(z=0, drop=True) if kind == "surface" else ds.isel(z=0, ry=3, drop=True)).expand_dims(rz=values)
     many.rz.attrs["units"] = "rad"
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
-        ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", series="rz")
+        ax = getattr(ks.plot, kind)(many, "linear_sag", x="rx", series="rz")
     left_out = f"5 of the {count} values of rz"
-    assert [str(item.message) for item in said] == [f"the figure shows surfaces of {left_out}"] * (count > 5)
-    assert (left_out in ax.get_title()) == (count > 5)
+    assert [str(item.message) for item in said] == [f"the figure shows {left_out}"] * (count > most)
+    assert (left_out in ax.get_title()) == (count > most)
     named = [text.get_text() for text in figure_of(ax).legends[0].get_texts()]
-    assert len([name for name in named if "rz" in name]) == min(count, 5)
+    assert len([name for name in named if "rz" in name]) == (count if count <= most else 5)
     assert count % 2 == 0 or any("= 0" in name for name in named)

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plot.display_units import label, typeset
 from kinetostatics.plot.masks import check_numbers, common_masks, draw_masks, edges, patches_of
-from kinetostatics.plot.selection import axis_of, chosen_names, in_figure_units, select, select_each
+from kinetostatics.plot.selection import chosen_names, in_figure_units, select, select_each
 from kinetostatics.plot.style import (
     COLOURS,
     DASHES,
@@ -33,7 +33,7 @@ def line(
     what: str | Sequence[str] = "linear_sag",
     x: str | None = None,
     *,
-    series: str | None = None,
+    series: str | Mapping[str, Sequence[float]] | None = None,
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
     beyond_limits: bool = False,
@@ -45,7 +45,8 @@ def line(
         ds: of :func:`kinetostatics.sweep`.
         what: as in :func:`kinetostatics.indices.quantity`, or a list of that.
         x: the name of the coordinate to the right; default: the first that is swept and not fixed.
-        series: the name of another coordinate: one line for each of its values, or for six of them, evenly chosen.
+        series: the name of another coordinate: one line for each of its values, or for five of them if there are
+            more than six, which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose up to six.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantities; default: what suits.
         beyond_limits: show poses beyond the joints' limits like all others.
@@ -61,17 +62,19 @@ def line(
     if not names or len(names) > len(DASHES) or (series is not None and len(names) > 1):
         raise ArgumentError(f"one to {len(DASHES)} quantities go into one figure, and a series shows one")
     at = dict(at or {})
-    (x,) = chosen_names(ds, (x,), (*at, series or ""), "a line")
+    chosen = next(iter(series.values())) if isinstance(series, Mapping) and series else ()
+    if len(chosen) > len(DASHES):
+        raise ArgumentError(f"a series of lines has at most {len(DASHES)} values, not {len(chosen)}")
+    fixed = () if series is None else (series,) if isinstance(series, str) else tuple(series)
+    (x,) = chosen_names(ds, (x,), (*at, *fixed), "a line")
+    note = ""
     if series is None:
         found = [select(ds, name, (x,), at, beyond_limits) for name in names]
         parts = {part.long_name: part for part in found}
         if len(parts) < len(found):
             parts = {part.what: part for part in found}
     else:
-        axis_of(ds, series)  # complains about its name first
-        if series == x:
-            raise ArgumentError(f"{x} cannot be the axis and the series")
-        parts = select_each(ds, names[0], (x,), series, len(DASHES), at, beyond_limits)
+        parts, note = select_each(ds, names[0], (x,), series, len(DASHES), at, beyond_limits)
     check_numbers(", ".join(names), list(parts.values()), "this line" if len(parts) == 1 else "these lines")
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
@@ -96,7 +99,12 @@ def line(
     draw_masks(ax, borders, np.array([0.0, 1.0]), masks, transform=ax.get_xaxis_transform())  # over the whole height
     shown = {part.long_name for part in parts.values()}
     text = shown.pop() if len(shown) == 1 else _common(list(shown))
-    ax.set(xlabel=across.label, ylabel=label(text, unit), title=title_of(ax, first.fixed), xlim=(borders[0], borders[-1]))
+    ax.set(
+        xlabel=across.label,
+        ylabel=label(text, unit),
+        title=title_of(ax, ", ".join(filter(None, (first.fixed, note)))),
+        xlim=(borders[0], borders[-1]),
+    )
     name_ticks(ax.xaxis, across)
     if len(parts) > 1 or masks:
         handles = ax.get_lines() if len(parts) > 1 else []

@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR
@@ -169,25 +170,40 @@ def select_each(
     ds: xr.Dataset,
     what: str,
     dims: Sequence[str],
-    other: str,
-    chosen: int | Sequence[float],
+    series: str | Mapping[str, Sequence[float]],
+    most: int,
     at: Mapping[str, float],
     beyond_limits: bool,
-) -> dict[str, Selection]:
+) -> tuple[dict[str, Selection], str]:
     """Return what :func:`select` does at several values of one more coordinate, each by "name = value unit".
 
     Args:
         ds, what, dims, at, beyond_limits: as there.
-        other: name of the coordinate.
-        chosen: its values; or how many at most, evenly chosen.
+        series: the coordinate with its values; or its name, for all of its values, or some of more than ``most``.
+        most: see there.
+
+    Returns:
+        The selections; and, where not all values are chosen although none is named, how many are, which is warned of too.
+
+    Raises:
+        ArgumentError: the coordinate is not one, or has another task in the figure.
     """
-    axis = axis_of(ds, other)
-    if isinstance(chosen, int):
-        count = len(axis.values)
-        places = np.unique(np.linspace(0, count - 1, min(count, chosen)).round().astype(int)).tolist()
+    if not isinstance(series, str) and len(series) != 1:
+        raise ArgumentError("series takes one coordinate")
+    other = series if isinstance(series, str) else next(iter(series))
+    axis = axis_of(ds, other)  # complains about its name first
+    if other in dims or other in at:
+        raise ArgumentError(f"{other} cannot be an axis of the figure, or fixed, and its series too")
+    note, count = "", len(axis.values)
+    if isinstance(series, str):
+        shown = count if count <= most else most - 1 + most % 2  # of an odd number the middle one is among them
+        places = np.linspace(0, count - 1, shown).round().astype(int).tolist()
+        if len(places) < count:
+            note = f"{len(places)} of the {count} values of {other}"
+            warn(f"the figure shows {note}")
     else:
-        places = [place_of(ds[other], axis, value) for value in chosen]
-    return {axis.said(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}
+        places = [place_of(ds[other], axis, value) for value in series[other]]
+    return {axis.said(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}, note
 
 
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:

@@ -14,14 +14,11 @@ from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import label, typeset, wrapped
 from kinetostatics.plot.masks import check_numbers, common_masks, edges
 from kinetostatics.plot.selection import (
-    Selection,
-    axis_of,
     check_range,
     chosen_names,
     free_names,
@@ -33,7 +30,7 @@ from kinetostatics.plot.selection import (
 from kinetostatics.plot.solids import faces, grid_quads
 from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
-#: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.
+#: Most surfaces of a figure that is not told which.
 SURFACES = 5
 #: Greys of the floor, one for each reason why there is no number.
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
@@ -90,15 +87,14 @@ def surface(
     if third is None:
         left = free_names(ds, (*at, x, y))
         third = left[0] if len(left) == 1 else None
-    parts = _parts(ds, what, (x, y), third, series, at, beyond_limits)
+    if third is None:
+        parts, left_out = {"": select(ds, what, (x, y), at, beyond_limits)}, ""
+    else:
+        parts, left_out = select_each(ds, what, (x, y), series or third, SURFACES, at, beyond_limits)
     for axis in next(iter(parts.values())).axes:
         if len(axis.values) == 1:
             raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
     check_numbers(what, list(parts.values()), "these surfaces")
-    left_out = ""
-    if third is not None and not isinstance(series, Mapping) and len(parts) < ds.sizes[third]:
-        left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
-        warn(f"the figure shows surfaces of {left_out}")
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across, up = first.axes
@@ -147,26 +143,6 @@ def surface(
         ]
         legend_below(figure, [*named, *patches])
     return ax
-
-
-def _parts(
-    ds: xr.Dataset,
-    what: str,
-    dims: Sequence[str],
-    third: str | None,
-    series: str | Mapping[str, Sequence[float]] | None,
-    at: Mapping[str, float],
-    beyond_limits: bool,
-) -> dict[str, Selection]:
-    if third is None:
-        return {"": select(ds, what, dims, at, beyond_limits)}
-    axis_of(ds, third)  # complains about its name first
-    if third in dims or third in at:
-        raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
-    if isinstance(series, Mapping) and len(series) != 1:
-        raise ArgumentError("series takes one coordinate")
-    chosen = series[third] if isinstance(series, Mapping) else SURFACES
-    return select_each(ds, what, dims, third, chosen, at, beyond_limits)
 
 
 def _cells(x: Array, y: Array, where: NDArray[np.bool_], height: float) -> list[Array]:
