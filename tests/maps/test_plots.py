@@ -719,16 +719,20 @@ def test_grids_in_any_order_are_drawn_sorted(ds):
     np.testing.assert_array_equal(one.get_xydata(), two.get_xydata())
 
 
-def test_numbers_of_lines_stay_on_the_axes():
-    grid = {"x": (np.linspace(-0.5, 0.5, 21), "m"), "y": (np.linspace(-0.5, 0.5, 31), "m")}
-    twist = np.zeros((21, 31, 6))
-    twist[..., 0] = 1e-6 * np.linspace(0, 300, 31)
-    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+@pytest.mark.parametrize("names", ["xy", ("azimuth", "tilt")])
+def test_numbers_of_lines_touch_nothing(names):
+    ends = (-0.5, 0.5) if names == "xy" else (-np.pi, np.pi)
+    grid = {names[0]: (np.linspace(*ends, 41)[:40], "m" if names == "xy" else "rad"), names[1]: (np.linspace(0, 1, 31), "rad")}
+    twist = np.zeros((40, 31, 6))
+    twist[..., 0] = 1e-6 * (np.linspace(0, 1, 31) ** 6 * 300 + 20 * np.cos(grid[names[0]][0])[:, None])  # crowded outside
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x", contours=12)
     ax.figure.draw_without_rendering()
-    boxes = [text.get_window_extent() for text in ax.texts]
-    assert len(boxes) >= 4
-    for box in boxes:
-        assert ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 and ax.bbox.y0 <= box.y0 and box.y1 <= ax.bbox.y1
+    numbers = [text.get_window_extent() for text in ax.texts]
+    ticks = [text.get_window_extent() for axis in (ax.xaxis, ax.yaxis) for text in axis.get_ticklabels()]
+    assert len(numbers) >= 4
+    for k, box in enumerate(numbers):
+        assert not any(box.overlaps(other) for other in numbers[:k] + ticks)
+        assert all(ax.patch.contains_point(corner) for corner in box.corners())
 
 
 @pytest.mark.few(2)

@@ -10,7 +10,6 @@ from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.contour import ContourSet
 from matplotlib.path import Path
-from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 
 from kinetostatics.plot.display_units import label
@@ -104,6 +103,7 @@ def slice(
     draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
     ax.set_title(title_of(ax, shown.fixed))
     label_axes(ax, plane, *shown.axes)
+    lines = None
     if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
         bar.set_ticks([low])
     elif contours and min(masked.shape) > 1:
@@ -113,49 +113,34 @@ def slice(
         lines.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white", alpha=0.7)])
         bar.set_ticks(levels)
         bar.ax.hlines(levels, 0, 1, colors="white", linewidth=0.6, transform=bar.ax.get_yaxis_transform())
-        for number in (_number_round if plane.polar else _number)(ax, lines):
-            number.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
     legend_of(figure, masks)
+    if lines is not None:
+        _number(ax, lines)
     return ax
 
 
-def _number(ax: Axes, lines: ContourSet) -> list[Text]:
-    """Write values at lines of equal value, with gaps for them, where they do not reach beyond the axes."""
-    # where Matplotlib would write them; lines get their gaps only afterwards
-    tried = list(ax.clabel(lines, inline=False, fontsize=NUMBERS, fmt=_short))
-    low, high = np.array(ax.bbox.min), np.array(ax.bbox.max)
-    places, levels = [], list(lines.levels)
-    for text in tried:
-        box = text.get_window_extent()
-        middle = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
-        half = np.array([box.width, box.height]) / 2 + 1
-        inside = np.clip(middle, low + half, high - half)
-        if not np.allclose(inside, middle):  # along its line, if that goes there
-            level, _, _, x, y, _ = lines.find_nearest_contour(float(inside[0]), float(inside[1]), pixel=True)
-            stays = _short(levels[level]) == text.get_text() and np.hypot(*(inside - (x, y))) < half.max()
-            inside = np.array([x, y]) if stays else middle
-        places.append(tuple(ax.transData.inverted().transform(inside)))
-        text.remove()
-    return list(ax.clabel(lines, manual=places, inline_spacing=2, fontsize=NUMBERS, fmt=_short)) if places else []
-
-
-def _number_round(ax: Axes, lines: ContourSet) -> list[Text]:
-    """Write values in the middle of lines of equal value on polar axes, where Matplotlib's own way tears lines apart."""
-    found = []
-    rim = 0.95 * ax.get_ylim()[1]
+def _number(ax: Axes, lines: ContourSet) -> None:
+    """Write values on lines of equal value, where they touch neither each other, nor the frame, nor numbers of the axes."""
+    figure = figure_of(ax)
+    figure.draw_without_rendering()  # places of what is there already
+    taken = [name.get_window_extent() for axis in (ax.xaxis, ax.yaxis) for name in axis.get_ticklabels()]
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         for piece in np.split(path.vertices, np.flatnonzero(path.codes == Path.MOVETO)[1:]):
-            steps = np.diff(ax.transData.transform(piece), axis=0)
-            length = np.cumsum(np.hypot(*steps.T)) * 72 / figure_of(ax).dpi
-            if len(steps) == 0 or length[-1] < 5 * NUMBERS:
+            places = ax.transData.transform(piece)
+            if len(piece) < 2 or np.hypot(*np.diff(places, axis=0).T).sum() * 72 / figure.dpi < 5 * NUMBERS:
                 continue
-            k = int(np.searchsorted(length, length[-1] / 2))
-            if piece[k, 1] < rim:
-                angle = (np.degrees(np.arctan2(*steps[k, ::-1])) + 90) % 180 - 90
-                found.append(
-                    ax.text(piece[k, 0], piece[k, 1], _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle)
-                )
-    return found
+            for part in (0.5, 0.35, 0.65, 0.2, 0.8):
+                at = min(int(part * len(piece)), len(piece) - 2)
+                run, rise = places[at + 1] - places[at]
+                angle = (np.degrees(np.arctan2(rise, run)) + 90) % 180 - 90
+                number = ax.text(*piece[at], _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
+                box = number.get_window_extent().padded(figure.dpi / 72)
+                inside = all(ax.patch.contains_point(corner) for corner in box.corners())
+                if inside and not any(box.overlaps(other) for other in taken):
+                    number.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
+                    taken.append(box)
+                    break
+                number.remove()
 
 
 def _short(level: float) -> str:
