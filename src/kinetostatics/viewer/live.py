@@ -137,8 +137,8 @@ class LiveRobot:
         try:
             configuration = self._assembled({kind: values})
         except AssemblyError as error:
-            rim = str(error)
             configuration = self._rim(kind, values, error)
+            rim = self._rim_text(kind, values, configuration)
         scene = self._scene(self._analyzed(configuration), groups)
         self.configuration = configuration
         return {**scene, "rim": rim}
@@ -165,6 +165,16 @@ class LiveRobot:
                 with contextlib.suppress(KinetostaticsError):
                     return self._assembled({kind: way})
         return self.configuration
+
+    def _rim_text(self, kind: str, values: Mapping[str, float], rim: Configuration) -> str:
+        """Return which coordinates stay short of what was asked, in the units and digits of their sliders."""
+        reached = rim.platform_coordinates(self.orientation) if kind == "platform" else rim.actuators
+        words = []
+        for name, unit in ((name, "mm" if self.factors[kind, name] == 1e-3 else "°") for name in values):
+            asked, there = (float(value) / self.factors[kind, name] + 0.0 for value in (values[name], reached[name]))
+            if abs(asked - there) > 0.05:
+                words.append(f"{name} = {asked:.1f} {unit} (the robot stops at {there:.1f} {unit})")
+        return f"cannot reach {', '.join(words)}" if words else "cannot reach this pose"
 
     def _scene(self, result: Result, groups: set[str] | None = None) -> dict[str, object]:
         scene = describe_scene(result, visuals=self.visuals, like=self.scene, groups=groups)

@@ -224,8 +224,8 @@ function facts(robot) {
 function writePanel(scale) {
   const { scene } = page.robots[0], { displacement, rotation } = scene.units;
   if (!scene.unloaded) writeTwist(scene, displacement, rotation);
-  const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
-  element("robot-notes").innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
+  Object.assign(element("robot-message"), { textContent: page.error || "", hidden: !page.error }); // over the picture: sliders stay
+  element("robot-notes").innerHTML = scene.notes.slice(0, 3).map((note) => `<p>${escape(note)}</p>`).join("");
   element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
     .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
   writeLegend(scale);
