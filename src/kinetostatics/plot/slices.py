@@ -133,7 +133,8 @@ def _number(ax: Axes, lines: ContourSet) -> None:
                 at = min(int(part * len(piece)), len(piece) - 2)
                 run, rise = places[at + 1] - places[at]
                 angle = (np.degrees(np.arctan2(rise, run)) + 90) % 180 - 90
-                number = ax.text(*piece[at], _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
+                x, y = piece[at].tolist()
+                number = ax.text(x, y, _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
                 box = number.get_window_extent().padded(figure.dpi / 72)
                 inside = all(ax.patch.contains_point(corner) for corner in box.corners())
                 if inside and not any(box.overlaps(other) for other in taken):
