@@ -471,6 +471,6 @@ def test_export_names_what_is_wrong(capsys, tmp_path):
     code, _, err = run(capsys, "export", "five_bar", "--out", tmp_path, "--scalar", "half")
     assert code == 2 and "scalar" in err and "half" in err
     code, _, err = run(capsys, "export", "five_bar", "--platform", "x", "y", "--by", "x", "--out", tmp_path)
-    assert code == 2 and "say of what with --jacobian" in err
+    assert code == 2 and "name the outputs to differentiate with --jacobian" in err
     code, _, err = run(capsys, "export", "five_bar", "--compensate", "--out", tmp_path)
-    assert code == 2 and "wants platform=" in err
+    assert code == 2 and "needs platform=" in err

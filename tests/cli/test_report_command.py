@@ -150,7 +150,7 @@ def test_finite_elements_have_their_say(html):
     ("more", "message"),
     [
         (["--sweep", "prismatic_1=0"], "coordinates of actuators and of the platform cannot vary together"),
-        (["--sweep", "z=0:1"], "does not say how many values"),
+        (["--sweep", "z=0:1"], "does not give the number of values"),
         (["--title"], "expected one argument"),
         (["--out", "nowhere/x.html"], "--out: there is no folder"),
         (["--out", "x.pdf"], "x.pdf: a report is an HTML page, which a browser prints as PDF; name it 'x.html'"),

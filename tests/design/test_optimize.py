@@ -279,7 +279,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ("wall [mm],diameter [mm]", ""),  # in any order
         ("rod_inner_diameter [mm],rod_outer_diameter [mm]", ""),
         ("OD [mm],wall thickness [mm]", "the titles OD, wall thickness do not tell which column is 'outer_diameter'"),
-        ("outer_diameter [mm],wall thickness [mm]", "do not tell which column is 'inner_diameter': title it so"),
+        ("outer_diameter [mm],wall thickness [mm]", "has the title 'inner_diameter': name its column so"),
         ("outer_diameter [mm],tube_diameter [mm],wall [mm]", ""),  # the parameter's own name comes first
         ("rod_diameter [mm],tube_diameter [mm],wall [mm]", "do not tell which column is 'outer_diameter'"),
     ],

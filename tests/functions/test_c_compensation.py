@@ -81,7 +81,7 @@ def test_the_function_is_compensate():
 
 def test_what_does_not_go_with_compensation_is_told(tmp_path):
     robot = package_robots.robot("3rps")
-    with pytest.raises(ks.ArgumentError, match=r"compensate=True \(--compensate\) wants platform= \(--platform\), the names"):
+    with pytest.raises(ks.ArgumentError, match=r"compensate=True \(--compensate\) needs platform= \(--platform\), the names"):
         ks.compile(robot, compensate=True)
     with pytest.raises(ks.ArgumentError, match=r"'residual_error' is of functions that compensate"):
         ks.compile(robot, TRIPOD, outputs="residual_error")

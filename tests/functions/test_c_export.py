@@ -86,11 +86,11 @@ def test_a_state_may_start_at_another_pose_where_the_zero_pose_is_singular(tmp_p
         size = np.max(np.abs(expected[here][:, part]), axis=1)
         assert np.max(np.abs(found[here][:, part] - expected[here][:, part]) / size[:, None]) < 1e-9
     assert np.any(f(**at)["status"][here] == ks.Status.UNREACHABLE)
-    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+    with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):
         f.export_c(tmp_path, near=robot.assemble(actuators={name: [0.1, 0.2] for name in robot.description.driven}))
-    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+    with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):
         f.export_c(tmp_path, near={"x": 0.5})
-    with pytest.raises(ks.ArgumentError, match="near= of what is exported wants one closed pose"):
+    with pytest.raises(ks.ArgumentError, match="near= needs one closed pose"):
         f.export_c(tmp_path, near=package_robots.robot("five_bar").assemble())
 
 

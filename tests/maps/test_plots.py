@@ -165,7 +165,7 @@ def test_slice_draws_constant_quantities_without_contours(ds):
         ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, at=\{'z': …\} \(--at z=0\.5m\)$"),
         ({"x": "rx", "y": "rx", "at": {"z": 0.5}}, "must be different"),
         ({"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
-        ({"x": "rx", "y": "ry", "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
+        ({"x": "rx", "y": "ry", "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which ranges from 0.3 to 0.6 m"),
         ({"x": "rx", "y": "ry", "at": {"z": float("nan")}}, "outside the map"),
         ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx is an axis of the figure"),
         (

@@ -499,7 +499,7 @@ def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     "line, message",
     [
-        ("3rps --platform z=0.4:0.5 rx=0 ry=0 --out m.nc", "does not say how many values"),
+        ("3rps --platform z=0.4:0.5 rx=0 ry=0 --out m.nc", "does not give the number of values"),
         ("3rps --platform z=0.4:0.5:1 rx=0 ry=0 --out m.nc", "must be at least 2"),
         ("3rps --platform z=0.4:5deg:3 rx=0 ry=0 --out m.nc", "is an angle, but a length is needed"),
         ("3rps --platform z=1:2:3:4 rx=0 ry=0 --out m.nc", "is not of the form"),

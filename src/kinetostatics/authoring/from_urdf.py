@@ -241,7 +241,7 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
     if elastic == SUGGESTED:
         wanted = {link: "" for link in suggested}
         if not wanted:
-            raise ArgumentError("elastic: no link of the file could be a beam as far as its numbers tell; name some yourself")
+            raise ArgumentError("elastic: no link of the file has the data of a beam; name links")
     elif isinstance(elastic, str):
         raise ArgumentError(
             f"elastic is {elastic!r}; it is {SUGGESTED!r}, or sections by link: {{'upper_arm': 'tube 60mm 50mm steel'}}"
@@ -330,7 +330,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
         wanted = dict(suggested)
         if not wanted:
             raise ArgumentError(
-                "joint_stiffness: no actuator of the file has an effort that would tell how stiff it may be; give numbers"
+                "joint_stiffness: no actuator of the file has an effort to estimate its stiffness from; give numbers"
             )
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")

@@ -50,7 +50,7 @@ def _checked(where: str, gauge: object) -> Gauge:
     direction = finite_numbers(f"{where}: direction", gauge.direction)
     point = finite_numbers(f"{where}: point", (0, 0, 0) if gauge.point is None else gauge.point)
     if direction.shape != (3,) or point.shape != (3,) or not np.any(direction):
-        raise ArgumentError(f"{where}: direction and point have three numbers each, and direction is not zero")
+        raise ArgumentError(f"{where}: direction and point must have three numbers each, and direction must not be zero")
     check_choice(f"{where}: frame", gauge.frame, ("world", "platform"))
     check_choice(f"{where}: measures", gauge.measures, ("displacement", "rotation"))
     if gauge.sigma is not None:
@@ -72,11 +72,11 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
         }
         name = str(cells.pop("name", ""))
         if not name or any(name == known for known, _ in found.values()):
-            raise ArgumentError(f"{where}: a gauge has a name of its own, not {name!r}")
+            raise ArgumentError(f"{where}: a gauge needs a unique name, got {name!r}")
         direction = cells.pop("ux", 0.0), cells.pop("uy", 0.0), cells.pop("uz", 0.0)
         point = tuple(cells.pop(axis) for axis in "xyz" if axis in cells)
         if len(point) in (1, 2):
-            raise ArgumentError(f"{where}: of the point x, y, z a number is missing; leave all three out for o")
+            raise ArgumentError(f"{where}: a coordinate x, y or z of the point is missing; omit all three for o")
         found[where] = (name, Gauge(direction, point=point or None, **cells))
     return found
 

@@ -77,7 +77,7 @@ class Unknowns:
             at = names.index("offsets")
             names[at : at + 1] = [f"offset.{gauge}" for gauge in gauges]
         if not names:
-            raise ArgumentError(f"unknowns are empty; name what is looked for: {EXAMPLE}")
+            raise ArgumentError(f"unknowns are empty; name at least one: {EXAMPLE}")
         self._gauges, self._sizes = gauges, sizes
         self._carried = any(name in PAYLOAD for name in names)
         self.by_moments = "payload.mass" in names

@@ -25,7 +25,7 @@ def _calibrate(args: argparse.Namespace) -> int:
         planned = value_of("plan", args)
         check_files(args.out, ("urdf", *FIGURES) if planned is None else ("csv",))
         if (args.measurements is None) == (planned is None):
-            raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for where to measure")
+            raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for a plan of measurements")
         if args.load is not None:
             raise ArgumentError("--load: measurements have their loads in the table, Fx … Mz, and plans by --load-case")
         options = {**loads_of(args), **given_of(("gauges", "orientation", "closure_tolerance"), args)}

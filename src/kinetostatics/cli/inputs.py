@@ -133,7 +133,7 @@ def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
         found["payload"] = Payload(mass, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)
     elif center is not None or args.payload_link is not None:
         option = "--payload-link" if center is None else "--payload-center"
-        raise ArgumentError(f"{option} says where a payload is, but --payload does not say its mass: --payload 5kg")
+        raise ArgumentError(f"{option} gives the position of a payload, but its mass is missing: --payload 5kg")
     return found
 
 

@@ -37,7 +37,7 @@ def _new(args: argparse.Namespace) -> int:
 def _by_name(args: argparse.Namespace) -> int:
     for name in OF_FILES:
         if getattr(args, name):
-            raise ArgumentError(f"{_option(name)} goes with --from FILE")
+            raise ArgumentError(f"{_option(name)} needs --from FILE")
     if args.architecture is None:
         raise ArgumentError("an architecture, such as 3-R[P]S, or --from FILE is missing (see kinetostatics new --help)")
     with waiting("building the robot"):

@@ -32,7 +32,7 @@ DPI = (10, 2400)
 def _plot(args: argparse.Namespace) -> int:
     """Write the figure, or list the quantities that can be drawn."""
     if args.out is None and not args.list:
-        raise ArgumentError("--out FILE is missing: where to write the figure")
+        raise ArgumentError("--out FILE is missing: the file of the figure")
     with waiting("reading the map" if args.list else "drawing"), checked_map(args.map) as ds:
         if args.list:
             text = _list(ds)

@@ -92,7 +92,7 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
     if ":" in text:
         first, last, count = parse_range(option, name, text, kind)
         if count is None:
-            raise ArgumentError(f"{option}: {name}={text} does not say how many values: {name}={text}:11")
+            raise ArgumentError(f"{option}: {name}={text} does not give the number of values: {name}={text}:11")
         step = (last - first) / (count - 1)
         return [*(first + step * k for k in range(count - 1)), last]
     if "," in text:

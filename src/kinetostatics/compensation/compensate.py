@@ -253,15 +253,15 @@ class _Problem:
             self._commanded(u, self.target, "raise")
         except AssemblyError as error:
             raise AssemblyError(
-                f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
-                f"{names}; unloaded it would have to go where it cannot: {error}",
+                f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} to its target in "
+                f"{names}; the unloaded robot cannot reach the corrected pose: {error}",
                 error.residuals,
                 error.mobility,
                 error.reached,
             ) from error
         analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
-            f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
+            f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} to its target in "
             f"{names}: "
             + (
                 "those of the pose where it would stand there lead, from the wanted pose, into another assembly mode, beyond a "

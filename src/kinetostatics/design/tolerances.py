@@ -217,7 +217,7 @@ def _amount(number: RobotNumber | ErrorParameter, given: object) -> float:
     if isinstance(given, str) and given.rstrip().endswith("%"):
         amount = 0.01 * abs(number.value) * parse_number(given.rstrip()[:-1], "number", what)
         if number.value == 0:
-            raise ArgumentError(f"{what} is {given!r}, and a part of a number that is zero is nothing: give it with a unit")
+            raise ArgumentError(f"{what} is {given!r}; a percentage of a number that is zero is zero: give it with a unit")
     elif isinstance(given, str):
         amount = parse_number(given, "", what)
         check_unit(number, typed_unit(given), "tolerances")

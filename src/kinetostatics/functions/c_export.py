@@ -96,7 +96,7 @@ def export_c(
     start = near.pose if isinstance(near, Values) else near
     mine = isinstance(start, Configuration) and start.robot is function.robot
     if start is not None and not (mine and start.shape == () and bool(start.reached[0])):
-        raise ArgumentError("near= of what is exported wants one closed pose of the robot: make it with robot.assemble(…)")
+        raise ArgumentError("near= needs one closed pose of the robot for an export: create one with robot.assemble(…)")
     begin = function.robot.zero_poses if start is None else start.poses
     try:
         parts = Programs(function, begin, None if jacobian is None else (jacobian.of, jacobian.by))

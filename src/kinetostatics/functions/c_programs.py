@@ -342,7 +342,7 @@ class Programs:
         robot, compensates = function.robot, function.compensates
         if compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError(
-                "azimuth and tilt are not exported together with compensation, which goes by two turns instead: take XYZ"
+                "azimuth and tilt are not exported together with compensation, which uses two rotations instead: take XYZ"
             )
         self.outputs = asked_outputs(function)
         self.c_names = c_names(name for name in function.inputs if name not in LOADS)

@@ -368,10 +368,10 @@ def compile(
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     if platform is None and orientation is not None:
-        raise ArgumentError("orientation= says what angles of the platform mean; actuators' coordinates have no need of it")
+        raise ArgumentError("orientation= applies to coordinates of the platform, not to those of actuators")
     if compensate and platform is None:
         raise ArgumentError(
-            "compensate=True (--compensate) wants platform= (--platform), the names of the coordinates at which the "
+            "compensate=True (--compensate) needs platform= (--platform), the names of the coordinates at which the "
             "loaded platform is to stand"
         )
     if platform is not None:

@@ -248,5 +248,5 @@ def opens_loops(name: str) -> ArgumentError:
     """Return the complaint of a number with which, a little off, loops that are closed do not close any more."""
     return ArgumentError(
         f"{name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
-        "tolerances of JOINT.error.x … rz tell what such errors do, and which forces they lock in"
+        "tolerances of JOINT.error.x … rz compute the effect of such errors, and the internal forces"
     )

@@ -43,7 +43,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         raise ArgumentError(f"the bars are of the twist, which is not among the outputs={found.outputs}")
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     if not size > 0:
-        raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")
+        raise ArgumentError(f"the displacement of {who} is zero: effects along it are undefined")
     rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
@@ -82,7 +82,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
     worst, is_length = float(found.worst_case.named(what)), what in LENGTHS
     nominal = 0.0 if is_length else float(found.nominal.named(what))
     if not worst > 0:
-        raise ArgumentError(f"{what} is the same for all samples, to first order: there is nothing to draw")
+        raise ArgumentError(f"{what} is the same for all samples, to first order: there is no distribution")
     if what in found.nominal.actuator_forces:
         kind = found.result.robot.mechanism.connections[what].type
         unit, title = kind.force_unit, f"{'force' if kind.is_slide else 'torque'} of {what}"

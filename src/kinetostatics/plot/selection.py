@@ -281,7 +281,7 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
         units = str(coordinate.attrs.get("units", ""))
         raise ArgumentError(
             f"{axis.name} = {value:g} {units}".rstrip()
-            + f" is outside the map, which goes from {numbers.min():g} to {numbers.max():g} {units}".rstrip()
+            + f" is outside the map, which ranges from {numbers.min():g} to {numbers.max():g} {units}".rstrip()
         )
     return place
 

@@ -129,7 +129,7 @@ def split_values(
         if not len(array):
             raise ArgumentError(f"{what}: {name} is empty")
         if len(set(array.tolist())) < len(array):
-            raise ArgumentError(f"{what}: {name} has a value twice; along a dimension every value stands once")
+            raise ArgumentError(f"{what}: {name} has a value twice; values along a dimension must be distinct")
         axes.append(Axis(name, kind, array, units if isinstance(units, str) else units.get(name, "")))
     return axes, held
 

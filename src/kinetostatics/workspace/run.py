@@ -224,7 +224,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
                 found[name] += count
     if jumps := found["mode_jumps"]:
         pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
-        warn(f"{pairs} in different assembly modes; a finer grid tells them apart")
+        warn(f"{pairs} in different assembly modes; a finer grid separates them")
     return dict(found)
 
 

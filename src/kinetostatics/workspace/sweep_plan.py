@@ -72,7 +72,7 @@ class Source:
         robot = Robot(read_robot_file(self.path, parameters, **self.links))
         for name, known in self.files.items():
             if sha256_of(name) != known:
-                raise ArgumentError(f"{name} has changed since the sweep began; start it anew")
+                raise ArgumentError(f"{name} has changed since the sweep began; start the sweep again")
         return robot
 
 

@@ -216,7 +216,7 @@ def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
 
 def test_options_of_a_file_need_a_file(capsys) -> None:
     assert main(["new", "3-RPS", "--elastic", "upper=circle 10mm"]) == 2
-    assert "--elastic goes with --from FILE" in capsys.readouterr().err
+    assert "--elastic needs --from FILE" in capsys.readouterr().err
     assert main(["new"]) == 2
     assert "an architecture, such as 3-R[P]S, or --from FILE is missing" in capsys.readouterr().err
 

@@ -283,7 +283,7 @@ def test_maps_take_loads_and_payload():
     ("options", "words"),
     [
         ("--payload 5N", "'5N' is a force, but a mass is needed"),
-        ("--payload-center 0 0 1", "--payload-center says where a payload is, but --payload does not say its mass"),
+        ("--payload-center 0 0 1", "--payload-center gives the position of a payload, but its mass is missing"),
         ("--load-on rod_1 0 0 1", "--load-on rod_1: there are 3 numbers; give FX FY FZ MX MY MZ"),
         ("--load-on rod_1 0 0 1kg 0 0 0", "--load-on rod_1: '1kg' is a mass, but a force is needed"),
         ("--load-on rod_7 0 0 1 0 0 0", "loads= names no link 'rod_7': did you mean 'rod_3' or 'rod_2' or 'rod_1'?"),

@@ -91,7 +91,7 @@ def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str
     if given is not None and given not in known:
         raise ArgumentError(f"types: {name!r} cannot be {given!r}; {near_names(str(given), known)}")
     if given is not None and found.type not in (None, given):
-        warnings.append(f"{found.place}: the loop {name!r} is taken as {given}, as asked for; the source says {found.type}.")
+        warnings.append(f"{found.place}: the loop {name!r} has the given type {given}; the source has {found.type}.")
     kind = given or found.type
     if kind is None:
         missing.append(f"types: of {where}, one of {', '.join(known)}")
@@ -157,7 +157,7 @@ def _driven(
                 raise ArgumentError(f"actuators: {name!r} is given twice")
         if said.named is not None and set(chosen) != set(said.named):
             listed = ", ".join(said.named) or "none"
-            warnings.append(f"{source.path}: the driven joints are those that were asked for; the source says {listed}.")
+            warnings.append(f"{source.path}: the driven joints are the given ones; the source lists {listed}.")
     elif said.named is not None or said.transmissions:
         chosen = said.transmissions if said.named is None else said.named
     else:
