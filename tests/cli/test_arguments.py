@@ -111,7 +111,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
     [
         (lambda robot: ks.save_html("3rps", "x.html"), "a picture wants what analyze returns, a robot or one pose"),
         (lambda robot: ks.save_html(robot, "x.html", compare=ks.analyze(robot.assemble())), "compare= .* leave them out"),
-        (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= wants what analyze"),
+        (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= needs a Result"),
         (
             lambda robot: ks.save_image(ks.analyze(robot.assemble()), "x.png", size=800),
             "size is 800; it must be width and height",

@@ -404,8 +404,8 @@ def test_mistakes_in_a_file(cantilever, tmp_path, text, said):
         ("name,ux,uy,uz,colour\na,0,0,1,red\n", r":1: there is no column 'colour'"),
         ("name,ux,uy\na,0,1\n", r":1: the column 'uz' is missing"),
         ("name,ux,uy,uz\na,0,0,1\na,0,1,0\n", r":3: a gauge needs a unique name, got 'a'"),
-        ("name,ux,uy,uz,x,y,z\na,0,0,1,1,,2\n", r":2: of the point x, y, z a number is missing"),
-        ("name,ux,uy,uz\na,0,0,0\n", r":2: direction and point have three numbers"),
+        ("name,ux,uy,uz,x,y,z\na,0,0,1,1,,2\n", r":2: a coordinate x, y or z of the point is missing"),
+        ("name,ux,uy,uz\na,0,0,0\n", r":2: direction and point must have three numbers"),
         ("name,ux,uy,uz,sigma [kg]\na,0,0,1,1\n", r":2: sigma: '1kg' is not a length"),
     ],
 )

@@ -278,10 +278,10 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ("outer_diameter [mm],wall [mm]", ""),
         ("wall [mm],diameter [mm]", ""),  # in any order
         ("rod_inner_diameter [mm],rod_outer_diameter [mm]", ""),
-        ("OD [mm],wall thickness [mm]", "the titles OD, wall thickness do not tell which column is 'outer_diameter'"),
-        ("outer_diameter [mm],wall thickness [mm]", "has the title 'inner_diameter': name its column so"),
+        ("OD [mm],wall thickness [mm]", "the titles OD, wall thickness do not determine the column of 'outer_diameter'"),
+        ("outer_diameter [mm],wall thickness [mm]", "do not determine the column of 'inner_diameter': give it this title"),
         ("outer_diameter [mm],tube_diameter [mm],wall [mm]", ""),  # the parameter's own name comes first
-        ("rod_diameter [mm],tube_diameter [mm],wall [mm]", "do not tell which column is 'outer_diameter'"),
+        ("rod_diameter [mm],tube_diameter [mm],wall [mm]", "do not determine the column of 'outer_diameter'"),
     ],
 )
 def test_columns_of_a_catalogue_go_by_their_titles(tmp_path, titles, said):

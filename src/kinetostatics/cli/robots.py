@@ -55,7 +55,7 @@ check panda.urdf --platform-link panda_hand               # a plain URDF, as it 
 def _export(args: argparse.Namespace) -> int:
     """Write the files and say which."""
     if args.with_respect_to and not args.jacobian:
-        raise ArgumentError("--by says by what derivatives are; name the outputs to differentiate with --jacobian")
+        raise ArgumentError("--by names the inputs of derivatives; name the outputs to differentiate with --jacobian")
     with waiting("recording the robot"):
         robot = load_robot(args)
         orientation = given_of(("orientation",), args)

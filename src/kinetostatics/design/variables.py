@@ -134,7 +134,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
         found = [known.index(key)] if key in known else [j for j, own in enumerate(sizes) if own == size]
         if len(found) != 1 or found[0] in columns:
             titled = ", ".join(title for title in known if title)
-            raise ArgumentError(f"{table.place}: no column of {titled} has the title {key!r}: name its column so")
+            raise ArgumentError(f"{table.place}: the titles {titled} do not determine the column of {key!r}: give it this title")
         columns += found
     rows = []
     typed: list[list[str]] = [[] for _ in columns]

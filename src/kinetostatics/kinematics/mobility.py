@@ -81,7 +81,7 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def local_dofs(self, prescribed: PrescribedCoordinates) -> int:
-        """How many freedoms the prescribed coordinates leave, at generic poses: local ones, if they fix the platform."""
+        """Number of freedoms at generic poses with the prescribed coordinates fixed: local ones, if these place the platform."""
         if prescribed not in self._local:
             self._local[prescribed] = min(self._free_motions(prescribed, pose).shape[1] for pose in self.poses)
         return self._local[prescribed]

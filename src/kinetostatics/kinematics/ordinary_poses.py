@@ -44,7 +44,7 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
 
 
 def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
-    """Return how far an actuator goes down and up from zero [m, rad]."""
+    """Return the travel of an actuator below and above zero [m, rad]."""
     item = robot.mechanism.connections[name]
     far = _FAR * (robot.length if item.type.is_slide else 1.0)
     low = item.lower if math.isfinite(item.lower) else -far

@@ -119,12 +119,12 @@ class RobotKinematics:
 
     @cached_property
     def zero_loop_gaps(self) -> dict[str, tuple[float, float]]:
-        """How far each loop is open where all joints are at zero, {name: (m, rad)}."""
+        """Gap of each loop with all joints at zero, {name: (m, rad)}."""
         return gaps_at(self.equations, zero_pose.written_zero(self.equations))
 
     @cached_property
     def actuators_outside_limbs(self) -> tuple[str, ...]:
-        """Names of the driven joints that are in no limb: they only hold what hangs on base, platform or a limb."""
+        """Names of the driven joints in no limb: they only hold open branches of base, platform or a limb."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
 
@@ -180,12 +180,12 @@ class RobotKinematics:
 
     @property
     def closing_error(self) -> float:
-        """How far the loops stay open at the zero pose and beside it [scaled m, rad]: rounding, or the file's own."""
+        """Residual of the loops at the zero pose and near it [scaled m, rad]: rounding errors of computation or file."""
         return self._generic[1]
 
     @property
     def rank_tolerance(self) -> float:
-        """Relative singular value below which a direction counts as dependent; above what the file's rounding leaves."""
+        """Relative singular value below which a direction counts as dependent; above the rounding errors of the file."""
         return generic_poses.rank_tolerance(self.closing_error)
 
     @cached_property

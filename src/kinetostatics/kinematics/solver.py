@@ -79,17 +79,17 @@ class Solver:
 
     @cached_property
     def _free(self) -> dict[tuple[tuple[int, ...], ...], NDArray[np.intp]]:
-        """What :meth:`free_columns` has found."""
+        """Result of :meth:`free_columns`."""
         return {}
 
     @cached_property
     def _scales(self) -> dict[tuple[tuple[int, ...], ...], tuple[Array, Array]]:
-        """What :meth:`_factors` has found."""
+        """Result of :meth:`_factors`."""
         return {}
 
     @cached_property
     def strides(self) -> dict[PrescribedCoordinates, Array]:
-        """What is known of how far coordinates may go in one go [m, rad]."""
+        """Known lengths of single steps of the coordinates [m, rad]."""
         return {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------

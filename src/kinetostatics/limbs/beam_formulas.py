@@ -91,7 +91,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the section wrenches (6, …) at ``s``, about the section's centre: what the outboard part puts on the inboard."""
+    """Return the section wrenches (6, …) at ``s``, of the outboard on the inboard part, about the section's centre."""
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz, ux, uy, uz = load
@@ -115,7 +115,7 @@ def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
 
 
 def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
-    """Return B (9, 9, N) of what a loaded beam's forces do when its ends move, zᵀ B z, besides what they do at the ends.
+    """Return B (9, 9, N) of the second-order work zᵀ B z of a loaded beam's forces under motions z of its ends.
 
     z is the rotation of the base end, then displacement and rotation of the platform end from where the base end alone would have
     it; in between the beam bends as by a wrench at the platform end. What a section puts on the next, F and M, turns with both:

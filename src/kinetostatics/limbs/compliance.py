@@ -27,7 +27,7 @@ _GIVES, _NOTHING_LEFT = 1e-6, 1e-13
 
 @dataclass(frozen=True)
 class LimbLoads:
-    """Weights of g limbs as their beams and springs carry them, whatever the cut-joint wrenches.
+    """Wrenches by weights in the beams and springs of g limbs, at zero cut-joint wrenches.
 
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
@@ -125,7 +125,7 @@ def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
 
 
 def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carried: Array) -> tuple[Array, Array]:
-    """Return what elastic joints add to everything outboard (6, S, g, N), about o, and their strain energies (g, N) [J].
+    """Return the twists of the outboard parts by elastic joints (6, S, g, N), about o, and the strain energies (g, N) [J].
 
     Args:
         linear, angular: as of :func:`spring_twist`.

@@ -163,7 +163,7 @@ class LimbSkeleton:
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
-        """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, or the world."""
+        """Choose the reference of the y axis across ``z`` (3,): a passive revolute, a universal, a driven axis, or the world."""
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.compound_of):
                 kind = self._compounds[k].type
@@ -207,7 +207,7 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
 
 
 def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
-    """Return for every axis of g limbs the sign (k, g) with which it points as its line in space says, whatever the file writes.
+    """Return the signs (k, g) of the axes of g limbs that orient them by their lines in space, independent of the file.
 
     At the closed zero pose it points along the world's z axis; if it is level, anticlockwise around that; if it meets the z axis,
     along x, else along y. Axes of one limb that are parallel point the same way.

@@ -111,7 +111,7 @@ class LimbGroup:
         rigid_directions: int = 0,
         soft: tuple[int, ...] = (),
     ) -> LimbGroup:
-        """Return the same limbs with what is decided about them once, at generic poses; ``bases`` are those of every limb."""
+        """Return the same limbs with the decisions made once, at generic poses; ``bases`` are those of every limb."""
         group = copy.copy(self)
         group.elimination, group.rigid_directions, group.soft = elimination, rigid_directions, soft
         if bases:
@@ -121,11 +121,11 @@ class LimbGroup:
         return group
 
     def alone(self, position: int) -> LimbGroup:
-        """Return one of the limbs as a group of its own, with what is decided about it."""
+        """Return one of the limbs as a separate group, with its decisions."""
         return self._again(self.model, [position])
 
     def on(self, model: StaticModel) -> LimbGroup:
-        """Return the same limbs of a robot that differs a little, with what is decided about these."""
+        """Return the same limbs of a slightly different robot, with the decisions made for these."""
         return self._again(model, range(len(self.numbers)))
 
     def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
@@ -213,7 +213,7 @@ class LimbGroup:
     # ---- weights ----------------------------------------------------------------------------------------------------
 
     def _outboard(self, edges: list[list[Edge]]) -> Array:
-        """Return the table (limbs, edges, own weights) of what is outboard of given edges."""
+        """Return the table (limbs, edges, own weights) of the weights outboard of given edges."""
         names = self.model.weights.names
         table = np.zeros((len(edges), len(edges[0]), len(self._own_weights)))
         for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
@@ -353,7 +353,7 @@ class LimbGroup:
 
     @property
     def power_scale(self) -> Array:
-        """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""
+        """Scale (passive freedoms, 1, 1, 1) of the powers on passive freedoms: 1, or the length [m]."""
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
     def platform_wrench(self, cut_wrenches: Array) -> Array:
@@ -362,7 +362,7 @@ class LimbGroup:
 
 
 def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
-    """Return the signed sum (6, …) of cut-joint wrenches (M, 6, …): what an edge with these ``signs`` (M,) carries of them."""
+    """Return the signed sum (6, …) of cut-joint wrenches (M, 6, …): the part of an edge's wrench with ``signs`` (M,)."""
     if len(signs) == 1 and signs[0] == 1:
         return cut_wrenches[0]
     total = np.zeros(cut_wrenches.shape[1:])

@@ -44,7 +44,7 @@ def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tu
 
 
 def decided_at(model: StaticModel, number: int, frames: Frames) -> LimbGroup:
-    """Return one limb with what is decided about it at one pose, for that pose alone."""
+    """Return one limb with the decisions made at one pose, for that pose alone."""
     here = frames, model.mechanism.platform_pose(frames)[1]
     group = _decided(LimbGroup(model, [number]), here, here, {})[0]
     group.at_one_pose = True

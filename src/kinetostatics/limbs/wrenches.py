@@ -64,7 +64,7 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
 
 
 def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array, loaded: bool) -> LimbWrenches:
-    """Return the wrenches of serial limbs: their one cut joint carries just what the platform puts on them.
+    """Return the wrenches of serial limbs: that of the single cut joint is the platform's wrench on the limb.
 
     Args:
         group, geometry: the limbs and where they are.
@@ -94,7 +94,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
 
 
 def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
-    """Return a wrench (6, g, N) that does minus the power ``demand`` on the twists ``T``, and what is left; both as above."""
+    """Return a wrench (6, g, N) with the power −``demand`` on the twists ``T``, and the residual; both as above."""
     twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
     chosen = list(group.basis.independent)
     factor = Cholesky(np.einsum("ia...,ib...->ab...", twists[:, chosen], twists[:, chosen]))

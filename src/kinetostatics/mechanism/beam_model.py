@@ -106,7 +106,7 @@ class BeamModel(ShortRepr):
 
 
 def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
-    """Return what is wrong if telescopes have no length left at a pose."""
+    """Return the error of telescopes without length at a pose."""
     short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
     words = [f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0]
     if not words:

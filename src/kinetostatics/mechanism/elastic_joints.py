@@ -92,7 +92,7 @@ def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | Non
 
 
 def _compliances(stiffness: Vector | None) -> Array:
-    """Return the (3,) inverses, 0 for what is rigid or free."""
+    """Return the (3,) inverses, 0 for rigid or free directions."""
     if stiffness is None:
         return np.zeros(3)
     return np.array([1 / k if 0 < k < np.inf else 0.0 for k in stiffness])

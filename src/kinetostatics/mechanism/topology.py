@@ -279,7 +279,7 @@ class _TopologyBuilder:
                 )
 
     def _is_weight(self, name: str) -> bool:
-        """Whether what has a name in ``outboard`` weighs something."""
+        """Whether any body named in ``outboard`` has mass."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], held: set[str]) -> AttachedBodies:
@@ -304,7 +304,7 @@ def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Itera
 
 
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
-    """Return for each edge the signs of the cut joints' wrenches in what its outboard side puts on its inboard side.
+    """Return for each edge the signs of the cut joints' wrenches in the wrench of its outboard on its inboard side.
 
     A cut joint's wrench is what its outer side puts on its inner side: it loads what lies beyond the edges on the way to its
     inner end, and unloads what lies beyond those on the way to its outer end.

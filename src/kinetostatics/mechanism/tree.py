@@ -105,7 +105,7 @@ class Frames(ShortRepr):
         return Frames(self.rotation[..., poses], self.position[..., poses])
 
     def are_finite(self) -> Mask:
-        """Return at which poses (N,) all bodies are somewhere: of what is not a number o may still be one, in other limbs."""
+        """Return at which poses (N,) the positions of all bodies are finite."""
         return np.all(np.isfinite(self.position), axis=(0, 1)) & np.all(np.isfinite(self.rotation), axis=(0, 1, 2))
 
     def put(self, poses: Index, others: Frames) -> None:

@@ -110,7 +110,7 @@ class Weights:
         return [known[k] if k in known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
 
     def on_model(self, model: pin.Model, frames: Frames) -> pin.Model:
-        """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose.
+        """Return a copy of Pinocchio's model of the tree with the masses of the robot at one pose.
 
         Raises:
             StaticsError: a telescope is pushed together beyond its start.

@@ -260,7 +260,7 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Let open branches follow what they hang on, their beams bent by their own weight.
+    """Displace open branches with the bodies that carry them, their beams bent by their own weight.
 
     Args:
         robot: the robot.

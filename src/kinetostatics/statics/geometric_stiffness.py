@@ -38,7 +38,7 @@ class GeometricStiffness:
         _, self._o = robot.mechanism.platform_pose(frames)
 
     def unit_loads(self) -> list[AppliedLoad]:
-        """Return what does work on each displacement alone: unit forces, couples and pairs of forces."""
+        """Return the unit forces, couples and pairs of forces conjugate to the displacements."""
         o, where = self._o, self.coordinates
         none, units = np.zeros_like(o), [np.broadcast_to(unit[:, None], o.shape) for unit in np.eye(3)]
         acting: list[dict[str, Array]] = []
@@ -85,7 +85,7 @@ class GeometricStiffness:
         return np.concatenate(rows)
 
     def under(self, solution: Solution) -> GeometricTerms:
-        """Return K_g under the robot's weights and springs alone, which are in equilibrium with what joints carry.
+        """Return K_g under the robot's weights and springs alone, which are in equilibrium with the joint wrenches.
 
         Args:
             solution: an equilibrium of the poses.
@@ -117,7 +117,7 @@ class GeometricStiffness:
         return GeometricTerms(self.coordinates, parts, self._o, self._springs, acting, passages, self._held)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
-        """Return B (9, 9, N) of what a joint does that turns with the mean of its sides: F · (θ × s) + ½ M · (θ_inner × φ).
+        """Return B (9, 9, N) of a joint whose wrench rotates with the mean of its sides: F · (θ × s) + ½ M · (θ_inner × φ).
 
         zᵀ B z is the energy, z the rotation of its inner side, the shift s and the rotation φ of its outer side from that. Of a
         universal joint, one axis in either side, the second turns with the first: ½ q_1 q_2 M · (a_1 × a_2) with the angles q
@@ -157,7 +157,7 @@ class GeometricStiffness:
         return self._frames.point(item.centre.body, item.centre.vector) - self._o
 
     def _held(self, part: int) -> Array | None:
-        """Return what takes away (3, 3, N) a rotation about the line about which a part may spin; None where it may not."""
+        """Return the projection (3, 3, N) without the rotation about a part's free spin axis; None if it has none."""
         if part not in self._parts.spins:
             return None
         first, second = (self._arm(self._parts.passages[k]) for k in self._parts.spins[part])

@@ -83,7 +83,7 @@ class Coordinates:
 
     @property
     def names(self) -> list[str]:
-        """Names of all displacements, by which the loads that do work on them are told apart."""
+        """Names of all displacements, and of the loads that do work on them."""
         return [f"change {k} of {kind} {number}" for kind, number in self.blocks for k in range(self.sizes[kind, number])]
 
 
@@ -208,7 +208,7 @@ class GeometricTerms:
         return matrix
 
     def loads(self, u: Array) -> dict[str, Array]:
-        """Return −∂(½ uᵀ K_g u) as wrenches (6, S, N) about o, by place: on every piece of a part what belongs to it."""
+        """Return −∂(½ uᵀ K_g u) as wrenches (6, S, N) about o, by place: for every piece of a part."""
         first, at = 0, {}
         for block in self._where.blocks:
             at[block] = u[first : first + self._where.sizes[block]]

@@ -95,7 +95,7 @@ class JointTable:
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
 
     def carrying(self, place: str) -> Array:
-        """Return (J,) 1 for the joints that carry what acts at a place, else 0."""
+        """Return (J,) 1 for the joints that carry a load at a place, else 0."""
         return np.array([carries(edge, place) for edge in self._edges], dtype=float)
 
     def cuts_of(self, limb: int) -> slice:

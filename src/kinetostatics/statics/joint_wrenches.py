@@ -45,7 +45,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values.
+    """Return the wrenches (6, J, N) of some joints of the table; None: of all. Indeterminate ones have one possible value.
 
     Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (the method page, section 7).
     """
@@ -64,7 +64,7 @@ def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[i
 
 
 def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the wrenches (6, J, S, N) by contribution; the weights of what hangs on the base belong to none."""
+    """Return the wrenches (6, J, S, N) by contribution; the weights of bodies attached to the base belong to none."""
     table, S = robot.joint_table, len(solution.sources)
     cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):

@@ -84,7 +84,7 @@ class AppliedStatics:
 
     @property
     def times(self) -> Array:
-        """How many times it acts in all (N,)."""
+        """Total factor of the load (N,)."""
         found: Array = self.share.sum(axis=0)
         return found
 
@@ -151,7 +151,7 @@ def of_contributions(applied: Iterable[AppliedStatics], pick: Callable[[AppliedS
 
 
 def sum_of(applied: Iterable[AppliedStatics], places: Iterable[str] | None = None) -> Array:
-    """Return the sum (6, N) of what acts at some places, about o; None: at all. Zeros (6, 1) where nothing does."""
+    """Return the sum (6, N) of the loads at some places, about o; None: at all. Zeros (6, 1) without loads."""
     wrenches = by_place(applied)
     mine = [wrenches[place] for place in (wrenches if places is None else dict.fromkeys(places)) if place in wrenches]
     return np.sum(mine, axis=0) if mine else np.zeros((6, 1))

@@ -15,7 +15,7 @@ from kinetostatics.mechanism.beam_model import BeamModel
 
 @dataclass(frozen=True)
 class LoadedBeams:
-    """Alike beams of g limbs with what loads them, for each contribution; wrenches and loads in beam axes.
+    """Alike beams of g limbs with their loads by contribution; wrenches and loads in beam axes.
 
     Attributes:
         models: the beams.
@@ -59,7 +59,7 @@ class LoadedBeams:
         return np.asarray(self.wrench[0] + self.elsewhere)
 
     def end_twist(self) -> Array:
-        """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
+        """Return the twists of the outboard parts by their own deformation (6, S, g, N), about o, world axes."""
         c = self.compliances[:, None]
         local = beam_formulas.end_displacement(c, self.length, self.wrench)
         local += beam_formulas.sag(c, self.length, self.load)

@@ -114,7 +114,7 @@ class PlatformEquilibrium:
         return twists, intensities
 
     def pull(self, right: Array, strains: Sequence[Array]) -> Array:
-        """Return what pulls at the platform in all (6, S, N): the twists are C times that; see :meth:`solve`.
+        """Return the resultant wrench on the platform (6, S, N): the twists are C times that; see :meth:`solve`.
 
         By reciprocity it is also what does work where something else acts, by a twist of the platform.
         """
@@ -160,7 +160,7 @@ class PlatformEquilibrium:
         return result
 
     def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
-        """Let the platform move, in place, by what rounding leaves of Eq. (5), W = Σ J_ic W_ic + Σ J_ig W_ig."""
+        """Correct the twists in place by the rounding residual of Eq. (5), W = Σ J_ic W_ic + Σ J_ig W_ig."""
         left = right
         for item, W in zip(self._statics, intensities, strict=True):
             left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
@@ -228,7 +228,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
 
 
 class _RigidPart:
-    """The motions that rigid wrenches leave the platform, and what those wrenches must carry; arrays (N, …), scaled."""
+    """Motions of the platform permitted by rigid wrenches, and the loads on these wrenches; arrays (N, …), scaled."""
 
     def __init__(self, K: Array, splits: list[_Split], scale: Array) -> None:
         self.scale = scale
@@ -251,7 +251,7 @@ class _RigidPart:
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:
-        """Find the same at some poses, whatever the rank of A (P, 6, n) there."""
+        """Return the same at some poses, for any rank of A (P, 6, n)."""
         U, values, V = np.linalg.svd(A, full_matrices=True)
         ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         for rank in np.unique(ranks):

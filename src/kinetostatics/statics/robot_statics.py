@@ -39,7 +39,7 @@ class RobotStatics(StaticModel):
     branch_springs: Mapping[str, tuple[ElasticJoint, ...]]
 
     def passive_joints(self, owner: str) -> list[str]:
-        """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
+        """Return the passive joints of a limb, or of the bodies attached to ``base`` or ``platform``."""
         names = [item.joint for item in self.open_branches if item.owner == owner]
         for limb in self.topology.all_limbs:
             for edge in limb.edges if limb.name == owner else ():
@@ -62,7 +62,7 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
 
 
 def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
-    """Return the statics of a robot that differs a little from another, with what is decided about the limbs of that."""
+    """Return the statics of a robot that differs slightly from another, with the decisions made for the other's limbs."""
     model = StaticModel(
         **{item.name: getattr(model, item.name) for item in fields(StaticModel)}
     )  # and nothing more, if there was

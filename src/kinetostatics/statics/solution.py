@@ -78,7 +78,7 @@ class Solution(ShortRepr):
 
     @property
     def doubtful(self) -> NDArray[np.bool_]:
-        """Where (N,) a limb may not be what it is elsewhere."""
+        """Poses (N,) at which the rank of a limb may differ."""
         return any_limb([item.doubtful | item.may_stiffen for item in self.statics], self.o.shape[1])
 
     def statics_of_weights(self, number: int) -> LimbStatics:
@@ -148,7 +148,7 @@ class Solution(ShortRepr):
 
 @dataclass(frozen=True)
 class Balanced:
-    """An equilibrium, and what it has been found from.
+    """An equilibrium with its data.
 
     Attributes:
         solution: the equilibrium.
@@ -327,7 +327,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
 
 
 def of_deformation(limb: str) -> str:
-    """Return the name of what a limb's own weight does by deforming the limb."""
+    """Return the name of the contribution of a limb's weight by deformation of the limb."""
     return f"deformation of {limb}"
 
 

@@ -97,7 +97,7 @@ def solve_with_springs(
 
 
 def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups: tuple[LimbGroup, ...]) -> Array:
-    """Return C S (6, 6, N) of a robot without springs: what the arms of its weights would change its stiffness by, beside that.
+    """Return C S (6, 6, N) of a robot without springs: the relative change of stiffness by the rotation of its weights' arms.
 
     Rotations count times the characteristic length.
     """
@@ -176,7 +176,7 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S + 1, N) of a place, about o; the last by the own weight of what hangs on the base."""
+    """Return the twists (6, S + 1, N) of a place, about o; the last by the weight of the bodies attached to the base."""
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
     found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
     if place in topology.carried_by:

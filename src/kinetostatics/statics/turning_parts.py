@@ -89,7 +89,7 @@ class TurningParts:
     sprung: tuple[tuple[str, str], ...]
 
     def owner_of(self, place: str) -> int:
-        """Return the limb that a place belongs to, as of passages; −1 for what base and platform are made of."""
+        """Return the limb that a place belongs to, as for passages; −1 for base and platform."""
         return self.owner_at.get(place, -1)
 
 

@@ -226,7 +226,7 @@ class _Ruler:
         return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
 
     def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
-        """Return all differences but those of single joints; what is NaN on one side is infinitely far."""
+        """Return all differences except those of single joints; infinite where one value is NaN."""
 
         units = np.outer(self.unit, self.unit)
         wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]

@@ -40,7 +40,7 @@ class Directions:
         self._paths = Paths(self._edges, base, platform)
 
     def inner_first(self, edge: str) -> bool:
-        """Whether the first node of an edge lies towards the base, or towards what the edge hangs on."""
+        """Whether the first node of an edge is its inboard one."""
         first, second = self._edges[edge]
         forward = self._paths.pass_along(edge, first, second)
         if forward or self._paths.pass_along(edge, second, first):
@@ -80,7 +80,7 @@ class PlacedJoint:
 
     @property
     def type(self) -> JointType:
-        """What the table of joint types says of it."""
+        """Its row in the table of joint types."""
         return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:

@@ -16,7 +16,7 @@ from kinetostatics.verification.frame import FrameBeam, FrameJoint, FrameModel
 
 
 def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array:
-    """Return (6n, 6n) what forces at the pose add to the stiffness of n pieces about their reference points, springs included.
+    """Return the geometric stiffness (6n, 6n) of n pieces about their reference points by the forces at the pose, with springs.
 
     Args:
         model: the frame.
@@ -73,7 +73,7 @@ def _symmetric(matrix: Array) -> Array:
 
 
 def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
-    """Return the second derivative (12, 12) of −F·d − M·φ for what a joint carries, without that of its centre's displacements.
+    """Return the second derivative (12, 12) of −F·d − M·φ of a joint's force and moment, without its centre's displacements.
 
     d is what the centre of the outer piece moves from that of the inner in the mean of their axes, φ the rotation vector from one
     to the other: to second order θ₂ − θ₁ − ½ θ₁ × θ₂.
@@ -93,7 +93,7 @@ def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> A
 
 
 def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
-    """Return the second derivative (12, 12) of what section forces do in a beam that bends as it does without them.
+    """Return the second derivative (12, 12) of the work of section forces in a beam with its linear bending shapes.
 
     Args:
         beam: the beam.

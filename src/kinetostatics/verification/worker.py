@@ -32,7 +32,7 @@ class SpringInput(TypedDict):
 
 
 class BeamInput(TypedDict):
-    """A beam, the force along it, and what acts on its two ends beside."""
+    """A beam, its axial force, and the other loads on its two ends."""
 
     tag: int
     nodes: list[int]
@@ -43,7 +43,7 @@ class BeamInput(TypedDict):
 
 
 class Frame(TypedDict):
-    """What is read."""
+    """A frame as read from standard input."""
 
     nodes: list[list[float]]
     fixed: list[int]

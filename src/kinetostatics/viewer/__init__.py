@@ -183,7 +183,7 @@ def _page(
     compare: Result | None,
 ) -> str:
     if compare is not None and not isinstance(compare, Result):
-        raise ArgumentError(f"compare= wants what analyze returns, not {compare!r}: ks.analyze(robot.assemble())")
+        raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
     shown_first = _drawable(result)
     if isinstance(shown_first, UnloadedPose) and (compare is not None or by_mechanism or pose is not None):
         raise ArgumentError(

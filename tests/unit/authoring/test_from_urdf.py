@@ -175,7 +175,7 @@ def test_wrong_arguments_are_answered(options, said, arm) -> None:
 
 def test_nothing_to_suggest_is_said(arm) -> None:
     arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
-    with pytest.raises(ks.ArgumentError, match="no link of the file could be a beam"):
+    with pytest.raises(ks.ArgumentError, match="no link of the file has the data of a beam"):
         ks.extend_robot(arm, platform_link="tool", elastic="suggested")
     with pytest.raises(ks.ArgumentError, match="no actuator of the file has an effort"):
         ks.extend_robot(arm, platform_link="tool", joint_stiffness="suggested")
