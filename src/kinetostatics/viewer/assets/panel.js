@@ -108,7 +108,7 @@ function buildPanel() {
   }, (x) => number(Math.pow(10, x)));
   if (page.robots.some((robot) => robot.scene.stations.frames > 1)) buildPath(fold("Path"));
   if (scene.live) buildLive();
-  const forces = fold("Forces and moments"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
+  const forces = fold(scene.unloaded ? "Free motions" : "Forces and moments"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
   treeSwitch(forces, "all of these", ["Arrows"]);
   for (const [group, colour] of groups) treeSwitch(forces, group, [`Arrows/${group}`], colour);
   const shown = fold("Show", false);
