@@ -347,7 +347,7 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
         (lambda f, at: ks.compile(f.robot, tuple(at), outputs="sag"), "no output 'sag'"),
         (lambda f, at: ks.compile("3rps"), "compile needs a Robot"),
         (lambda f, at: ks.compile(f.robot, tuple(at), actuators=("prismatic_1",)), "either platform= or actuators="),
-        (lambda f, at: ks.compile(f.robot, orientation="XYZ"), "orientation= says what angles of the platform mean"),
+        (lambda f, at: ks.compile(f.robot, orientation="XYZ"), "orientation= applies to coordinates of the platform"),
         (lambda f, at: ks.compile(f.robot, ("z", "rx")), "give exactly 3 of"),
     ],
 )

@@ -121,7 +121,7 @@ class Joint(ShortRepr):
         lower, upper: limits [rad or m], both infinite where there are none.
         mimic: the joint that it follows, if any.
         effort, velocity: what the actuator can do [N or N·m, m/s or rad/s]; for other tools.
-        extra: XML of what else stands inside the joint and is kept: dynamics, safety controller.
+        extra: XML of other elements of the joint, which are kept: dynamics, safety controller.
         place: where it is written.
     """
 

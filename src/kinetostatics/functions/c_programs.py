@@ -169,9 +169,9 @@ class CJacobian:
     """Derivatives of outputs by inputs.
 
     Attributes:
-        rates: takes x and c, and gives how fast x changes with one coordinate after the other; the last tells whether it holds.
+        rates: of x and c; returns the derivatives of x by each coordinate, and last whether the record is valid.
         tangent: takes x, load and gravity and their rates, and gives how fast outputs change.
-        at: where each output's rates begin among these.
+        at: index of the first rate of each output.
         pairs: output, input, and the name of their field.
     """
 

@@ -54,7 +54,7 @@ class Gradients:
         names: of the outputs.
         inputs: x, load, gravity, c and target of the poses, each (…, N).
         poses: those that are differentiated; the others have NaN.
-        example: the same of a pose that tells shapes where there is none.
+        example: the same of one pose, for the shapes of an empty batch.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:

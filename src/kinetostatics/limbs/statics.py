@@ -243,7 +243,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
 
 
 def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
-    """Return where (g, N) assembly errors do something along self-stresses without compliance: rigid rings cannot follow them."""
+    """Return where (g, N) assembly errors are incompatible: they do work on self-stresses without compliance."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

@@ -225,7 +225,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """The limbs' forces by the paper's names: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
 
         f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
-        tension positive: what holds the rod there, which is the actuator's force only where the whole rod hangs on the actuator.
+        tension positive. It is the actuator's force only if the actuator carries the whole rod.
         Limbs that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
         """
         found = {}

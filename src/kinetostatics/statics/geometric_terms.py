@@ -182,7 +182,7 @@ class GeometricTerms:
                         self._add(one, two, a * b * part)
 
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
-        """Add ½ uᵀ K_t u, with u = d + θ × end of the platform where the spring joins it to the base, else of its own."""
+        """Add ½ uᵀ K_t u, with u = d + θ × end of the platform if the spring joins it to the base, otherwise of the spring."""
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
             self._add(("spring", number), ("spring", number), spring.tangent / 2)
