@@ -81,18 +81,18 @@ def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
         raise ArgumentError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
 
 
-def positive(what: str, value: FloatLike, wanted: str = "a positive number", infinite: bool = False) -> float:
+def positive(what: str, value: FloatLike, expected: str = "a positive number", infinite: bool = False) -> float:
     """Return a number greater than zero, ``infinite`` only if that is allowed.
 
     Raises:
-        ArgumentError: it is none; the message says what is ``wanted``.
+        ArgumentError: it is none; the message says what is ``expected``.
     """
     try:
         number = float(value)
     except (TypeError, ValueError):
         number = np.nan
     if not number > 0 or (number == np.inf and not infinite):
-        raise ArgumentError(f"{what} is {value!r}; it must be {wanted}")
+        raise ArgumentError(f"{what} is {value!r}; it must be {expected}")
     return number
 
 

@@ -18,7 +18,7 @@ from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, sources_of
-from kinetostatics.status import FACTS, TOLD
+from kinetostatics.status import FACTS, REPORTED
 
 #: Kinds of axes of a grid along which quantities vary: all, those that change the pose, or those that change the robot.
 EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
@@ -99,7 +99,7 @@ _WRENCH, _TWIST = "wrench_component_unit", "m, rad"
 #: All quantities, in the order of a Dataset, by their paths from a result; what begins with "sweep" is of maps alone.
 QUANTITIES: Mapping[str, Entry] = {
     "status": Entry("what became of the pose, the worst of it", variable="status", group="always", dtype=np.int8),
-    **{name: Entry(fact.words, variable=name, group="always" if name in TOLD else "default", dtype=np.bool_)
+    **{name: Entry(fact.words, variable=name, group="always" if name in REPORTED else "default", dtype=np.bool_)
         for name, fact in FACTS.items()},
     "sweep.mode": Entry("assembly mode that reaches the pose", varies=POSES, variable="mode", group="always", dtype=np.int8),
     "twist": Entry("displacement of o and rotation of the platform, world axes", _COMPONENT, "component_unit",
@@ -193,7 +193,7 @@ COMPUTED: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
 VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.values() if entry.variable}
 
 
-def told_of(owner: str) -> list[str]:
+def reported_names(owner: str) -> list[str]:
     """Return names of quantities reported by a result (""), or by its "limbs" or "beams"."""
     paths = (path.rpartition(".") for path in QUANTITIES if path not in ("status", *FACTS))
     return [name for mine, _, name in paths if mine == owner]

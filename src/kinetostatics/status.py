@@ -99,7 +99,7 @@ FACTS: Mapping[str, Fact] = {
 }
 
 #: Names of those that statuses tell of.
-TOLD = tuple(name for name, fact in FACTS.items() if fact.status is not None)
+REPORTED = tuple(name for name, fact in FACTS.items() if fact.status is not None)
 
 #: What the other statuses mean.
 STATUS_WORDS: Mapping[Status, str] = {

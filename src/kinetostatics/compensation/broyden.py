@@ -1,7 +1,7 @@
 """Broyden's method for the pose to be commanded, on arrays of numbers or of recorded ones.
 
 Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
-the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
+the twist there; that pose is to have the target coordinates. The first step takes the sag at the target pose away; the sag at the
 new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
 (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
 
@@ -85,7 +85,7 @@ class BroydenSearch:
 
     @classmethod
     def begun(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
-        """Return the first step from the wanted pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
+        """Return the first step from the target pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
         size = _size(error)
         still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()

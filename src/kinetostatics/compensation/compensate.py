@@ -74,7 +74,7 @@ def compensate(
         CoordinatesError: the coordinates are unknown, or do not determine the pose; or actuators cannot set those of the
             tool's tip.
         AssemblyError: the pose that would have to be commanded is out of reach.
-        StaticsError: no actuator positions were found, or the analysis fails at the wanted pose.
+        StaticsError: no actuator positions were found, or the analysis fails at the target pose.
 
     Examples:
         A tripod that carries 500 N is commanded a little higher, and then stands at its target:
@@ -224,7 +224,7 @@ class _Problem:
         return np.moveaxis(inverse, 0, 2)
 
     def _is_led_there(self, pose: Configuration, which: Mask) -> Mask:
-        """Return where (N,) the actuators of a pose, moved there straight from the wanted pose, bring the loaded platform.
+        """Return where (N,) the actuators of a pose, moved there straight from the target pose, bring the loaded platform.
 
         Beyond a singular pose the robot has other assembly modes at the same actuators.
         """
@@ -264,7 +264,7 @@ class _Problem:
             f"no actuator positions were found that bring the loaded platform of {self.robot.name!r} to its target in "
             f"{names}: "
             + (
-                "those of the pose where it would stand there lead, from the wanted pose, into another assembly mode, beyond a "
+                "those of the pose where it would stand there lead, from the target pose, into another assembly mode, beyond a "
                 "singular pose"
                 if corrected
                 else "the sag changes too much from pose to pose, as beside a singular pose"

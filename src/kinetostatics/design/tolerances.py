@@ -292,8 +292,8 @@ def _by_errors(
     stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
     locks = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
     joints, driven, found = list(result.joint_contributions), robot.description.driven, {}
-    told = locks | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
-    for k in np.flatnonzero(told).tolist():
+    listed = locks | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
+    for k in np.flatnonzero(listed).tolist():
         worst = first_largest(forces[k])
         on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if locks[k] else 0.0 for name in driven]
         arrays = {"twist": twists[k], "stiffness": np.zeros((6, 6)), "actuator_forces": np.array(on_actuators)}

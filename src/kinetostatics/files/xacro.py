@@ -153,8 +153,8 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
     if isinstance(cause, RecursionError):
         return "xacro does not come to an end: a macro calls itself or a file includes itself"
     if isinstance(cause, OSError):
-        told = causes[-2].args[0] if len(causes) > 1 else None
-        return str(told or f"cannot read {cause.filename}: {cause.strerror}")
+        message = causes[-2].args[0] if len(causes) > 1 else None
+        return str(message or f"cannot read {cause.filename}: {cause.strerror}")
     if isinstance(cause, PackageNotFound):
         return str(cause)
     if type(cause).__name__ == "ArgException":

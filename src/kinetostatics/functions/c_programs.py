@@ -247,7 +247,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
     Args:
         robot: the robot.
-        names: of the coordinates that are to come out as wanted.
+        names: of the coordinates that are to come out at their targets.
         orientation: what its angles mean.
     """
     wanted, least, driven = (

@@ -236,8 +236,8 @@ def _compensated(name: str, facts: Facts) -> str:
         f"    before[{place}] = wanted[{k}]; after[{place}] = actuators[{k}];" for k, place in enumerate(parts.order)
     )
     return f"""
-/* Go on until the loaded platform stands where it was asked to: Broyden's method, from the wanted pose and what is known there.
- * Each of its steps follows a line. Then the actuators are moved where they were found, straight from the wanted pose: beyond a
+/* Go on until the loaded platform stands where it was asked to: Broyden's method, from the target pose and what is known there.
+ * Each of its steps follows a line. Then the actuators are moved where they were found, straight from the target pose: beyond a
  * singular pose they would hold the platform elsewhere. */
 static int compensated(
     {name}_state *pose, const double *load, const double *gravity, double *w, double *result, double *residual_error,
@@ -282,7 +282,7 @@ static int compensated(
 
 
 def _correction(name: str, parts: Programs) -> str:
-    """Return what is done behind the analysis of the wanted pose."""
+    """Return what is done behind the analysis of the target pose."""
     return f"""    status = compensated(&pose, load, gravity, w, result, residual_error, actuators);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;

@@ -233,8 +233,8 @@ class Function:
             result = corrected.result
         arrays = {}
         for name, item in self.outputs.items():
-            told = corrected is not None and name in ("status", "actuators", "residual_error")
-            value = stacked(value_at(corrected, name) if told else value_at(result, PATHS[name]), [*item.axes], item.axes)
+            is_corrected = corrected is not None and name in ("status", "actuators", "residual_error")
+            value = stacked(value_at(corrected, name) if is_corrected else value_at(result, PATHS[name]), [*item.axes], item.axes)
             arrays[name] = frozen(np.array(np.broadcast_to(value, (*result.shape, *item.shape))))
         return arrays
 

@@ -29,8 +29,8 @@ def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
     labels = axes_of(robot.statics)
     axes = {dim: labels[dim] for dim in entry.dims}
     units = np.array(units_along(robot.statics).get(entry.unit, [entry.units or "1"]))
-    told = units.tolist() if units.ndim == 1 else [", ".join(dict.fromkeys(units.ravel().tolist()))]
-    return Quantity(name, tuple(map(len, axes.values())), tuple(told), axes, entry.words + more.get(name, ""))
+    written = units.tolist() if units.ndim == 1 else [", ".join(dict.fromkeys(units.ravel().tolist()))]
+    return Quantity(name, tuple(map(len, axes.values())), tuple(written), axes, entry.words + more.get(name, ""))
 
 
 def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientation: str | None) -> dict[str, Quantity]:

@@ -181,8 +181,8 @@ class Solver:
             np.multiply(at_o, platform_factors / self.length, out=gradient[at, :f])
             at, given = at + 1, given + 1
         if prescribed.angles and prescribed.orientation is not None:
-            wanted = prescribed.orientation.matrix(poses.c)
-            residuals[at:] = rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted))
+            target = prescribed.orientation.matrix(poses.c)
+            residuals[at:] = rotations.logarithm(np.einsum("ijn,kjn->ikn", R, target))
             np.multiply(twists[3:], platform_factors, out=gradient[at:, :f])
             if extra:
                 gradient[at:, f:] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.unknown_angles)]

@@ -140,8 +140,8 @@ def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular
     where &= np.all(np.isfinite(A), axis=(0, 1))
     if np.any(where):
         images = np.linalg.svd(np.moveaxis(A[..., where], 2, 0), full_matrices=False)[0][:, :, : len(elimination.joints)]
-        wanted = demand[:, where].T[..., None]
-        left[:, where] = (wanted - images @ (np.swapaxes(images, 1, 2) @ wanted))[..., 0].T
+        target = demand[:, where].T[..., None]
+        left[:, where] = (target - images @ (np.swapaxes(images, 1, 2) @ target))[..., 0].T
     return left
 
 

@@ -71,8 +71,8 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
             first = piece[name].start if name in piece else 0
             for k in range(part.sizes[name]):
                 _look_at(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
-    told = [*((number, word) for word, number in counts.items()), (several, "of them counted more than once")]
-    yield ReportSection(None, [Text(f"{number:>10d} {word}") for number, word in told if number])
+    lines = [*((number, word) for word, number in counts.items()), (several, "of them counted more than once")]
+    yield ReportSection(None, [Text(f"{number:>10d} {word}") for number, word in lines if number])
     if within:
         yield ReportSection(None, _extremes(within, ds))
         yield from (_by_value(ds, name, rows) for name, rows in by_value.items())

@@ -10,7 +10,7 @@ from kinetostatics.layout.blocks import Facts, Number, ReportSection, Table
 from kinetostatics.layout.numbers import FORCES, LENGTHS, MASSES, MILLIMETRES, NOISE, PER_CENT, STRESSES, UNITS_OF, largest
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
-from kinetostatics.quantities import told_of
+from kinetostatics.quantities import reported_names
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.limb import LimbResult, wrench_units
 
@@ -54,7 +54,7 @@ def limb_data(limb: LimbResult) -> dict[str, object]:
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
         "attached_labels": limb.attached_labels,
         "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
-        **attributes(limb, told_of("limbs")),
+        **attributes(limb, reported_names("limbs")),
     }
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from kinetostatics.layout.plain import attributes
 from kinetostatics.math.arrays import Array
-from kinetostatics.quantities import QUANTITIES, told_of
+from kinetostatics.quantities import QUANTITIES, reported_names
 from kinetostatics.reports.parts import BEAM_DATA, beam_data, limb_data
 from kinetostatics.reports.pose import actuator_unit, configuration_data, status_names
 from kinetostatics.results.result import Result
@@ -21,8 +21,8 @@ UNITS = {
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
     "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
-    **{name: QUANTITIES[name].said for name in told_of("")},
-    **{name: QUANTITIES[f"beams.{name}"].said for name in told_of("beams") if name in BEAM_DATA},
+    **{name: QUANTITIES[name].said for name in reported_names("")},
+    **{name: QUANTITIES[f"beams.{name}"].said for name in reported_names("beams") if name in BEAM_DATA},
 }
 
 
@@ -43,7 +43,7 @@ def result_data(tip: Result) -> dict[str, object]:
         "warnings": result.warnings,
         "configuration": configuration_data(result.configuration),
         "payload": payload,
-        **attributes(result, told_of("")),
+        **attributes(result, reported_names("")),
         "actuator_units": {name: actuator_unit(result.robot, name) for name in result.actuator_forces},
         "limbs": {name: limb_data(limb) for name, limb in result.limbs.items()},
         "beams": {name: beam_data(beam) for name, beam in result.beams.items()},

@@ -40,8 +40,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     Attributes:
         target: where the loaded platform is to stand, broadcast against the loads.
-        controlled: coordinates of the platform that come out as wanted, as many as the robot's mobility.
-        uncorrected: the analysis where the actuators stand at the wanted pose, as if nothing were elastic.
+        controlled: coordinates of the platform that come out at their targets, as many as the robot's mobility.
+        uncorrected: the analysis where the actuators stand at the target pose, as if nothing were elastic.
         result: the analysis at the corrected actuators.
         tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``controlled``, and what
             deviates and remains, are those of this point; None: of o.
@@ -158,7 +158,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         """:class:`Status` of every pose (…).
 
         That of the corrected pose, such as LIMIT_EXCEEDED, with numbers, where an actuator would have to go beyond its limit;
-        that of the wanted pose, where this one has no numbers; UNREACHABLE, where no correction was found.
+        that of the target pose, where this one has no numbers; UNREACHABLE, where no correction was found.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -177,7 +177,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
-        """By how much each actuator (…) is moved from where it stands at the wanted pose [m, rad]."""
+        """By how much each actuator (…) is moved from where it stands at the target pose [m, rad]."""
         connections = self.target.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
@@ -193,7 +193,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def uncorrected_error(self) -> Array:
-        """(…, 6) by how much the loaded platform misses the wanted pose without correction [m, rad], at o or tool, world axes."""
+        """(…, 6) by how much the loaded platform misses the target pose without correction [m, rad], at o or tool, world axes."""
         return pose_error_from(self.target, self.uncorrected, self.tool)
 
     @cached_property
@@ -236,16 +236,16 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         orientation = self.target.orientation
         R, position = target_frame(self.target, self.tool)
         loaded_R, loaded_position = loaded_frame(result, self.tool)
-        wanted = orientation.coordinates(R)
-        angles = orientation.coordinates(loaded_R, near=wanted) - wanted
+        angles_of_target = orientation.coordinates(R)
+        angles = orientation.coordinates(loaded_R, near=angles_of_target) - angles_of_target
         names = orientation.pose_names
         rows = [*(loaded_position - position), *angles]
         return ResultMapping({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
 
 
-def shift_of(wanted: Array, corrected: Array, is_slide: bool) -> Array:
+def shift_of(target: Array, corrected: Array, is_slide: bool) -> Array:
     """Return by how much an actuator (N,) is moved [m, rad], the shorter way."""
-    shift = corrected - wanted
+    shift = corrected - target
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 
 
@@ -277,7 +277,7 @@ def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array
 
 
 def pose_error_from(target: Configuration, result: Result, tool: Array | None = None) -> Array:
-    """Return displacement of o, or of a tool, and rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
+    """Return displacement of o, or of a tool, and rotation vector (…, 6) from the target pose to the loaded one [m, rad]."""
     return batch_first(pose_error(target_frame(target, tool), loaded_frame(result, tool)), result.shape)
 
 

@@ -29,7 +29,7 @@ from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
-from kinetostatics.status import FACTS, TOLD, Status, status_of
+from kinetostatics.status import FACTS, REPORTED, Status, status_of
 
 
 class Result(Reported, PoseArrays, builder="reports.result:result_report"):
@@ -75,7 +75,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """:class:`Status` of every pose (…), the most severe of its facts, see :attr:`facts`."""
         numbers = np.where(self._valid, Status.OK, Status.SINGULAR)
         base = np.where(self._reached, numbers, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
-        status = status_of(base, {name: getattr(self, name) for name in TOLD})
+        status = status_of(base, {name: getattr(self, name) for name in REPORTED})
         status.setflags(write=False)
         return status
 

@@ -37,9 +37,9 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
     while n < 6 and left.size:
         axes = _nearest_axes(found[left[0]])
         U, sizes, V = np.linalg.svd(np.swapaxes(found[left][:, axes], 1, 2))
-        told = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
-        found[left[told]] = (found[left] @ U @ V)[told]
-        left = left[~told]
+        distinct = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
+        found[left[distinct]] = (found[left] @ U @ V)[distinct]
+        left = left[~distinct]
     found[:, :3] *= length
     return np.moveaxis(found, 0, 2)
 

@@ -290,15 +290,15 @@ class _RigidPart:
             size = np.einsum("gnir,sgn->ngrs", abs(split.rigid), np.max(abs(strain), axis=0, initial=0.0))
             # along rigid directions nothing sags; what rigid rings cannot follow stays NaN
             given.append(np.where(np.abs(along) <= _DEPENDENT * size, 0.0, along * moves))
-        wanted = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
-        wanted = wanted / self.sizes[:, :, None]
-        shift = np.swapaxes(self.gain, 1, 2) @ wanted
+        target = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
+        target = target / self.sizes[:, :, None]
+        shift = np.swapaxes(self.gain, 1, 2) @ target
         moved = shift + self.inverse @ (force - self.K @ shift)
         multipliers = self.gain @ (force - self.K @ moved)
-        if np.any(wanted):
+        if np.any(target):
             # rigid limbs cannot follow assembly errors that contradict one another
-            null = np.einsum("nra,nrs->nas", self.unknown * self.sizes[:, :, None], wanted)
-            against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(wanted), axis=1, initial=0.0)
+            null = np.einsum("nra,nrs->nas", self.unknown * self.sizes[:, :, None], target)
+            against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(target), axis=1, initial=0.0)
             moved = np.where(against[:, None], np.nan, moved)
             multipliers = np.where(against[:, None], np.nan, multipliers)
         return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], self._by_group(multipliers, splits)

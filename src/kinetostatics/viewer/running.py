@@ -87,10 +87,10 @@ def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
     )
     try:
         assert server.stdout is not None
-        told = server.stdout.readline().strip()
-        if not told.startswith("zmq_url="):
+        answer = server.stdout.readline().strip()
+        if not answer.startswith("zmq_url="):
             raise KinetostaticsError("meshcat's server does not start; python -m meshcat.servers.zmqserver says why")
-        yield server, told.removeprefix("zmq_url=")
+        yield server, answer.removeprefix("zmq_url=")
     finally:
         server.terminate()
         server.wait()

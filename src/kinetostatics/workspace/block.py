@@ -15,7 +15,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
 from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
-from kinetostatics.status import TOLD, WITHOUT_NUMBERS, status_of
+from kinetostatics.status import REPORTED, WITHOUT_NUMBERS, status_of
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, numbered
 from kinetostatics.workspace.grid import Block, sizes_of
 from kinetostatics.workspace.sweep_plan import Combination, SweepPlan
@@ -127,8 +127,8 @@ def _extract(
     }
     if combination and any({*_wrenches(result, kind)} != {*labels.axes[f"{kind}wrench"]} for kind in ("", "attached_")):
         # the canonical wrenches are others than those of the first robot
-        told = {name: getattr(result, name) for name in TOLD}
-        facts = {**told, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
+        found = {name: getattr(result, name) for name in REPORTED}
+        facts = {**found, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
     paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group != "compensation"}
     found = {}

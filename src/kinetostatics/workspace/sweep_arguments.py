@@ -135,7 +135,7 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the coordinates that come out as wanted where actuators are corrected: the given ones, or for actuators the best."""
+    """Return the coordinates that come out at their targets of corrected actuators: the given ones, or for actuators the best."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no coordinates that actuators could correct")
