@@ -146,7 +146,7 @@ def _evaluates(facts: Facts) -> str:
         )
     names = ", ".join(facts["controlled"])
     return f"""/* Find where the actuators have to stand so that the loaded platform has the wanted {names}, and
- * compute the outputs there; returns the status. The state goes to the wanted pose; where that is out of reach it stays. */"""
+ * compute the outputs there; returns the status. The state goes to the target pose; where that is out of reach it stays. */"""
 
 
 def _declared(name: str, scalar: str, parts: Programs) -> str:
