@@ -127,8 +127,8 @@ def _extract(
     }
     if combination and any({*_wrenches(result, kind)} != {*labels.axes[f"{kind}wrench"]} for kind in ("", "attached_")):
         # the canonical wrenches are others than those of the first robot
-        found = {name: getattr(result, name) for name in REPORTED}
-        facts = {**found, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
+        reported = {name: getattr(result, name) for name in REPORTED}
+        facts = {**reported, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
     paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group != "compensation"}
     found = {}
