@@ -12,15 +12,20 @@ CORNERS = [0.3 * np.array([np.cos(a), np.sin(a), 0]) for a in np.deg2rad([90, 21
 
 
 def planar(tmp_path, driven=(1, 2, 3), corner=0.1, height=0.0):
-    """A planar 3-RRR whose rods point to o: with the motors locked the platform turns about o."""
+    """A planar 3-RRR whose rods meet at the world's origin: with the motors locked the platform turns about it."""
     parts = ["<link name='base'/><link name='platform'/><platform link='platform'/>"]
-    parts.append("<joint name='pose' type='floating'><parent link='base'/><child link='platform'/></joint>")
+    parts.append(
+        "<joint name='pose' type='floating'><parent link='base'/><child link='platform'/><origin xyz='0.05 0.02 0'/></joint>"
+    )
     for n, base in enumerate(CORNERS, 1):
         angle = np.arctan2(base[1], base[0])
-        x, y = 0.4 * np.cos(angle + 0.5), 0.4 * np.sin(angle + 0.5)  # foot; the elbow stands above the corner, on the ray from o
+        x, y = (
+            0.4 * np.cos(angle + 0.5),
+            0.4 * np.sin(angle + 0.5),
+        )  # foot; the elbow stands above the corner, on the ray from the origin
         elbow = base - [x, y, 0]
         rod = (0.1 - 0.3) * base / 0.3
-        tip = corner * base / 0.3
+        tip = corner * base / 0.3 - [0.05, 0.02, 0]
         parts.append(f"""
         <link name='crank_{n}'/><link name='rod_{n}'/>
         <joint name='motor_{n}' type='revolute'><parent link='base'/><child link='crank_{n}'/><origin xyz='{x} {y} 0'/>
@@ -52,11 +57,11 @@ def test_the_free_motion_of_a_singular_pose(tmp_path):
         np.testing.assert_allclose(shown.twist_at(f"crank_{n}", base[None]), 0, atol=1e-9)  # its actuator is locked
         tip = base[None] / 3
         on_rod = shown.twist_at(f"rod_{n}", tip)[0, 0, :3]
-        np.testing.assert_allclose(on_rod, np.cross(twist[3:], tip[0]), atol=1e-8)  # by hand: the platform turns about o
+        np.testing.assert_allclose(on_rod, np.cross(twist[3:], tip[0]), atol=1e-8)  # by hand: the platform turns about the origin
         np.testing.assert_allclose(shown.beam_twists(f"rod_{n}")[0, 0, -1, :3], on_rod, atol=1e-8)
         np.testing.assert_allclose(shown.beam_line(f"rod_{n}")[1][0, [0, -1]], [base, tip[0]], atol=1e-9)
     scene = describe_scene(shown)
-    assert [(arrow.group, arrow.kind) for arrow in scene.arrows] == [("free motion", "moment")]
+    assert [(arrow.group, arrow.kind) for arrow in scene.arrows] == [("free motion", "force"), ("free motion", "moment")]
     assert "rotation" in scene.notes[0]
 
 
