@@ -166,7 +166,7 @@ class Bound:
 
 
 def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level: int = 1) -> bytes:
-    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code.
+    """Return the content of a cache file: the size of a table, the table as JSON, and the object code.
 
     Args:
         table: what goes into the table.

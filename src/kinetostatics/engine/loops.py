@@ -119,7 +119,7 @@ class CompiledSolver(Solver):
         return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
-        """Take code, and return whether it finds beside the example what NumPy finds: whatever may be wrong with it."""
+        """Load code, and return whether its result near the example is that of NumPy."""
         self._newton, self._place = codes[:2]
         self._side = None if self._local else codes[2]
         self.operations = int(self._newton.table["operations"])

@@ -98,7 +98,7 @@ class PoseCode:
             raise NotRecordedError("compiled code gives other numbers than NumPy")
 
     def _is_right(self, code: Code, expected: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
-        """Take code, and return whether it gives at the example what NumPy gives."""
+        """Load code, and return whether its result at the example is that of NumPy."""
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])

@@ -5,7 +5,7 @@ surfaces like the paper's Figs 6, 7, 12 and 13; :func:`workspace`, on the body o
 coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
 :func:`calibration`. All of them return Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
 
-Every figure names its units, reads in grey and by the colour-blind (cividis; lines differ in dashes and markers), and shows
+Every figure names its units, is legible in grey and for the colour-blind (cividis; lines differ in dashes and markers), and shows
 poses without valid numbers in grey and hatched, with the reason in its legend.
 """
 

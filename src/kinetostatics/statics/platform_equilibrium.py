@@ -94,12 +94,12 @@ class PlatformEquilibrium:
     def solve(self, right: Array, strains: Sequence[Array], errors: bool = False) -> tuple[Array, list[Array]]:
         """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
 
-        Δ = K⁻¹ (W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc), Eq. (12), in the motions that rigid limbs leave.
+        Δ = K⁻¹ (W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc), Eq. (12), for the motions that rigid limbs permit.
 
         Args:
-            right: (6, S, N) what the world puts on the platform, less what it puts on the limbs whatever their intensities.
-            strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
-            errors: whether the last strains are assembly errors, to which rigid limbs are no exception: nothing else moves these.
+            right: (6, S, N) external wrenches on the platform minus the attached wrenches of the limbs.
+            strains: for each group (n_c, S, g, N) displacements of the limbs' ends along their wrenches at zero intensities.
+            errors: whether the last strains are assembly errors, which also displace the ends of rigid limbs.
         """
         total = self.pull(right, strains)
         if self._rigid is None:

@@ -188,7 +188,7 @@ class SweepPlan:
             return _kept[key]
 
     def keep(self, combination: Combination, robot: Robot) -> None:
-        """Use a robot that is there already."""
+        """Keep a robot that is already loaded."""
         with _lock:
             _kept[self._key(combination)] = robot
 
