@@ -23,7 +23,7 @@ _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly
 
 
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Rank beams, elastic joints, actuators and assembly errors by their parts of the displacement, or of the rotation if o is at rest.
+    """Rank beams, elastic joints, actuators and assembly errors by their parts of the displacement (rotation if o is at rest).
 
     A part is the projection of one source's displacement on the whole displacement, and of its rotation on the axis of the whole
     rotation: the parts sum to these. The last column is the share of what is ranked.
