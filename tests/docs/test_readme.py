@@ -16,16 +16,37 @@ sys.path.insert(0, str(ROOT / "examples"))
 reproduce_paper = pytest.importorskip("reproduce_paper")
 
 
-def between(name):
-    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", README, re.DOTALL)
+def between(name, page=README):
+    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", page, re.DOTALL)
     assert found, name
     return found.group(1)
 
 
-def test_tables_in_the_readme_are_those_that_the_example_computes():
-    assert between("paper tables").strip() == reproduce_paper.tables().strip(), (
-        "stale: run python examples/reproduce_paper.py --write-readme"
+def test_the_tables_of_the_paper_are_those_that_the_example_computes():
+    page = reproduce_paper.PAGE.read_text(encoding="utf-8")
+    assert between("paper tables", page).strip() == reproduce_paper.tables().strip(), (
+        "stale: run python examples/reproduce_paper.py --write"
     )
+
+
+def test_what_the_readme_says_of_configuration_2():
+    """Five numbers are not reproduced; eight more of the analytical row differ by 0.7 to 3.4 %."""
+    printed = reproduce_paper.TABLES["2pru_upr"]["configuration_2"]
+    computed = reproduce_paper.ours("2pru_upr", 2)
+    differences = {
+        source: np.abs(
+            [
+                abs(value) / abs(float(number)) - 1
+                for key in ("twist", "f1", "f2", "fa")
+                for value, number in zip(computed[key], printed[source][key], strict=True)
+            ]
+        )
+        for source in ("analytical", "FEA")
+    }
+    missed = (differences["analytical"] > 0.005) & (differences["FEA"] > 0.005)
+    assert sorted(np.flatnonzero(missed)) == [1, 2, 3, 5, 11]  # Δ_dy, Δ_dz, Δ_rx, Δ_rz, f_32
+    more = differences["analytical"][~missed & (differences["analytical"] > 0.005)]
+    assert more.size == 8 and 0.007 < more.min() and more.max() < 0.0342
 
 
 def test_the_complete_example_runs(monkeypatch, capsys):
@@ -33,10 +54,8 @@ def test_the_complete_example_runs(monkeypatch, capsys):
     code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
     names = {}
     exec(compile(code, "README.md", "exec"), names)  # the README's own text
-    assert names["result"].actuator_forces["prismatic_1"] > 0
-    assert names["path"].twist.shape == (1000, 6)
-    np.testing.assert_array_equal(names["path"].status, 0)
-    assert "limb_1" in capsys.readouterr().out
+    printed = re.search(r"```text\n(.*?)```", between("example"), re.DOTALL).group(1)
+    assert capsys.readouterr().out == printed
 
 
 def test_the_example_of_assembly_errors_runs(monkeypatch, capsys):
@@ -89,7 +108,7 @@ def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, caps
     from kinetostatics.cli.main import main
 
     command, ours = reproduce_paper.COMMANDS[key], reproduce_paper.ours(*key)
-    assert command in README and main(command.split()[1:]) == 0
+    assert command in reproduce_paper.PAGE.read_text(encoding="utf-8") and main(command.split()[1:]) == 0
     out = capsys.readouterr().out
     numbers = [abs(float(found)) for found in re.findall(r"-?\d+\.\d+", out)]
     twist = {"m": [abs(x) for x in ours["twist"][:3]], "rad": [abs(x) for x in ours["twist"][3:]]}
