@@ -256,7 +256,7 @@ def test_out_of_reach():
     inside = robot.assemble(platform={"x": 0.0, "y": 0.3})
     edge = robot.configuration(far.q[last])
     pull = [0, -4e5, 0, 0, 0, 0]
-    with pytest.raises(ks.AssemblyError, match=r"no actuator positions .* wanted in x, y; unloaded it .* cannot reach"):
+    with pytest.raises(ks.AssemblyError, match=r"no actuator positions .* target in x, y; the unloaded robot cannot reach"):
         ks.compensate(edge, pull, controlled=("x", "y"))
     found = ks.compensate(edge, pull, controlled=("x", "y"), on_failure="nan")
     assert found.status == ks.Status.UNREACHABLE and np.isnan(found.residual_error).all()

@@ -408,7 +408,7 @@ def test_mistakes(cantilever):
         "did you mean 'diameter'": {"diametre": "1mm"},
         "given in kg, but it is in m": {"diameter": "1kg"},
         "must be a positive number": {"diameter": -1.0},
-        "nothing: give it with a unit": {"tip.center_of_mass.x": "1%"},
+        "is zero: give it with a unit": {"tip.center_of_mass.x": "1%"},
         "E cannot be off by so much: .*youngs_modulus": {"E": "400%"},
         "named twice": {"rod.*": "1%", "rod.outer_diameter": "1mm"},
         "is not a number": {"diameter": "thick"},

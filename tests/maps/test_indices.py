@@ -11,6 +11,7 @@ from small_maps import COMPONENTS, map_of
 
 import kinetostatics as ks
 from kinetostatics import indices
+from kinetostatics.indices.map_variables import ANGULAR, LINEAR
 
 E, NU = 210e9, 0.3
 G = E / (2 * (1 + NU))
@@ -450,7 +451,7 @@ def test_functions_are_documented():
         item = getattr(indices, name)
         if inspect.isfunction(item):
             assert item.__doc__
-    assert COMPONENTS == [*indices.poses.LINEAR, *indices.poses.ANGULAR]
+    assert COMPONENTS == [*LINEAR, *ANGULAR]
 
 
 def test_a_sag_with_an_unknown_component_is_unknown():

@@ -105,7 +105,7 @@ def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str
     elif axis is not None:
         vectors = _unit_vectors(name, axis, count, kind)
         if found.axis is not None and count == 1 and np.abs(np.subtract(vectors[0], found.axis)).max() > 1e-9:
-            warnings.append(f"{found.place}: the loop {name!r} has the axis that was asked for; the source says {found.axis}.")
+            warnings.append(f"{found.place}: the loop {name!r} has the given axis; the source has {found.axis}.")
     elif found.axis is not None and count == 1:
         vectors = (found.axis,)
     else:
