@@ -162,7 +162,7 @@ def story() -> str:
         f"{f2_off[1]:+.1f} %. Solid elements ([a model of the whole robot in CalculiX](solid_finite_elements.md)) have "
         "Δ_dy between 3.110e-6 and 3.124e-6 m and Δ_rx between 7.601e-6 and 7.636e-6 rad, as with the bending of rod 3. "
         "Without it the twist is that of rods with their weight lumped at the ends "
-        "([beside other methods](beside_other_methods.md)).",
+        "([how it compares](beside_other_methods.md)).",
     ]
     return "\n".join(lines)
 

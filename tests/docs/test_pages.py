@@ -29,7 +29,7 @@ def test_every_picture_is_shown_somewhere():
 
 def test_every_page_has_its_place_in_the_site():
     site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
-    listed = re.findall(r"^ +- (?:\w+: )?(\S+\.md)$", site, re.MULTILINE)
+    listed = re.findall(r"^ +- (?:[\w ]+: )?(\S+\.md)$", site, re.MULTILINE)
     pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
     assert sorted(set(listed) - {name for name in listed if "/notebooks/" in name}) == sorted(pages)
     assert len(listed) == len(set(listed))
