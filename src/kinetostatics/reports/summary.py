@@ -38,7 +38,8 @@ def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
     ratios = {name: float(beam.euler_ratio) for name, beam in result.beams.items() if np.isfinite(beam.euler_ratio)}
     if ratios and max(ratios.values()) > NOISE:
         worst = _worst(ratios)
-        rows.append(("buckling", f"{worst} carries {quantity(ratios[worst], PER_CENT, digits=3)} of its buckling load"))
+        share = quantity(float(f"{ratios[worst]:.3g}"), PER_CENT, digits=3)
+        rows.append(("buckling", f"{worst} carries {share} of its buckling load"))
     return Facts(rows)
 
 

@@ -26,6 +26,7 @@ from kinetostatics.layout.numbers import (
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.result_data import units_at
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import point_name
@@ -72,17 +73,25 @@ def _sections(found: Tolerances, who: str) -> list[ReportSection]:
     more = [Text(f"and {len(found.parameters) - len(names)} more")] if len(names) < len(found.parameters) else []
     ranked = ReportSection(title, [Table(columns), *more], "effects")
     three = found.nominal, found.worst_case, found.standard_deviation
-    rows = [
-        _row(title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
+    rows: list[tuple[str, list[ArrayLike], Sequence[float], Units]] = [
+        (title, [item.named(name) for item in three], found.sampled(name), units) for title, name, units in _quantities(found)
     ]
     if np.any(found.worst_case.stiffness):
         for k, name in enumerate(COMPONENTS):
             values, units = found.samples.stiffness[:, k, k], STIFFNESSES if k < 3 else TURNING_STIFFNESSES
-            sampled = np.nanmean(values), np.nanstd(values, ddof=1), *np.nanpercentile(values, [2.5, 97.5])
-            rows.append(_row(f"stiffness {name}", [item.stiffness[k, k] for item in three], sampled, units))
+            varied = [np.nanmean(values), np.nanstd(values, ddof=1), *np.nanpercentile(values, [2.5, 97.5])]
+            rows.append((f"stiffness {name}", [item.stiffness[k, k] for item in three], varied, units))
+    floor = magnitudes(found.result)
+    noise = {LENGTHS: floor.displacement, ANGLES: floor.rotation, FORCES: floor.force, MOMENTS: floor.moment}
+    for _, first_order, sampled, units in rows:
+        noise[units] = max(noise.get(units, 0.0), 1e-9 * largest([first_order[0], *sampled[2:]]))
+    cells: list[tuple[str | Number, ...]] = [
+        (title, *(Number.of(value, units, noise[units], digits=4) for value in (*first_order, *sampled[1:])))
+        for title, first_order, sampled, units in rows
+    ]
     header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
     title = f"Variation: first order (worst case, standard deviation), and {len(found.samples.displacement):,} random samples"
-    variation = ReportSection(title, [Table.of_rows(header, rows)], "variation")
+    variation = ReportSection(title, [Table.of_rows(header, cells)], "variation")
     return [ranked, variation, ReportSection("", [Text(text) for text in _sentences(found, locks)])]
 
 
@@ -98,12 +107,6 @@ def _quantities(found: Tolerances) -> list[tuple[str, str, Units]]:
     rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
     actuators = found.nominal.actuator_forces
     return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
-
-
-def _row(title: str, first_order: Sequence[ArrayLike], sampled: Sequence[float], units: Units) -> tuple[str | Number, ...]:
-    """Return nominal, worst and deviation of first order, and deviation and limits of the samples, formatted."""
-    noise = 1e-9 * largest([first_order[0], *sampled[2:]])
-    return (title, *(Number.of(value, units, noise, digits=4) for value in (*first_order, *sampled[1:])))
 
 
 def _sentences(found: Tolerances, locks: bool) -> list[str]:
