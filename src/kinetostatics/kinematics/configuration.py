@@ -158,12 +158,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         return self._homogeneous(*self.robot.mechanism.platform_frame)
 
     def _homogeneous(self, body: int, placement: Array) -> Array:
-        R, p = self.frames.rotation[:, :, body], self.frames.position[:, body]
-        result = np.zeros((4, 4, R.shape[2]))
-        result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
-        result[:3, 3] = p + np.einsum("ijn,j->in", R, placement[:3, 3])
-        result[3, 3] = 1
-        return batch_first(np.where(self.reached, result, np.nan), self.shape)
+        return batch_first(np.where(self.reached, self.frames.matrices(body, placement), np.nan), self.shape)
 
     def platform_coordinates(self, orientation: str | None = None) -> dict[str, Array]:
         """Return x, y, z of o [m] and its three orientation coordinates [rad], each (…).

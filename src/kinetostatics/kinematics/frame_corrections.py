@@ -197,14 +197,9 @@ def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _
     loops = [item for item in mechanism.connections.values() if item.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
 
-    def placed(body: int, placement: Array) -> Array:
-        frame = np.eye(4)
-        frame[:3, :3], frame[:3, 3] = frames.rotation[:, :, body, 0], frames.position[:, body, 0]
-        return frame @ placement
-
-    sides = [placed(item.predecessor_body, item.predecessor_frame) for item in loops]
-    sides += [placed(item.successor_body, item.successor_frame) for item in loops]
-    links = {link: placed(*where) for link, where in mechanism.body_of.items()}
+    sides = [frames.matrices(item.predecessor_body, item.predecessor_frame)[..., 0] for item in loops]
+    sides += [frames.matrices(item.successor_body, item.successor_frame)[..., 0] for item in loops]
+    links = {link: frames.matrices(*where)[..., 0] for link, where in mechanism.body_of.items()}
     count, here = len(loops), np.eye(4)
     free = [
         replace(item, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)

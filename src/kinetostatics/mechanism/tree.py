@@ -100,6 +100,15 @@ class Frames(ShortRepr):
         """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
         return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)
 
+    def matrices(self, body: int, placement: Array) -> Array:
+        """Return homogeneous matrices (4, 4, N) of a frame ``placement`` (4, 4) fixed in a body."""
+        R, p = self.rotation[:, :, body], self.position[:, body]
+        result = np.zeros((4, 4, R.shape[2]))
+        result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
+        result[:3, 3] = p + np.einsum("ijn,j->in", R, placement[:3, 3])
+        result[3, 3] = 1
+        return result
+
     def take(self, poses: Index | slice) -> Frames:
         """Return some of the poses."""
         return Frames(self.rotation[..., poses], self.position[..., poses])

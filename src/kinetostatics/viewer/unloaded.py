@@ -80,7 +80,7 @@ class UnloadedPose:
         return self.robot.mechanism.body_of
 
     def _homogeneous(self, body: int, placement: Array) -> Array:
-        return homogeneous(self.frames, body, placement)
+        return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
 
     def frame(self, link: str) -> Array:
         """Return a link's frame (1, 4, 4)."""
@@ -107,7 +107,7 @@ class UnloadedPose:
 
     def _twist(self, body: int, placement: Array) -> Array:
         """Return the free motions (1, k, 6) of a frame of a body, at its origin."""
-        plus, minus = (homogeneous(frames, body, placement) for frames in self._stepped)
+        plus, minus = (np.moveaxis(frames.matrices(body, placement), -1, 0) for frames in self._stepped)
         turn = np.moveaxis(plus[:, :3, :3] @ np.swapaxes(minus[:, :3, :3], 1, 2), 0, -1)
         return np.concatenate([plus[:, :3, 3] - minus[:, :3, 3], logarithm(turn).T], axis=1)[None] / (2 * STEP)
 
@@ -144,19 +144,10 @@ class UnloadedPose:
         span, (_, points) = self.robot.topology.beams[name], self._beams[name]
         ends = []
         for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
-            origin = homogeneous(self.frames, body, np.eye(4))[:, :3, 3]
-            ends.append(moved(self._twist(body, np.eye(4)), point - origin))
+            ends.append(moved(self._twist(body, np.eye(4)), point - self.frames.position[:, body].T))
         part = FRACTIONS[:, None]
         return (1 - part) * ends[0][:, :, None] + part * ends[1][:, :, None]
 
     def tension(self, name: str) -> Array:
         """Return zero (1,) for the force of a spring, which is not known."""
         return np.zeros(1)
-
-
-def homogeneous(frames: Frames, body: int, placement: Array) -> Array:
-    """Return (N, 4, 4) of a frame that is fixed in a body."""
-    R, p = np.moveaxis(frames.rotation[:, :, body], -1, 0), frames.position[:, body].T
-    found = np.tile(np.eye(4), (len(p), 1, 1))
-    found[:, :3, :3], found[:, :3, 3] = R @ placement[:3, :3], p + R @ placement[:3, 3]
-    return found
