@@ -10,9 +10,8 @@ import numpy as np
 from kinetostatics.description.elements import Spring
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
+from kinetostatics.viewer.drawn_poses import DrawnPoses
 from kinetostatics.viewer.shapes import carried_along, crossed
-from kinetostatics.viewer.shown_poses import ShownPoses
-from kinetostatics.viewer.unloaded import UnloadedPose
 
 #: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
 STEEL = 7850.0
@@ -61,7 +60,7 @@ class DrawnSpring:
         return result
 
 
-def find_springs(poses: ShownPoses | UnloadedPose) -> list[DrawnSpring]:
+def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
     """Return all springs."""
     found = []
     for name, spring in poses.robot.description.springs.items():
@@ -74,7 +73,7 @@ def find_springs(poses: ShownPoses | UnloadedPose) -> list[DrawnSpring]:
     return found
 
 
-def find_masses_at_points(poses: ShownPoses | UnloadedPose, looks: Collection[str]) -> dict[str, Array]:
+def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
     """Return the points (F, 3) [m] of links that are masses at points, such as counterweights, and have no look in ``looks``."""
     found, description = {}, poses.robot.description
     others = {*looks, *(beam.link for beam in description.beams.values())}

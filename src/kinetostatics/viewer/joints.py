@@ -8,8 +8,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.viewer.shown_poses import ShownPoses
-from kinetostatics.viewer.unloaded import UnloadedPose
+from kinetostatics.viewer.drawn_poses import DrawnPoses
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +36,7 @@ class DrawnJoint:
     beam: str | None
 
 
-def find_joints(poses: ShownPoses | UnloadedPose) -> list[DrawnJoint]:
+def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     """Return all joints that can move."""
     robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
@@ -70,7 +69,7 @@ def find_joints(poses: ShownPoses | UnloadedPose) -> list[DrawnJoint]:
     return found
 
 
-def _centre(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
+def _centre(poses: DrawnPoses, connection: Connection) -> Array:
     """Return the centre (F, 3), on the successor's side."""
     successor = poses.frame(connection.successor)
     if not connection.is_loop:
@@ -79,7 +78,7 @@ def _centre(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
     return np.asarray(successor[:, :3, :3] @ outer + successor[:, :3, 3])
 
 
-def _axis(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
+def _axis(poses: DrawnPoses, connection: Connection) -> Array:
     """Return the axis (F, 3), on the predecessor's side."""
     description = poses.robot.description
     if connection.is_loop:
@@ -89,14 +88,14 @@ def _axis(poses: ShownPoses | UnloadedPose, connection: Connection) -> Array:
     return np.asarray(poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis))
 
 
-def _twist(poses: ShownPoses | UnloadedPose, connection: Connection, centre: Array) -> Array:
+def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
     """Return the centre's twist by the side that is rigid, if one is: at a beam's end the two agree in position."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
-def marker_radius(poses: ShownPoses | UnloadedPose, joint: DrawnJoint, size: float) -> float:
+def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
     """Return a radius [m] that goes well with the beams at a joint."""
     beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]

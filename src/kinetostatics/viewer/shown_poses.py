@@ -16,6 +16,7 @@ from kinetostatics.math.screws import move
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
+from kinetostatics.viewer.drawn_poses import DrawnPoses
 
 #: A page holds every pose of a path; more than this makes it too large to open quickly.
 MOST_POSES = 1000
@@ -23,14 +24,12 @@ MOST_POSES = 1000
 STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
 
 
-class ShownPoses:
-    """The poses of a result that can be drawn, one after another; all arrays have the axis F of frames first.
+class ShownPoses(DrawnPoses):
+    """The poses of a result that can be drawn, one after another.
 
     Attributes:
         result: the result.
         indices: (F,) positions of the shown poses in the flattened batch.
-        sources: names of the contributions, whatever the result has.
-        labels: what the page calls them.
     """
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
@@ -53,22 +52,14 @@ class ShownPoses:
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
             )
         self.indices = self.indices[::every]
+        self.count = len(self.indices)
+        self.step = next(step for most, step in STEPS if self.count <= most)
         self.sources = tuple(result.contributions)
         labels: dict[str, str] = {}
         for limb in result.limbs:
             if of_deformation(limb) in self.sources:  # the limb's weight in two
                 labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
         self.labels = tuple(labels.get(name, name) for name in self.sources)
-
-    @property
-    def count(self) -> int:
-        """How many there are, F."""
-        return len(self.indices)
-
-    @property
-    def step(self) -> int:
-        """Every which station of a beam is shown; its ends and its middle are among them."""
-        return next(step for most, step in STEPS if self.count <= most)
 
     def take(self, array: Array) -> Array:
         """Return the shown poses (F, …) of an array (*batch, …) of the result."""
@@ -108,11 +99,6 @@ class ShownPoses:
     def platform_frame(self) -> Array:
         """The frames o-xyz (F, 4, 4) at rest."""
         return self.of_configuration(self.result.configuration.platform_frame, 2)
-
-    @cached_property
-    def o(self) -> Array:
-        """The points o (F, 3) at rest [m]."""
-        return np.asarray(self.platform_frame[:, :3, 3])
 
     @cached_property
     def platform_twist(self) -> Array:

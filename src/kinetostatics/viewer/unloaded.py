@@ -16,6 +16,7 @@ from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.beam import FRACTIONS
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.viewer.drawn_poses import DrawnPoses
 from kinetostatics.viewer.shown_poses import moved
 
 #: Step of the difference quotient by which links follow a free motion [scaled m, rad].
@@ -24,8 +25,8 @@ STEP = 1e-5
 STILL = 1e-6
 
 
-class UnloadedPose:
-    """One pose of a robot, or its tree as the file has it; has what :class:`ShownPoses` has of one frame, F = 1.
+class UnloadedPose(DrawnPoses):
+    """One pose of a robot, F = 1, or its tree as the file has it.
 
     The contributions are the free motions of the platform with the actuators locked, each of any size.
 
@@ -34,10 +35,11 @@ class UnloadedPose:
         message: why nothing can be analysed.
     """
 
-    count = step = 1
+    count, step = 1, 1
 
     def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
         self.robot = robot_of(shown) if isinstance(shown, Configuration) else shown
+        self.rigid = self.robot.mechanism.body_of  # all links
         self.configuration = shown if isinstance(shown, Configuration) else None
         self._twists: dict[str, Array] = {}
         self.frames, self.poses, found = self._placed()
@@ -74,11 +76,6 @@ class UnloadedPose:
             return [f"with the actuators locked the platform can still move: {words}"]
         return [self.message] if self.message else []
 
-    @property
-    def rigid(self) -> dict[str, tuple[int, Array]]:
-        """The links that have a twist of their own: here all."""
-        return self.robot.mechanism.body_of
-
     def _homogeneous(self, body: int, placement: Array) -> Array:
         return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
 
@@ -90,11 +87,6 @@ class UnloadedPose:
     def platform_frame(self) -> Array:
         """The frame o-xyz (1, 4, 4)."""
         return self._homogeneous(*self.robot.mechanism.platform_frame)
-
-    @property
-    def o(self) -> Array:
-        """The point o (1, 3) [m]."""
-        return np.asarray(self.platform_frame[:, :3, 3])
 
     @property
     def platform_twist(self) -> Array:

@@ -1,0 +1,66 @@
+"""What the scene asks of the poses that it draws, whether they carry loads or not."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.robot import Robot
+
+
+class DrawnPoses(ABC):
+    """Poses of a robot, F, and what each contribution, K, does to its points; all arrays have the axis F first.
+
+    Attributes:
+        robot: the robot.
+        count: how many there are, F.
+        step: every which station of a beam is shown; its ends and its middle are among them.
+        rigid: the links that have a twist of their own.
+        sources: names of the contributions.
+        labels: what the page calls them.
+    """
+
+    robot: Robot
+    count: int
+    step: int
+    rigid: Collection[str]
+    sources: tuple[str, ...]
+    labels: tuple[str, ...]
+
+    @abstractmethod
+    def frame(self, link: str) -> Array:
+        """Return a link's frames (F, 4, 4) at rest."""
+
+    @property
+    @abstractmethod
+    def platform_frame(self) -> Array:
+        """The frames o-xyz (F, 4, 4) at rest."""
+
+    @property
+    def o(self) -> Array:
+        """The points o (F, 3) at rest [m]."""
+        return np.asarray(self.platform_frame[:, :3, 3])
+
+    @property
+    @abstractmethod
+    def platform_twist(self) -> Array:
+        """(F, K, 6) what each contribution does to the platform, at o."""
+
+    @abstractmethod
+    def twist_at(self, link: str, point: Array) -> Array:
+        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link."""
+
+    @abstractmethod
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        """Return axes (F, 3, 3) and points (F, n, 3) of a beam at rest."""
+
+    @abstractmethod
+    def beam_twists(self, name: str) -> Array:
+        """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
+
+    @abstractmethod
+    def tension(self, name: str) -> Array:
+        """Return the force (F,) [N] of a spring."""
