@@ -15,6 +15,7 @@ __all__ = [
     "CoordinatesError",
     "KinetostaticsError",
     "LimbEquilibriumError",
+    "PlatformMissingError",
     "RobotFileError",
     "SingularPoseError",
     "StaticsError",
@@ -55,6 +56,20 @@ class RobotFileError(KinetostaticsError):
         self.reason, self.file, self.line = reason, file, line
         where = f"{file}:{line}" if line is not None else file
         super().__init__(f"{where}: {reason}")
+
+
+class PlatformMissingError(RobotFileError):
+    """A robot file does not say which of several links is the platform.
+
+    Attributes:
+        likely: names of the links that are likely to be meant.
+    """
+
+    def __init__(self, file: str, line: int | None, likely: Iterable[str]) -> None:
+        self.likely = tuple(likely)
+        names = " or ".join(map(repr, self.likely))
+        remedy = f'name it by platform_link, as {names}, or by <platform link="…"/> in the file'
+        super().__init__(f"the file does not say which link is the platform: {remedy}", file, line)
 
 
 class UnknownNameError(KinetostaticsError, KeyError):

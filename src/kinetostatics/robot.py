@@ -47,11 +47,13 @@ def load_robot(
             package, such as "3rps", see :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
         platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
-            that names none and has no loops, such as the plain URDF of an arm, all joints that move are then driven.
+            that names none and has no loops, such as the plain URDF of an arm, all joints that move are then driven; the only
+            link at an end of its tree is taken without being named.
         base_link: the link that stands still, instead of that which the file names or the root of its tree.
 
     Raises:
         RobotFileError: the file is wrong; the message names file and line.
+        PlatformMissingError: the file does not say which link is the platform.
         ArgumentError: the file has no such link.
 
     Examples:

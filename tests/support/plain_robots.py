@@ -6,7 +6,6 @@ the missing platform proposes, its actuators are as stiff as their efforts sugge
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.authoring.from_urdf import extension
+from kinetostatics.exceptions import PlatformMissingError
 from kinetostatics.files.bundled import package_folder
 
 PAGE = ROOT / "docs" / "how_to" / "plain_urdf.md"
@@ -70,13 +70,13 @@ def files() -> list[str]:
 
 
 def plain_robot(file: str) -> PlainRobot:
-    """Return a file, with the platform that its error proposes first."""
+    """Return a file, with the platform that is taken, or that its error proposes first."""
     try:
-        ks.load_robot(FOLDER / file)
+        return PlainRobot(file, ks.load_robot(FOLDER / file).description.platform, "")
+    except PlatformMissingError as error:
+        return PlainRobot(file, error.likely[0], "")
     except ks.RobotFileError as error:
-        found = re.search(r"--platform-link (\S+);", str(error))
-        return PlainRobot(file, found[1] if found else "", "" if found else error.reason)
-    raise AssertionError(f"{file} has a platform")
+        return PlainRobot(file, "", error.reason)
 
 
 def table() -> str:

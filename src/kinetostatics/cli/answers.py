@@ -82,9 +82,9 @@ def print_warnings(warnings: Iterable[str]) -> None:
         print_message("warning", warning)
 
 
-def print_message(kind: str, text: str) -> None:
-    """Print an error or a warning to standard error, in one line."""
+def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
+    """Print an error or a warning to standard error, in one line, and below it commands to be pasted."""
     if sys.stderr is not None:
         begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), wants_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
-        print(whole, file=sys.stderr)
+        print(whole, *(f"  {item}" for item in commands), sep="\n", file=sys.stderr)

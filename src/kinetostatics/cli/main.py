@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import os
 import re
+import shlex
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
@@ -14,7 +15,7 @@ from typing import NoReturn
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.cli.answers import print_message
 from kinetostatics.cli.commands import COMMANDS, command
-from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError
 
 #: Exit code of any error; 0 is success and 1 a command's negative answer.
 ERROR = 2
@@ -88,6 +89,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = _run(arguments)
         sys.stdout.flush()
         return code
+    except PlatformMissingError as error:
+        return _offer(error, arguments)
     except (UsageError, KinetostaticsError) as error:
         return _fail(str(error))
     except BrokenPipeError:  # the reader has seen enough
@@ -153,6 +156,15 @@ def _prepare_output() -> None:
 
 def _fail(message: str) -> int:
     print_message("error", message)
+    return ERROR
+
+
+def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
+    """Print an error and the same command with each link that is likely to be the platform; of a second robot there is none."""
+    if "--platform-link" in arguments or error.file not in arguments:
+        return _fail(str(error))
+    commands = [shlex.join(["kinetostatics", *arguments, "--platform-link", link]) for link in error.likely]
+    print_message("error", f"{error.file}: the file does not say which link is the platform; likely ones:", commands)
     return ERROR
 
 

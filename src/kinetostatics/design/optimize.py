@@ -73,7 +73,7 @@ def optimize(
             them: arrays span a grid; default: the zero pose.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
         parameters: values of other arguments of the file.
-        platform_link, base_link: as ``platform`` and ``base`` of :func:`kinetostatics.load_robot`.
+        platform_link, base_link: as :func:`kinetostatics.load_robot` takes them.
         starts: how many searches, from different parameters: the file's own first.
         tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
             "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.

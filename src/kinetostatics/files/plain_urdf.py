@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 from collections.abc import Collection, Mapping
 
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.exceptions import ArgumentError, PlatformMissingError, near_names
 from kinetostatics.files.xml import XmlElement
 
-#: How many names a message lists.
-LISTED = 8
+#: How many names a message lists, and how many platforms are offered.
+LISTED, OFFERED = 8, 3
 
 
 def listed(names: Collection[str]) -> str:
@@ -38,31 +39,59 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
     return name
 
 
-def missing_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint]) -> RobotFileError:
-    """Return the error of a file that does not say which link is the platform.
+def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
+    """Return the links of a tree that may be its platform: those at its ends that move, and hands; the likely ones first.
 
-    It lists the links at the ends of the tree to which moving joints lead, most joints first; of several that are fixed to each
-    other the last one, which in arms is the tool's frame.
+    From a hand several branches go on that have fewer joints than the way to it, as a gripper's fingers. Links fixed to it come
+    before its fingers, and of several that are fixed to each other the last one, which in arms is the tool's frame.
     """
     above = {joint.child: joint for joint in joints.values()}
+
+    def upwards(link: str) -> list[str]:
+        way = [link]
+        while way[-1] in above:
+            way.append(above[way[-1]].parent)
+        return way
+
+    moved = {link for link, joint in above.items() if not JOINT_TYPES[joint.type].is_fixed}
+    depth = {link: sum(other in moved for other in upwards(link)) for link in links}
+    branches: dict[str, set[str]] = {}
+    for link in moved:
+        for lower, upper in itertools.pairwise(upwards(link)):
+            branches.setdefault(upper, set()).add(lower)
+    hands = {link for link, below in branches.items() if len(below) > 1}
     parents = {joint.parent for joint in joints.values()}
-    moving: dict[str, int] = {}
-    for name in links:
-        link, count = name, 0
-        while link in above:
-            joint = above[link]
-            count += not JOINT_TYPES[joint.type].is_fixed
-            link = joint.parent
-        if name not in parents and count:
-            moving[name] = count
-    found = sorted(reversed(moving), key=lambda name: -moving[name])
-    reason = 'the robot has no platform; name the moving platform with <platform link="…"/>'
+    ends = [link for link in reversed(list(links)) if link not in parents and depth[link]]
+    found: dict[str, tuple[int, int]] = {}
+    for end in ends:
+        hand = next((link for link in upwards(end) if link in hands), end)
+        if hand != end and depth[end] < 2 * depth[hand]:
+            found[end] = -depth[hand], depth[end] - depth[hand]
+            if not any(depth[other] == depth[hand] and hand in upwards(other) for other in ends):
+                found[hand] = -depth[hand], 0
+        else:
+            found[end] = -depth[end], 0
+    return sorted(found, key=found.__getitem__)
+
+
+def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
+    """Return the platform of a file without loops that does not name it: the only link at an end of its tree.
+
+    Args:
+        root: the robot's element.
+        links, joints: of the robot.
+        warnings: what is said is added to them.
+
+    Raises:
+        PlatformMissingError: there are several, or nothing moves.
+    """
+    found = likely_platforms(links, joints)
+    if len(found) == 1:
+        warnings.append(f"{root.place}: the file names no platform; it is {found[0]!r}, the only link at an end of its tree.")
+        return found[0]
     if not found:
-        return root.error(f"{reason}, and the joint that moves it: no joint of this file moves")
-    return root.error(
-        f"{reason}, or leave the file as it is and say load_robot(…, platform_link={found[0]!r}), on the command line "
-        f"--platform-link {found[0]}; links at the ends of its branches: {listed(found)}"
-    )
+        raise root.error("the robot has no platform: no joint of this file moves a link")
+    raise PlatformMissingError(root.place.file, root.place.line, found[:OFFERED])
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:

@@ -14,7 +14,7 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.attribute_values import new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
-from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
+from kinetostatics.files.plain_urdf import all_driven, chosen_platform, file_name, first_base, known_link
 from kinetostatics.files.robot_element import extra_of_robot, robot_element
 from kinetostatics.files.rules import (
     check_masters,
@@ -173,12 +173,14 @@ def describe(
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
     joints = with_right_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
+    if platform is None and platform_element is None and not loops:
+        platform = chosen_platform(root, links, joints, warnings)
     if platform is not None:
         platform, place, frame = known_link("platform_link", platform, links, path), Place(path), Origin()
         if platform_element is None and not loops:
             driven = all_driven(joints, driven, path, warnings)
     elif platform_element is None:
-        raise missing_platform(root, links, joints)
+        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>, or by platform_link')
     else:
         platform, place, frame = (
             platform_element.attributes["link"],

@@ -202,7 +202,7 @@ def test_new_from(arm, tmp_path, capsys) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "the robot has no platform; .* --platform-link tool"),
+        ([], "does not say which link is the platform; likely ones:\n .* --platform-link tool"),
         (["3-RPS"], "give an architecture or --from, not both"),
         (["--platform-link", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
         (["--platform-link", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),

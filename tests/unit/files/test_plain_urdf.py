@@ -1,6 +1,6 @@
 """URDFs that were not written for this package: platform and base by argument, actuators, and oddities that do not matter."""
 
-import re
+import shlex
 
 import numpy as np
 import pinocchio as pin
@@ -62,16 +62,39 @@ def test_all_joints_of_an_arm_hold_its_weight(write) -> None:
     assert not result.twist.any()
 
 
-def test_a_file_without_platform_is_answered_with_what_to_type(write, capsys) -> None:
-    path = write()
-    with pytest.raises(ks.RobotFileError) as caught:
+def test_a_file_without_platform_is_answered_with_commands_that_run(write, capsys) -> None:
+    path = str(write())
+    with pytest.raises(
+        ks.exceptions.PlatformMissingError, match="platform_link, as 'tool' or 'camera', or by <platform"
+    ) as caught:
         ks.load_robot(path)
-    found = re.search(r"load_robot\(…, platform_link='(\w+)'\).*--platform-link (\w+); .*: (.*)$", str(caught.value))
-    assert found is not None and found.groups() == ("tool", "tool", "'tool', 'camera'")
-    assert main(["check", str(path), "--platform-link", "tool"]) == 0
-    assert main(["analyze", str(path), "--platform-link", "hand", "--base-link", "upper"]) == 0
-    assert main(["check", str(path), "--platform-link", "tol"]) == 2
+    assert caught.value.likely == ("tool", "camera")
+    for command in ("check", "analyze", "new --out mine.urdf.xacro --from"):
+        assert main([*command.split(), path]) == 2
+        first, *offers = capsys.readouterr().err.splitlines()
+        assert first == f"kinetostatics: error: {path}: the file does not say which link is the platform; likely ones:"
+        assert offers == [f"  kinetostatics {command} {path} --platform-link {link}" for link in ("tool", "camera")]
+    assert main(shlex.split(offers[0].replace("mine", f"{path}_mine"))[1:]) == 0
+    assert main(["analyze", path, "--platform-link", "hand", "--base-link", "upper"]) == 0
+    assert main(["check", path, "--platform-link", "tol"]) == 2
     assert "did you mean 'tool'" in capsys.readouterr().err
+
+
+def test_the_only_link_at_an_end_is_the_platform_and_a_hand_comes_before_its_fingers(write) -> None:
+    one = ARM.replace('<link name="camera"/>', "").replace(ARM[ARM.index('  <joint name="eye"') : ARM.index(END)], "")
+    robot = ks.load_robot(write(one))
+    assert robot.description.platform == "tool" and "it is 'tool', the only link at an end" in robot.warnings[0]
+    expected = ks.analyze(ks.load_robot(write(one), platform_link="tool").assemble())
+    np.testing.assert_array_equal(ks.analyze(robot.assemble()).compliance, expected.compliance)
+    assert ks.analyze(robot.assemble()).actuator_forces == expected.actuator_forces
+    fingers = "".join(
+        f'<link name="{name}"/><joint name="{name}_" type="prismatic"><parent link="{{}}"/><child link="{name}"/>{LIMIT}</joint>'
+        for name in ("left", "right")
+    )
+    for link, likely in (("hand", ("tool", "right", "left")), ("tool", ("tool", "right", "left"))):
+        with pytest.raises(ks.exceptions.PlatformMissingError) as caught:
+            ks.load_robot(write(ARM.replace(END, fingers.format(link, link) + END)))
+        assert caught.value.likely == likely
 
 
 def test_a_file_in_which_nothing_moves_says_so(write) -> None:
