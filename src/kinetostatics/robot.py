@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import warn
-from kinetostatics.buckling.buckling_model import BucklingModel
 from kinetostatics.buckling.members import Members
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
@@ -28,6 +27,7 @@ from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
 from kinetostatics.statics.robot_statics import RobotStatics, make_statics
+from kinetostatics.statics.small_motions import SmallMotions
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -148,7 +148,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def members(self) -> Members:
         """Members (collinear beams that buckle as one) and their limbs."""
-        return Members(BucklingModel(self.statics))
+        return Members(SmallMotions(self.statics))
 
     def assemble(
         self,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER
-from kinetostatics.buckling.buckling_model import BeamEnds, BucklingModel
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.statics.small_motions import BeamEnds, SmallMotions
 from kinetostatics.statics.solution import Solution
 
 #: Beams are collinear up to this distance, relative to their length.
@@ -33,7 +33,7 @@ class Members:
         structure: the robot.
     """
 
-    def __init__(self, structure: BucklingModel) -> None:
+    def __init__(self, structure: SmallMotions) -> None:
         self.structure = structure
         model = structure.model
         frames = model.zero_frames

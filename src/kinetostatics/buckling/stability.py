@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
-from kinetostatics.buckling.buckling_model import BucklingModel, Follower
 from kinetostatics.buckling.elimination import definite_in_order, fronts
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, dot
@@ -20,6 +19,7 @@ from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import beam_forces
 from kinetostatics.statics.joint_wrenches import carried_wrenches
+from kinetostatics.statics.small_motions import Follower, PlacedMotions, SmallMotions
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs
 
@@ -136,7 +136,7 @@ class Forces:
         return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others)
 
 
-def forces_of(structure: BucklingModel, solution: Solution) -> Forces:
+def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; statically indeterminate ones have one of their possible values."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
@@ -152,13 +152,13 @@ def forces_of(structure: BucklingModel, solution: Solution) -> Forces:
     return Forces(frames, solution.o, solution.gravity, beam_forces(model, solution), joints, points, others)
 
 
-def stability(structure: BucklingModel, forces: Forces) -> Stability:
+def stability(structure: SmallMotions, forces: Forces) -> Stability:
     """Assemble K and K_G."""
     found = _Assembly(structure, forces)
     return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, structure.followers)
 
 
-def surely_stable(structure: BucklingModel, forces: Forces) -> Mask:
+def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
     """Return where (N,) K + K_G is positive definite, at a small part of the cost; False, too, where a beam nearly buckles alone.
 
     Whatever the inner coordinates of a beam, x′(K + K_G)x ≥ u′(B + G)u − |C′u|²/(1 − β), with u the motions of its ends, C what
@@ -174,11 +174,12 @@ def surely_stable(structure: BucklingModel, forces: Forces) -> Mask:
 class _Assembly:
     """K (n, n, N) and K_G (n + b, n + b, N); condensed: K's diagonal (n, N), and what K + K_G exceeds (n, n, N)."""
 
-    def __init__(self, structure: BucklingModel, forces: Forces, condensed: bool = False) -> None:
+    def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False) -> None:
         self.structure, self.given, self.condensed = structure, forces, condensed
         self.places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
         self.frames, self.o = forces.frames, forces.o
-        self.units = structure.unit_twists(self.frames, self.o)
+        self.motions = PlacedMotions(structure, self.frames, self.o)
+        self.units = self.motions.units
         _, n, N = self.units.shape
         total = n if condensed else n + 2 * INNER * len(structure.beams)
         self.K, self.G = (zeros_for(shape, self.o) for shape in ((n, N) if condensed else (n, n, N), (total, total, N)))
@@ -205,14 +206,6 @@ class _Assembly:
     def _diagonal(self) -> Array:
         """Return the diagonal (n, N) of K."""
         return self.K if self.condensed else np.einsum("iin->in", self.K)
-
-    def _moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
-        mine = list(self.structure.columns[body])
-        found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
-        turns = self.units[:3, mine]
-        found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
-        return found
 
     def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:
         """Add blocks of matrices on motions (m, k, N) of some coordinates (k,)."""
@@ -253,7 +246,7 @@ class _Assembly:
             for body in bodies:
                 self.axes.setdefault(self.structure.columns[body], []).append(axes[:, 0])
             columns = self.structure.columns_of(*bodies)
-            ends = [self._moved(columns, body, point) for body, point in zip(bodies, points, strict=True)]
+            ends = [self.motions.moved(columns, body, point) for body, point in zip(bodies, points, strict=True)]
             world = np.stack([ends[1][1] - ends[0][1], ends[0][0] * length, ends[1][0] * length])
             local = np.einsum("ian,mikn->amkn", axes, world)
             motions = np.concatenate([local[:1, 0], local[:1, 2] - local[:1, 1], local[1], local[2]])
@@ -288,7 +281,9 @@ class _Assembly:
                 for second, there in spring.places[1].items():
                     bodies = self.structure.body_at[first], self.structure.body_at[second]
                     columns = self.structure.columns_of(*bodies)
-                    ends = [self._moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True)]
+                    ends = [
+                        self.motions.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True)
+                    ]
                     parts = [
                         np.einsum("nia,na,nja->ijn", axes, part * (here & there)[:, None], axes)
                         for part in (np.maximum(values, 0), np.minimum(values, 0))
@@ -313,7 +308,7 @@ class _Assembly:
             slides = [structure.freedoms[column] for column in joint.columns]
             if any(item is not None and not item.rotates for item in slides):
                 columns = structure.columns_of(*bodies)
-                ends = [self._moved(columns, body, point) for body in bodies]
+                ends = [self.motions.moved(columns, body, point) for body in bodies]
                 both = np.concatenate([ends[0][0], ends[1][1] - ends[0][1]])
                 # f · (θ × u) = θ · (u × f)
                 values = zeros_for((6, 6, force.shape[1]), force)
@@ -324,19 +319,8 @@ class _Assembly:
 
     def _close_loops(self, closing: Array) -> None:
         """Joints that close loops: a stiffness ``closing`` (N,) [N/m] along their constrained directions."""
-        structure = self.structure
-        for joint in structure.joints:
-            if not joint.closes:
-                continue
-            k, bodies = self.places.get(joint.connection.name), (joint.inner, joint.outer)
-            point = self.given.centres[:, k] if k is not None else self.o
-            columns = tuple(sorted({*structure.columns_of(*bodies), *joint.columns}))
-            ends = [self._moved(columns, body, point) for body in bodies]
-            rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
-            turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
-            own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
-            rows[:, [columns.index(column) for column in joint.columns]] -= own
-            rows *= np.repeat([structure.model.length, 1.0], 3)[:, None, None] * np.sqrt(closing)
+        for columns, rows in self.motions.gaps():
+            rows *= np.sqrt(closing)
             self._add(columns, rows, [(slice(0, 6), np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(closing))))])
 
     def _bodies(self) -> None:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling.buckling_model import BucklingModel as StructureOfMembers
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, Pose, PoseModel, outputs_at, pose_record
@@ -19,6 +18,7 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.small_motions import SmallMotions
 
 #: How far two ways of computing an example may differ, beside the largest entry of an array.
 _ALIKE = 1e-7
@@ -50,7 +50,7 @@ def pose_model(
     robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
 ) -> tuple[PoseModel, tuple[Array, ...]]:
     """Return what outputs are computed of, see :class:`PoseCode`, and an example: coordinates, load, gravity, loads on links."""
-    members = StructureOfMembers(statics) if stages == STABILITY else None
+    members = SmallMotions(statics) if stages == STABILITY else None
     model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
     return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
 

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinetostatics.buckling import buckling_model as members
 from kinetostatics.buckling.stability import forces_of, surely_stable
 from kinetostatics.engine.record import by_numpy, recorded_input, recording_equilibrium
 from kinetostatics.engine.recorder import recording
@@ -30,6 +29,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import COMPUTED, QUANTITIES
 from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
+from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Solution
 
 
@@ -48,7 +48,7 @@ class PoseModel(NamedTuple):
     statics: RobotStatics
     prescribed: PrescribedCoordinates | None = None
     places: LoadedPlaces | None = None
-    members: members.BucklingModel | None = None
+    members: SmallMotions | None = None
 
     @classmethod
     def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates | None = None) -> PoseModel:

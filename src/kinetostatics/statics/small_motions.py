@@ -1,4 +1,4 @@
-"""A robot as a structure: rigid bodies, joints and beams, and the coordinates of their small motions.
+"""Small motions of a robot: rigid bodies, joints and beams, and the coordinates of their small motions.
 
 Passive freedoms of joints are free, driven joints locked, elastic joints springs. Coordinates are the passive and the elastic
 freedoms along a spanning tree of joints. Bodies that no joint connects to the base have six coordinates each and are held by
@@ -7,13 +7,14 @@ beams alone. A joint outside the tree closes a loop: its freedoms are coordinate
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.elastic_joints import Drive, drives_of, springs_of
 from kinetostatics.mechanism.joint_freedoms import Freedom, Freedoms, freedoms_of
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
@@ -22,7 +23,7 @@ from kinetostatics.statics.robot_statics import RobotStatics
 
 
 @dataclass(frozen=True)
-class BucklingJoint:
+class MovedJoint:
     """A joint between two bodies, and the coordinates of its freedoms.
 
     ``closes``: whether it closes a loop of the tree; ``sign``: 1 where its coordinates move the outer side relative to the inner
@@ -55,8 +56,10 @@ class BeamEnds:
     outer: RigidBody
 
 
-class BucklingModel:
+class SmallMotions:
     """Bodies, joints and beams of a robot, and the coordinates of its small motions.
+
+    Its elastic actuators are those of the file, or the given ``drives``: one of infinite compliance is free.
 
     Attributes:
         model: the robot.
@@ -73,17 +76,17 @@ class BucklingModel:
 
     NOT_RECORDED = ("graph",)
 
-    def __init__(self, model: RobotStatics) -> None:
+    def __init__(self, model: RobotStatics, drives: Mapping[str, Drive] | None = None) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         self.body_at = {place: body for body in self.graph.bodies for place in body.places}
         self.platform, number = self.graph.platform, {name: k for k, name in enumerate(model.weights.names)}
         self.weights = [(body, number[name]) for body in self.graph.bodies for name in body.weights]
-        self._drives = drives_of(model.mechanism)
+        self._drives = drives_of(model.mechanism) if drives is None else drives
         self._moved = {name for drive in self._drives.values() for name, _ in drive.moves}
         edges = [edge for edge in self.graph.edges if edge.connection is not None]
         own = {id(edge): self._freedoms(edge.connection) for edge in edges if edge.connection is not None}
         edges = [edge for edge in edges if sum(not item.stiffness for item in own[id(edge)]) < 6]
-        self.joints: list[BucklingJoint] = []
+        self.joints: list[MovedJoint] = []
         self.freedoms: list[Freedom | None] = []
         self.columns: dict[RigidBody, tuple[int, ...]] = {}
         at: dict[RigidBody, list[BodyEdge]] = {}
@@ -105,7 +108,7 @@ class BucklingModel:
                     other, mine = edge.other(here), self._more(own[id(edge)])
                     closes = other in self.columns
                     self.joints.append(
-                        BucklingJoint(edge.connection, inner, outer, mine, closes, 1 if closes or other is outer else -1)
+                        MovedJoint(edge.connection, inner, outer, mine, closes, 1 if closes or other is outer else -1)
                     )
                     if not closes:
                         self.columns[other] = self.columns[here] + mine
@@ -130,7 +133,7 @@ class BucklingModel:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
             inner, outer = (body, behind) if joint.predecessor == link else (behind, body)
-            self.joints.append(BucklingJoint(joint, inner, outer, mine, False, 1 if outer is behind else -1))
+            self.joints.append(MovedJoint(joint, inner, outer, mine, False, 1 if outer is behind else -1))
             body, link = behind, joint.other(link)
         return body
 
@@ -181,3 +184,37 @@ class BucklingModel:
             twists = self._twists.twists(frames, o) / np.where(self._twists.rotates, size, 1.0)[:, None]
             found[:3, self._given], found[3:, self._given] = twists[3:], twists[:3]
         return found
+
+
+class PlacedMotions:
+    """The small motions of a robot at N poses: ``units`` (6, n, N) are the twists of its coordinates about o (3, N)."""
+
+    def __init__(self, structure: SmallMotions, frames: Frames, o: Array) -> None:
+        self.structure, self.frames, self.o = structure, frames, o
+        self.units = structure.unit_twists(frames, o)
+        self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
+
+    def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
+        """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
+        mine = list(self.structure.columns[body])
+        found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
+        turns = self.units[:3, mine]
+        found[0][:, where], found[1][:, where] = turns, self.units[3:, mine] + cross(turns, (point - self.o)[:, None])
+        return found
+
+    def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
+        """Yield for each joint that closes a loop coordinates, and how they open it: rotation and displacement (6, k, N) [m]."""
+        table = self.structure.model.joint_table
+        for joint in self.structure.joints:
+            if not joint.closes:
+                continue
+            k = self._places.get(joint.connection.name)
+            point = self.o if k is None else self.frames.points(table.centre_body, table.centre)[:, k]
+            columns = tuple(sorted({*self.structure.columns_of(joint.inner, joint.outer), *joint.columns}))
+            ends = [self.moved(columns, body, point) for body in (joint.inner, joint.outer)]
+            rows = (ends[1] - ends[0]).reshape(6, len(columns), self.o.shape[1])
+            turns, shifts = np.split(self.units[:, list(joint.columns)], 2)
+            own = np.concatenate([turns, shifts + cross(turns, (point - self.o)[:, None])])
+            rows[:, [columns.index(column) for column in joint.columns]] -= own
+            rows[:3] *= self.structure.model.length
+            yield columns, rows
