@@ -230,7 +230,7 @@ class Scene:
                 "pose": packing.path(stations.poses, 7), "twist": packing.path(stations.all_twists, 6 * len(stations.sources)),
             },
             "arrows": [arrow.plain(scale, r, colour, packing) for arrow, scale, r, colour in self.scaled_arrows()],
-            "facts": self.facts.plain(packing),
+            "facts": self.facts.plain(),
             "units": self.facts.units(),
             "live": self.live,
         }  # fmt: skip

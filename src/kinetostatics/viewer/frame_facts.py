@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import facts_of, platform_coordinates
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.applied_loads import about_point, loads_on_links
-from kinetostatics.viewer.packing import Packing, plain_scale
+from kinetostatics.viewer.packing import plain_scale
 from kinetostatics.viewer.shown_poses import ShownPoses
 from kinetostatics.viewer.unloaded import UnloadedPose
 
@@ -41,24 +41,46 @@ class FrameFacts:
     displacement: NumberFormat
     rotation: NumberFormat
 
-    def plain(self, packing: Packing) -> dict[str, object]:
-        """Return it as JSON wants it."""
-        return {
-            "pose": [{"name": name, "unit": unit, "values": np.round(values, 6).tolist()} for name, unit, values in self.pose],
-            "gravity": None if self.gravity is None else packing.path(self.gravity, 3),
-            "load": None if self.load is None else packing.path(self.load, 6), "status": self.status,
-            "on_links": {name: packing.path(wrench, 6) for name, wrench in self.on_links.items()},
-            "payload": None if self.payload is None else self._plain_payload(packing),
-        }  # fmt: skip
+    def told(self, frame: int) -> list[tuple[str, str]]:
+        """Return names and words of what stands on the page in a frame, its status last."""
+        found = []
+        if self.pose:
+            pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
+            found.append(("pose", ", ".join(pose)))
+        if self.gravity is not None and self.load is not None:
+            found += [("gravity", f"{_vector(self.gravity[frame])} m/s²"), ("load at o", _wrench(self.load[frame]))]
+        found += [(name, _wrench(wrench[frame])) for name, wrench in self.on_links.items()]
+        if self.payload is not None:
+            mass, center, link = self.payload
+            where = f"{_vector(1e3 * center[frame])} mm in the frame of {link or 'o'}"
+            found.append(("payload", f"{_short(mass[frame])} kg at {where}"))
+        return [*found, ("status", self.status[frame])]
 
-    def _plain_payload(self, packing: Packing) -> dict[str, object]:
-        assert self.payload is not None
-        mass, center, link = self.payload
-        return {"mass": packing.path(mass), "center": packing.path(center, 3), "link": link}
+    def plain(self) -> list[list[tuple[str, str]]]:
+        """Return :meth:`told` of every frame."""
+        return [self.told(frame) for frame in range(len(self.status))]
 
     def units(self) -> dict[str, object]:
         """Return the units as JSON wants them."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
+
+
+def _rounded(value: float) -> str:
+    """Return a coordinate in mm or degrees, without zeros at the end."""
+    return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
+
+
+def _short(value: float) -> str:
+    """Return a load in up to five digits, without zeros at the end."""
+    return f"{0.0 if abs(value) < 5e-6 else float(f'{value:.5g}'):.15g}".replace("-", "−")
+
+
+def _vector(values: Array) -> str:
+    return f"({', '.join(map(_short, values))})"
+
+
+def _wrench(values: Array) -> str:
+    return f"{_vector(values[:3])} N" + (f", {_vector(values[3:])} N·m" if np.any(values[3:]) else "")
 
 
 def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFacts:

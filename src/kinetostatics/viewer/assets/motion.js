@@ -35,12 +35,6 @@ function read(s) {
     for (const row of card.rows) row.values = decode(row.values, Float32Array);
     for (const name of Object.keys(card.lines)) card.lines[name] = decode(card.lines[name], Float32Array);
   }
-  if (s.facts) {
-    const { facts } = s, all = (object, keys) => { for (const key of keys) object[key] = decode(object[key], Float32Array); };
-    all(facts, ["gravity", "load"].filter((key) => facts[key]));
-    all(facts.on_links, Object.keys(facts.on_links));
-    if (facts.payload) all(facts.payload, ["mass", "center"]);
-  }
   return s;
 }
 

@@ -15,12 +15,6 @@ function fixed(x, decimals) {
   return Number(text) === 0 ? "0" : typeset(text);
 }
 
-/** A coordinate in mm or degrees, without zeros at the end. */
-const place = (x) => typeset(Number(x.toFixed(2)) + 0);
-
-/** A load: up to five digits, without zeros at the end. */
-const short = (x) => typeset(Math.abs(x) < 5e-6 ? 0 : Number(x.toPrecision(5)));
-
 function escape(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" }[c]));
 }
@@ -199,26 +193,11 @@ function closeAll() {
 
 // ---------------------------------------------------------------- what changes
 
-/** Pose, gravity, loads and scale of a robot, as parts of a line. */
+/** Pose, gravity, loads and scale of a robot at the nearest pose of the path, as names and words. */
 function facts(robot) {
-  const { scene } = robot, { pose, gravity, load, on_links, payload, status } = scene.facts;
-  const list = (values) => `(${values.map(short).join(", ")})`;
-  const wrench = (values) => {
-    const w = interpolated(scene, values, 6), moment = w.slice(3);
-    return `${list(w.slice(0, 3))} N${moment.some((x) => x !== 0) ? `, ${list(moment)} N·m` : ""}`;
-  };
-  const [i] = between(scene);
-  const found = [
-    ...(pose.length ? [["pose", pose.map(({ name, unit, values }) => `${name} ${place(interpolated(scene, values, 1)[0])}${unit === "°" ? "" : " "}${unit}`).join(", ")]] : []),
-    ...(gravity ? [["gravity", `${list(interpolated(scene, gravity, 3))} m/s²`], ["load at o", wrench(load)]] : []),
-    ...Object.entries(on_links).map(([name, values]) => [name, wrench(values)]),
-  ];
-  if (payload) {
-    const mm = interpolated(scene, payload.center, 3).map((x) => 1000 * x);
-    found.push(["payload", `${short(interpolated(scene, payload.mass, 1)[0])} kg at ${list(mm)} mm in the frame of ${payload.link ?? "o"}`]);
-  }
-  if (!scene.unloaded) found.push(["drawn", `× ${number(state.exaggeration)}`]);
-  return status[i] === "OK" && !scene.live ? found : [...found, ["status", status[i]]];
+  const { scene } = robot, [i, j, w] = between(scene), told = scene.facts[w < 0.5 ? i : j];
+  const [status] = told.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
+  return [...told.slice(0, -1), ...drawn, ...(status[1] === "OK" && !scene.live ? [] : [status])];
 }
 
 function writePanel(scale) {
