@@ -1,8 +1,8 @@
 """Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF.
 
-See ``README.md`` for an example; the method is that of Yang, Huang, Ye and Chen, Gravity-based kinetostatic modeling of
-parallel manipulators using screw theory, Chinese Journal of Mechanical Engineering 36 (2023). The public names stand in
-``__init__.pyi``; each is imported when it is first used.
+See ``README.md`` for an example; the method is that of Yang, Huang, Ye and Chen, Gravity-based kinetostatic modeling of parallel
+manipulators using screw theory, Chinese Journal of Mechanical Engineering 36 (2023). The public names are listed in
+``__init__.pyi`` and imported on first use.
 """
 
 import lazy_loader
@@ -11,12 +11,12 @@ _lazy, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> object:
-    """Import a public name when it is first used; ``__version__`` is that of the installed package."""
+    """Import a public name on first use; ``__version__`` is the version of the installed package."""
     if name != "__version__":
         return _lazy(name)
     from importlib.metadata import PackageNotFoundError, version
 
     try:
         return version("kinetostatics")
-    except PackageNotFoundError:  # a folder of source that is on the path without being installed
+    except PackageNotFoundError:  # source folder on the path, not installed
         return "0+unknown"

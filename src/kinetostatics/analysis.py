@@ -1,6 +1,6 @@
-"""Analysis of poses under loads and gravity: arguments are checked and broadcast, then the poses are solved chunk by chunk.
+"""Analysis of poses under loads and gravity: check and broadcast the arguments, then solve the poses in chunks.
 
-The equilibrium itself is :mod:`kinetostatics.statics.solution`.
+:mod:`kinetostatics.statics.solution` solves the equilibrium.
 """
 
 from __future__ import annotations
@@ -59,34 +59,33 @@ def analyze(
         configuration: the pose or poses.
         load: (…, 6) external wrench on the platform: force [N], moment [N·m].
         gravity: (…, 3) gravity [m/s²] in world axes.
-        point: (…, 3) where the force acts [m]; default o. In the axes and from the origin of ``frame``.
-        frame: "world": ``load`` is in world axes and ``point`` a point of the world; "platform": both in the platform's axes,
-            ``point`` from o.
+        point: (…, 3) point of application of the force [m], in ``frame``; default o.
+        frame: "world": ``load`` in world axes, ``point`` from the world origin; "platform": both in platform axes, from o.
         assembly_errors: errors of joints and beams in the unloaded robot, by name; see
-            :mod:`kinetostatics.statics.assembly_errors`. A joint's is a twist (…, 6) [m, rad]: by how much its platform side is
-            displaced relative to its base side, at the joint's centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the
-            axes of the joint's own frame. A slide's centre is its origin on the platform side, as of its wrench. A beam's is
-            ``{"length": …, "temperature": …}``: too long by [m], warmer by [K].
-            Their effect is the contribution "assembly_errors".
-        loads: what acts on links, by the link's name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's
-            origin, or a :class:`LinkLoad`, which acts at any point and may follow the link's axes, or a list of several. Of an
-            elastic link it must be the end of a beam. Each is the contribution "load on LINK".
-        payload: what the robot carries, a :class:`Payload` on the platform or on a link; the contribution "payload".
+            :mod:`kinetostatics.statics.assembly_errors`. The error of a joint is a twist (…, 6) [m, rad]: the displacement of its
+            platform side relative to its base side, at the joint's centre, in world axes; or ``{"twist": …, "frame": "joint"}``,
+            in the axes of the joint frame. The centre of a prismatic joint is its origin on the platform side. The error of a
+            beam is ``{"length": …, "temperature": …}``: excess length [m], temperature rise [K]. Together they are the
+            contribution "assembly_errors".
+        loads: loads on links, by link name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's origin; a
+            :class:`LinkLoad`, for another point or for link axes; or a list of these. On an elastic link, the point must be the
+            end of a beam. Each link gives the contribution "load on LINK".
+        payload: a :class:`Payload` on the platform or on a link; it gives the contribution "payload".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        engine: "numpy", "compiled", or "auto": compiled where the code is in memory, from 1,000 poses on where it is on disk,
-            from 10,000 on in any case. Numbers differ by rounding only, statuses not at all.
+        engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; if it is on disk, from 1,000 poses
+            on; otherwise from 10,000 poses on. Numbers differ by rounding only; statuses are equal.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
-        SingularPoseError: with the actuators locked the platform can still move; the message says how.
+        SingularPoseError: with the actuators locked, the platform can still move; the message describes the motion.
         LimbEquilibriumError: a limb cannot hold its own weight.
         StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
 
     Examples:
-        A tripod carries 500 N on its platform. What load and weights contribute to the twist adds up to it:
+        A tripod carries 500 N on its platform. The contributions of load and weights sum to the twist:
 
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
@@ -236,7 +235,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
             what = (
                 f"{name} cannot hold its own weight"
                 if name.startswith("limb")
-                else f"what hangs on the {name} cannot hold itself"
+                else f"the branch on the {name} cannot hold its own weight"
             )
             loaded = " and the loads on its links" if solution.applied else ""
             raise LimbEquilibriumError(
@@ -280,21 +279,21 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
 
 
 def check_keywords(function: Callable[..., object], given: Iterable[str], without: Iterable[str] = ()) -> None:
-    """Complain of keywords that a function cannot hand on to :func:`analyze`.
+    """Check the keywords that a function passes on to :func:`analyze`.
 
     Args:
-        function: of which they are.
-        given: the keywords that are not its own.
-        without: arguments of :func:`analyze` that it chooses itself.
+        function: the function that was called.
+        given: the keywords that are not parameters of ``function``.
+        without: arguments of :func:`analyze` that ``function`` sets itself.
 
     Raises:
-        ArgumentError: there is one; the message names the function.
+        ArgumentError: :func:`analyze` has no such argument, or ``function`` sets it; the message names the function.
     """
     own = [item.name for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
     handed_on = {*inspect.signature(analyze).parameters} - {"configuration", *without}
     for name in given:
         if name not in handed_on:
             hint = near_names(name, {*own, *handed_on})
-            if hint.startswith("known"):  # too many to be told
+            if hint.startswith("known"):  # too many to be listed
                 hint = f"its own are {', '.join(own)}, and it has those of analyze"
             raise ArgumentError(f"{function.__name__} takes no {name!r}: {hint}")

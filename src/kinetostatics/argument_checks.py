@@ -17,13 +17,13 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
 #: Types that ``float`` accepts.
 FloatLike: TypeAlias = SupportsFloat | SupportsIndex | str
-Keyword: TypeAlias = Any  # the value of a keyword that is passed on to the function that checks it
+Keyword: TypeAlias = Any  # value of a keyword, checked by the function to which it is passed on
 
 _HOME = os.path.dirname(__file__) + os.sep
 
 
 def warn(words: str) -> None:
-    """Issue a warning that points at the line outside the package from which it was called."""
+    """Issue a warning at the line, outside the package, of the current call."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
         frame, level = frame.f_back, level + 1
@@ -34,7 +34,7 @@ def need_scipy(what: str) -> None:
     """Check that SciPy, which ``what`` needs, is installed.
 
     Raises:
-        KinetostaticsError: it is not.
+        KinetostaticsError: SciPy is not installed.
     """
     try:
         import scipy.optimize  # noqa: F401
@@ -46,7 +46,7 @@ def check_mapping(what: str, value: object, example: str) -> None:
     """Check that a value is a mapping whose keys are names.
 
     Raises:
-        ArgumentError: it is not; the message shows ``example``.
+        ArgumentError: the value is no such mapping; the message shows ``example``.
     """
     if not isinstance(value, Mapping):
         raise ArgumentError(f"{what} is {value!r}; it must be a mapping from names to values, such as {example}")
@@ -59,7 +59,7 @@ def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...
     """Return several names as a tuple.
 
     Raises:
-        ArgumentError: they are something else, or one bare name; the message shows ``example``.
+        ArgumentError: the value is not a sequence of names, or is a single string; the message shows ``example``.
     """
     try:
         given = None if isinstance(value, str) else tuple(value)
@@ -75,17 +75,17 @@ def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
     """Check that a value is one of several words.
 
     Raises:
-        ArgumentError: it is not.
+        ArgumentError: the value is not one of ``choices``.
     """
     if not isinstance(value, str) or value not in choices:
         raise ArgumentError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
 
 
 def positive(what: str, value: FloatLike, expected: str = "a positive number", infinite: bool = False) -> float:
-    """Return a number greater than zero, ``infinite`` only if that is allowed.
+    """Return a positive number; infinity is accepted if ``infinite`` is set.
 
     Raises:
-        ArgumentError: it is none; the message says what is ``expected``.
+        ArgumentError: the value is not such a number; the message contains ``expected``.
     """
     try:
         number = float(value)
@@ -99,10 +99,11 @@ def positive(what: str, value: FloatLike, expected: str = "a positive number", i
 def whole_number(
     what: str, value: SupportsIndex | None, least: int, most: int | None = None, why: str = "", shown: str = ""
 ) -> int:
-    """Return an integer, of NumPy too, from ``least`` on or up to ``most``.
+    """Return an integer (Python or NumPy) between ``least`` and ``most``.
 
     Raises:
-        ArgumentError: it is none; the message has the value as it was ``shown``, and ``why`` it may not be more.
+        ArgumentError: the value is not such an integer; the message contains ``shown`` (the value as text) and ``why`` (the
+            reason for the upper limit).
     """
     number = None
     if value is not None and not isinstance(value, (bool, np.bool_)):
@@ -118,11 +119,11 @@ def numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of numbers.
 
     Raises:
-        ArgumentError: it is none.
+        ArgumentError: the value is of another type.
     """
     array = None
     with contextlib.suppress(TypeError, ValueError):
-        if not np.iscomplexobj(np.asarray(value)):  # whose imaginary part NumPy would drop
+        if not np.iscomplexobj(np.asarray(value)):  # NumPy would drop the imaginary part
             array = np.array(value, dtype=float)
     if array is None:
         raise ArgumentError(f"{what} is not an array of numbers: {value!r}")
@@ -133,7 +134,7 @@ def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of finite numbers.
 
     Raises:
-        ArgumentError: it is none.
+        ArgumentError: the value is of another type.
     """
     array = numbers(what, value)
     if not np.all(np.isfinite(array)):
@@ -142,10 +143,10 @@ def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
 
 
 def path_name(what: str, value: object) -> str:
-    """Return a path as a text.
+    """Return a path as a string.
 
     Raises:
-        ArgumentError: it is none.
+        ArgumentError: the value is of another type.
     """
     if not isinstance(value, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{what} is {value!r}; it must be the path of a file")

@@ -1,7 +1,7 @@
 """Table of the arguments that functions and commands share: kind, size, choices and help text.
 
-An argument of a Python function and the option of the command have one name: ``closure_tolerance=`` is ``--closure-tolerance``,
-except where a row names another ``option``.
+An argument of a Python function and the option of its command have the same name (``closure_tolerance=``,
+``--closure-tolerance``), unless a row names another ``option``.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, 
 
 @dataclass(frozen=True)
 class Argument:
-    """An argument.
+    """An argument shared by functions and commands.
 
     Attributes:
         kind: "flag", "text", "texts", "items" (NAME=VALUE), "count" (a whole number), "number", "wrench" (three forces, three
-            moments), or what a number may be: "length", "angle", "force", "mass", "acceleration".
-        help: what it is.
-        metavar: what help calls its value, or values.
-        size: how many numbers there are; 0: one.
-        choices: words that it may be.
-        least: a count's smallest value.
-        expected: of a positive number, what errors call it.
-        example: of a mapping, what errors show.
-        option: of the command line, if that is not ``--`` and the name; without dashes a positional argument.
+            moments), or the kind of a number: "length", "angle", "force", "mass", "acceleration".
+        help: description in the help of the command.
+        metavar: placeholder of the value, or of each value, in the help.
+        size: number of numbers; 0: one.
+        choices: accepted words.
+        least: smallest value of a count.
+        expected: description of the expected positive number, for errors.
+        example: example of a mapping, for errors.
+        option: name on the command line, if it differs from ``--`` and the name; a positional argument has no dashes.
         group: heading in the help.
     """
 
@@ -44,7 +44,7 @@ class Argument:
 
 XYZ = ("X", "Y", "Z")
 WRENCH = ("FX", "FY", "FZ", "MX", "MY", "MZ")
-#: What every command about a robot takes, and those about poses and loads.
+#: Arguments of every command on a robot, and of the commands on poses and loads.
 ROBOT = ("robot", "parameters", "platform_link", "base_link")
 POSE = ("platform", "actuators", "near", "orientation", "closure_tolerance")
 LOADS = ("load", "point", "frame", "load_on", "payload", "payload_center", "payload_link", "gravity")
@@ -61,8 +61,8 @@ ARGUMENTS: Mapping[str, Argument] = {
         option="--set",
         example='{"rod_diameter": 0.08}',
     ),
-    "platform_link": Argument("text", "the link that is the platform, if the file does not say it, or another one", "LINK"),
-    "base_link": Argument("text", "the link that stands still (default: as the file says, or the root of its tree)", "LINK"),
+    "platform_link": Argument("text", "link that is the platform (default: as in the file)", "LINK"),
+    "base_link": Argument("text", "link that is fixed to the ground (default: as in the file, or the root of its tree)", "LINK"),
     # ---- pose
     "platform": Argument(
         "items",
@@ -75,8 +75,7 @@ ARGUMENTS: Mapping[str, Argument] = {
     ),
     "near": Argument(
         "items",
-        "another pose, from which the straight line to this one starts; it decides the assembly mode (default: the closed zero "
-        "pose)",
+        "pose from which the straight line to this one starts; it decides the assembly mode (default: the closed zero pose)",
         "NAME=VALUE",
         group="pose",
     ),
@@ -96,7 +95,7 @@ ARGUMENTS: Mapping[str, Argument] = {
     ),
     # ---- loads
     "load": Argument("wrench", "external force [N] and moment [N·m] on the platform (default: none)", WRENCH, 6, group="load"),
-    "point": Argument("length", "where the force acts (default: at o)", XYZ, 3, group="load"),
+    "point": Argument("length", "point of application of the force (default: o)", XYZ, 3, group="load"),
     "frame": Argument(
         "text",
         "axes of load and point; a point in the platform's frame is relative to o (default: world)",
@@ -110,20 +109,20 @@ ARGUMENTS: Mapping[str, Argument] = {
         ("LINK", "FX FY FZ MX MY MZ [X Y Z] [link|world]"),
         group="load",
     ),
-    "payload": Argument("mass", "mass of what the robot carries [kg]", "MASS", group="load"),
+    "payload": Argument("mass", "mass of the payload [kg]", "MASS", group="load"),
     "payload_center": Argument(
         "length",
-        "its centre of mass, in the platform's frame from o, or in that of its link (default: 0 0 0)",
+        "centre of mass of the payload, in the frame of the link that carries it (default: 0 0 0)",
         XYZ,
         3,
         group="load",
     ),
-    "payload_link": Argument("text", "the link that carries it (default: the platform)", "LINK", group="load"),
-    "gravity": Argument("acceleration", "in world axes [m/s²] (default: 0 0 -9.81)", ("GX", "GY", "GZ"), 3, group="load"),
+    "payload_link": Argument("text", "link that carries the payload (default: the platform)", "LINK", group="load"),
+    "gravity": Argument("acceleration", "gravity in world axes [m/s²] (default: 0 0 -9.81)", ("GX", "GY", "GZ"), 3, group="load"),
     # ---- what is computed
     "tool": Argument(
         "length",
-        "a tool's tip, from o in the platform's axes: displacements, stiffness and coordinates x y z are those of this point",
+        "tool point, from o in platform axes: displacements, stiffness and coordinates x y z refer to this point",
         XYZ,
         3,
     ),
@@ -135,20 +134,20 @@ ARGUMENTS: Mapping[str, Argument] = {
     "within": Argument("number", "largest relative difference that counts as verified (default: 1e-08)", "D"),
     "hinge_axis": Argument(
         "items",
-        "limbs whose first hinge is along the x axis of the limb, not y, in the table of limbs (the paper's PRU limbs)",
+        "limbs whose frame has its x axis, not its y axis, along the first hinge (the paper's PRU limbs)",
         "LIMB=x",
     ),
     "by": Argument(
         "texts",
-        "xacro arguments of the file, or numbers of parts such as rod_1.outer_diameter; * is a wildcard (default: all arguments "
-        "with an influence; of a file without, numbers of parts)",
+        "xacro arguments of the file, or dimensions of parts such as rod_1.outer_diameter; * is a wildcard (default: all "
+        "arguments with an influence; if the file has none, dimensions of parts)",
         "NAME",
     ),
     "outputs": Argument(
-        "texts", "of twist, stiffness, compliance, actuator_forces, actuators, mass (default: all of them)", "QUANTITY"
+        "texts", "twist, stiffness, compliance, actuator_forces, actuators, mass (default: all of them)", "QUANTITY"
     ),
-    "on_failure": Argument("text", "error or NaN where a pose has no results", choices=("raise", "nan")),
-    "seed": Argument("count", "of the random numbers (default: 0)", "N", least=0),
+    "on_failure": Argument("text", "error or NaN at a pose without results", choices=("raise", "nan")),
+    "seed": Argument("count", "seed of the random numbers (default: 0)", "N", least=0),
     "json": Argument("flag", "print JSON, all numbers in SI; warnings go to standard error"),
 }
 
@@ -157,7 +156,7 @@ def check(name: str, value: Keyword) -> Keyword:
     """Return the value of an argument of the table.
 
     Raises:
-        ArgumentError: it is none of the choices, no such number or no mapping; the message names the argument.
+        ArgumentError: the value does not fit the row; the message names the argument.
     """
     argument = ARGUMENTS[name]
     if argument.choices:

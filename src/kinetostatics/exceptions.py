@@ -1,6 +1,6 @@
 """Exceptions of the package.
 
-All derive from :class:`KinetostaticsError` and have the data of their messages as attributes. Invalid arguments raise
+All derive from :class:`KinetostaticsError`; their attributes contain the data of the message. Invalid arguments raise
 :class:`ArgumentError`, which is a ``ValueError`` too.
 """
 
@@ -24,7 +24,7 @@ __all__ = [
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
-    """Return a phrase that lists the names most like ``name``, or all of them if none is like it."""
+    """Return a phrase that lists the names similar to ``name``, or all known names if none is similar."""
     known = sorted(known)
     near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.5)
     if near:
@@ -44,11 +44,11 @@ class ArgumentError(KinetostaticsError, ValueError):
 
 
 class RobotFileError(KinetostaticsError):
-    """A robot file is wrong.
+    """A robot file is invalid.
 
     Attributes:
         file: path of the file, as given or included.
-        line: line number in that file, or None when it cannot be told.
+        line: line number in that file, or None if it is unknown.
         reason: what is wrong and what would be right.
     """
 
@@ -73,11 +73,11 @@ class PlatformMissingError(RobotFileError):
 
 
 class UnknownNameError(KinetostaticsError, KeyError):
-    """There is nothing of that name: no limb, joint, beam, actuator or contribution; the message lists the names there are.
+    """No limb, joint, beam, actuator or contribution has this name; the message lists the known names.
 
     Attributes:
-        name: what was asked for.
-        known: the names there are.
+        name: the unknown name.
+        known: the known names.
     """
 
     def __init__(self, name: object, known: Iterable[object]) -> None:
@@ -92,10 +92,10 @@ class AssemblyError(KinetostaticsError):
     """The loops cannot be closed at the requested coordinates.
 
     Attributes:
-        residuals: how far each loop stays open, ``{loop name: (metres, radians)}``.
-        residual: the largest of them, in m or rad.
+        residuals: gap of each loop, ``{loop name: (metres, radians)}``.
+        residual: the largest of these numbers, in m or rad.
         mobility: the robot's mobility, or None if not known.
-        reached: part of the straight way from the start to the coordinates up to which the loops close, 0 to 1, or None.
+        reached: fraction, 0 to 1, of the straight line from the start to the coordinates on which the loops close, or None.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class CoordinatesError(ArgumentError):
     """The given coordinates are too few, too many, unknown, or do not determine the pose.
 
     Attributes:
-        mobility: the robot's mobility, or None if it plays no part.
+        mobility: the robot's mobility, or None if it is not relevant.
     """
 
     def __init__(self, message: str, mobility: int | None = None) -> None:
@@ -140,10 +140,10 @@ class SingularPoseError(StaticsError):
 
 
 class LimbEquilibriumError(StaticsError):
-    """A limb, or a branch that hangs on something, cannot hold its own weight.
+    """A limb or a branch cannot hold its own weight.
 
     Attributes:
-        limb: its name.
+        limb: name of the limb or branch.
         joints: names of the passive joints that would move.
     """
 

@@ -1,18 +1,18 @@
-"""Measures: one number of a pose from its twist, compliance or stiffness, for requirements, indices of maps and figures.
+"""Measures: scalar performance indices of a pose, from twist, compliance or stiffness, for requirements, maps and figures.
 
-``C`` is the compliance at o, actuators locked; ``C_dd`` its block of displacements under forces [m/N] and ``C_rr`` that of
-rotations under moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Metres and radians never meet in one
-eigenvalue, except in ``conditioning`` and ``singularity_distance``, which use the compliance made homogeneous by the
-characteristic length L: displacements d and L r, forces f and m/L. "Free" stiffnesses are those under a pure force (moment), with
-free rotation (displacement) of the platform: quotients of ``C_dd`` (``C_rr``). "Held" stiffnesses are those of a pure
-displacement (rotation): quotients of ``K_dd`` (``K_rr``), which do not exist where rigid limbs make ``K`` infinite. ``C_rr`` and
-``K_dd`` do not depend on the position of o; ``C_dd`` and ``K_rr`` do.
+``C`` is the compliance at o with locked actuators; its block ``C_dd`` relates displacements to forces [m/N], ``C_rr`` rotations
+to moments [rad/(N·m)]; ``K = C⁻¹`` has the blocks ``K_dd``, ``K_rr``. Eigenvalues are those of one block, so that units are not
+mixed; only ``conditioning`` and ``singularity_distance`` use the whole compliance, made homogeneous by the characteristic length
+L: displacements d and L r, forces f and m/L. "Free" stiffnesses are those under a pure force (moment), with free rotation
+(displacement) of the platform; they follow from ``C_dd`` (``C_rr``). "Held" stiffnesses are those of a pure displacement
+(rotation); they follow from ``K_dd`` (``K_rr``) and do not exist where rigid limbs make ``K`` infinite. ``C_rr`` and ``K_dd`` do
+not depend on the position of o; ``C_dd`` and ``K_rr`` do.
 
 Indices in general: A. Rosyid, B. El-Khasawneh, A. Alazzam, Performance measures of parallel kinematics manipulators, Mechanical
 Sciences 11 (2020). Conditioning: C. Gosselin, J. Angeles, A global performance index for the kinematic optimization of robotic
-manipulators, Journal of Mechanical Design 113 (1991); for equally stiff limbs with one wrench each it is the square of theirs, of
-the Jacobian. Distance of a matrix to the nearest singular one: C. Eckart, G. Young, The approximation of one matrix by another of
-lower rank, Psychometrika 1 (1936).
+manipulators, Journal of Mechanical Design 113 (1991); for equally stiff limbs with one wrench each, our index is the square of
+theirs, which uses the Jacobian. Distance of a matrix to the nearest singular one: C. Eckart, G. Young, The approximation of one
+matrix by another of lower rank, Psychometrika 1 (1936).
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ _D, _R, _ALL = slice(3), slice(3, 6), slice(6)
 
 @dataclass(frozen=True)
 class Measure:
-    """A number of each pose.
+    """A scalar performance index of a pose.
 
     Attributes:
-        definition: with its formula.
-        words: in figures; with the point {who}, and with the force or moment {size} in any direction.
-        kind: of the number, as in :data:`kinetostatics.description.units.KINDS`; "number": without a unit.
+        definition: description and formula.
+        words: label in figures; {who} stands for the point, {size} for the magnitude of a force or moment in any direction.
+        kind: kind of the value, see :data:`kinetostatics.description.units.KINDS`; "number": dimensionless.
         of: the quantity from which it is computed: "twist", "compliance", ….
-        part: its components.
-        function: of the quantity's part (…, k) or (…, k, k), and of a force or moment, or of the characteristic length.
-        better: "small" or "large": the good numbers.
-        argument: kind of the force or moment that it takes.
+        part: the components of this quantity that are used.
+        function: computes the index from this part (…, k) or (…, k, k), and from a force, a moment or the characteristic length.
+        better: "small" or "large": which values are good.
+        argument: "force" or "moment", if ``function`` takes one.
     """
 
     definition: str
@@ -54,12 +54,12 @@ class Measure:
 
     @property
     def unit(self) -> str:
-        """SI; "1" of ratios."""
+        """The SI unit; "1" for ratios."""
         return KINDS.get(self.kind, "1")
 
     @property
     def is_homogeneous(self) -> bool:
-        """Whether it takes the characteristic length."""
+        """Whether the index depends on the characteristic length."""
         return self.part == _ALL
 
 
@@ -68,10 +68,10 @@ def _length(vectors: Array, _: Array | float) -> Array:
 
 
 def _eigenvalues(matrices: Array) -> Array:
-    """Return the eigenvalues (…, n), ascending, of symmetric positive semidefinite matrices; NaN where one is not finite."""
+    """Return the eigenvalues (…, n), ascending, of symmetric positive semidefinite matrices; NaN if not finite."""
     finite = np.all(np.isfinite(matrices), axis=(-2, -1))
     found = np.linalg.eigvalsh(np.where(finite[..., None, None], matrices, 0.0))
-    # what rounding leaves of a zero
+    # rounding errors of zero
     found = np.where(found > 1e-14 * found[..., -1:], found, 0.0)
     return np.where(finite[..., None], found, np.nan)
 
@@ -81,7 +81,7 @@ def _eigenvalue(k: int) -> Callable[[Array, Array | float], Array]:
 
 
 def _inverse(k: int) -> Callable[[Array, Array | float], Array]:
-    """Return 1/eigenvalue, infinite in rigid directions."""
+    """Return a function for 1/eigenvalue, infinite in rigid directions."""
 
     def found(matrices: Array, _: Array | float) -> Array:
         with np.errstate(divide="ignore"):
@@ -121,7 +121,7 @@ def _stiffnesses() -> dict[str, Measure]:
 
 
 # fmt: off
-#: All of them by name.
+#: All measures by name.
 MEASURES: Mapping[str, Measure] = {
     "linear_sag": Measure("|d|, displacement of o", "linear sag", "length", "twist", _D, _length),
     "angular_sag": Measure("|r|, rotation of the platform", "angular sag", "angle", "twist", _R, _length),

@@ -11,7 +11,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from kinetostatics.argument_checks import Keyword
 
-#: Seconds until the line is written first, and from one time to the next.
+#: Delay before the line appears, and interval between updates [s].
 EVERY = 1.0
 
 
@@ -21,19 +21,19 @@ def on_terminal() -> bool:
 
 
 def in_notebook() -> bool:
-    """Return whether this runs in a notebook, which can display HTML."""
+    """Return whether the code runs in a notebook, which can display HTML."""
     module = sys.modules.get("IPython")
     shell = module.get_ipython() if module is not None else None
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
 def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Write the current task on the terminal; of nested ones, the innermost.
+    """Write the current task on the terminal; of nested tasks, the innermost.
 
     Args:
-        what: in words, such as "verifying", or what returns them.
-        wanted: False: write nothing.
-        always: whether to write where standard error is no terminal, too.
+        what: the task, such as "verifying", or a function that returns it.
+        wanted: whether to write anything.
+        always: whether to write even if standard error is not a terminal.
     """
     if not wanted or not (always or on_terminal()):
         return nullcontext()
@@ -42,7 +42,7 @@ def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = F
 
 
 def pausing() -> AbstractContextManager[None]:
-    """Leave the terminal to somebody else: for questions, or messages that stay."""
+    """Erase the progress line as long as the context is open, for output that stays."""
     return _line.showing(lambda: "") if _line.texts else nullcontext()
 
 
@@ -55,7 +55,7 @@ class _Line:
 
     @contextmanager
     def showing(self, text: Callable[[], str]) -> Iterator[None]:
-        """Show a text in front of those that are shown already."""
+        """Show a text instead of those of the surrounding tasks."""
         with self._lock:
             self._write("")
             if not self.texts:
@@ -73,7 +73,7 @@ class _Line:
                         warnings.showwarning = self._before
 
     def _begin(self) -> None:
-        """Start the thread, and let warnings begin on an empty line."""
+        """Start the thread; erase the line before each warning."""
         self._end = threading.Event()
         threading.Thread(target=self._renew, args=(self._end,), daemon=True).start()
         self._before = before = warnings.showwarning

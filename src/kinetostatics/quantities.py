@@ -1,7 +1,7 @@
 """Table of quantities: name, symbol, unit, axes, description and computation of every result of an analysis.
 
-Results, JSON, Datasets, functions, compiled code, exported C and the glossary take names and descriptions from this table. A
-further quantity needs an entry here, and an attribute of the classes that return it.
+Results, JSON, Datasets, functions, compiled code, exported C and the glossary take names and descriptions from this table. A new
+quantity needs an entry here and an attribute in the class of results.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from kinetostatics.status import FACTS, REPORTED
 
 #: Kinds of axes of a grid along which quantities vary: all, those that change the pose, or those that change the robot.
 EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
-#: Units that differ along an axis, by the name of the coordinate of a Dataset that tells them there.
+#: Units that differ along an axis, by the coordinate of a Dataset that contains them.
 UNITS: Mapping[str, str] = {
     "component_unit": "m, rad",
     "stiffness_unit": "N/m, N·m/rad",
@@ -39,19 +39,19 @@ UNITS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Entry:
-    """One quantity.
+    """A quantity.
 
     Attributes:
-        words: what it is, with its reference point and axes.
-        dims: its axes behind those of the batch, each with labels.
-        unit: of all its numbers, or one of :data:`UNITS`.
-        of: computes it, (*dims, N); None: the attribute of the result does.
-        moves_as: as what it comes to be about another point, if it is about o.
-        varies: kinds of axes of a grid along which it does.
-        variable: its name in a Dataset, if it has one.
-        group: of the outputs of :func:`kinetostatics.sweep` to which the variable belongs; "always": of every map.
-        symbol, equation: of the paper, or a section of the method page.
-        dtype: of its numbers.
+        words: description, with reference point and axes.
+        dims: its array axes after those of the batch, each with labels.
+        unit: its unit, or the entry of :data:`UNITS` with the units along an axis.
+        of: function that computes it, (*dims, N); None: the attribute of the result computes it.
+        moves_as: transformation to another reference point, for a quantity about o.
+        varies: kinds of axes of a grid along which it varies.
+        variable: its name in a Dataset, if any.
+        group: the output of :func:`kinetostatics.sweep` to which the variable belongs; "always": in every map.
+        symbol, equation: those of the paper, or a section of the method page.
+        dtype: data type of its numbers.
     """
 
     words: str
@@ -68,12 +68,12 @@ class Entry:
 
     @property
     def units(self) -> str:
-        """All its units, in words."""
+        """Its units as text."""
         return UNITS.get(self.unit, self.unit)
 
     @property
     def said(self) -> str:
-        """Words and units."""
+        """Description and units."""
         return f"{self.words} [{self.units}]"
 
 
@@ -96,25 +96,25 @@ _COMPONENT, _MATRIX, _ACTUATOR = ("component",), ("component", "component_2"), (
 _WRENCH, _TWIST = "wrench_component_unit", "m, rad"
 
 # fmt: off
-#: All quantities, in the order of a Dataset, by their paths from a result; what begins with "sweep" is of maps alone.
+#: All quantities, in the order of a Dataset, by their paths from a result; those that begin with "sweep" exist in maps only.
 QUANTITIES: Mapping[str, Entry] = {
-    "status": Entry("what became of the pose, the worst of it", variable="status", group="always", dtype=np.int8),
+    "status": Entry("most severe state of the pose", variable="status", group="always", dtype=np.int8),
     **{name: Entry(fact.words, variable=name, group="always" if name in REPORTED else "default", dtype=np.bool_)
         for name, fact in FACTS.items()},
     "sweep.mode": Entry("assembly mode that reaches the pose", varies=POSES, variable="mode", group="always", dtype=np.int8),
     "twist": Entry("displacement of o and rotation of the platform, world axes", _COMPONENT, "component_unit",
         lambda robot, solution: solution.twists.sum(axis=1), "twist", variable="twist", symbol="Δ", equation="(12)"),
-    "contributions": Entry("what load, platform weight and each limb's weight add to the twist", ("source", "component"),
+    "contributions": Entry("contributions of load, platform weight and weight of each limb to the twist", ("source", "component"),
         "component_unit", lambda robot, solution: np.swapaxes(solution.twists, 0, 1), "twist", variable="contribution"),
-    "sweep.gravity_mechanisms": Entry("what gravity adds to the twist by each mechanism, all limbs together",
+    "sweep.gravity_mechanisms": Entry("contribution of gravity to the twist by each mechanism, all limbs together",
         ("mechanism", "component"),
         "component_unit", moves_as="twist", variable="gravity_mechanism", group="gravity_mechanisms"),
     "actuator_forces": Entry("force or torque of the actuator, positive along its joint", _ACTUATOR, "actuator_force_unit",
         _actuator_forces, variable="actuator_force", symbol="f", equation="(17)"),
-    "sweep.actuator_gravity_mechanisms": Entry("what gravity adds to the actuator's force by each mechanism",
+    "sweep.actuator_gravity_mechanisms": Entry("contribution of gravity to the actuator force by each mechanism",
         ("actuator", "mechanism"),
         "actuator_force_unit", variable="actuator_gravity_mechanism", group="gravity_mechanisms"),
-    "actuator_contributions": Entry("what each contribution to the twist adds to the actuator's force", ("actuator", "source"),
+    "actuator_contributions": Entry("part of the actuator force due to each contribution to the twist", ("actuator", "source"),
         "actuator_force_unit", variable="actuator_contribution", group="gravity_mechanisms"),
     "limbs.intensities": Entry("intensity of the constraint wrench", ("wrench",), "wrench_unit",
         variable="intensity", symbol="W_ic", equation="(11)"),
@@ -126,11 +126,11 @@ QUANTITIES: Mapping[str, Entry] = {
         lambda robot, solution: solution.compliance, "compliance", POSES, "compliance", symbol="C", equation="(12)"),
     "configuration.actuators": Entry("coordinate of the driven joint", _ACTUATOR, "actuator_position_unit",
         varies=POSES, variable="actuator_position"),
-    "sweep.corrections": Entry("correction of the actuator, which brings the loaded platform in place", _ACTUATOR,
+    "sweep.corrections": Entry("correction of the actuator that brings the loaded platform to its target pose", _ACTUATOR,
         "actuator_position_unit", variable="actuator_correction", group="compensation"),
-    "sweep.residual_error": Entry("how the loaded platform misses its place at the corrected actuators", _COMPONENT,
+    "sweep.residual_error": Entry("pose error of the loaded platform at the corrected actuators", _COMPONENT,
         "component_unit", moves_as="twist", variable="residual_error", group="compensation"),
-    "spring_forces": Entry("tension of the spring, negative where it pushes", ("spring",), "N", _spring_forces,
+    "spring_forces": Entry("tension of the spring, negative in compression", ("spring",), "N", _spring_forces,
         varies=POSES, variable="spring_force"),
     "sweep.platform_pose": Entry("coordinates of the platform before it deforms", ("platform_coordinate",),
         "platform_coordinate_unit", varies=POSES, variable="platform_pose", group="always"),
@@ -139,38 +139,38 @@ QUANTITIES: Mapping[str, Entry] = {
     "robot.length": Entry("mean distance of the limbs' outer joints from o", (), "m",
         varies=ROBOTS, variable="characteristic_length", group="always"),
     "beams.stress": Entry("largest von Mises stress of the beam", ("beam",), "Pa", variable="beam_stress", group="beams"),
-    "beams.euler_ratio": Entry("forces over those at which the member buckles", ("beam",), "1",
+    "beams.euler_ratio": Entry("ratio of the forces to those at which the member buckles", ("beam",), "1",
         variable="beam_euler_ratio", group="beams"),
     "beams.deflection": Entry("largest displacement of the beam's centre line", ("beam",), "m",
         variable="beam_deflection", group="beams"),
-    "beams.section_wrenches": Entry("N, V_y, V_z, T, M_y, M_z in beam axes: of the outer part, acting on the inner one",
+    "beams.section_wrenches": Entry("N, V_y, V_z, T, M_y, M_z in beam axes, exerted by the outer part on the inner one",
         ("beam", "station", "component"), _WRENCH),
-    "configuration.residual": Entry("how far the worst loop is open", (), _TWIST, varies=POSES),
+    "configuration.residual": Entry("largest gap of a loop", (), _TWIST, varies=POSES),
     "gravity": Entry("gravity, world axes", ("axis",), "m/s²", lambda robot, solution: solution.gravity),
     "load": Entry("external force and moment on the platform about o, world axes", _COMPONENT, _WRENCH,
         lambda robot, solution: solution.load),
-    "platform_weight": Entry("weight of the platform and of what hangs on it, about o, world axes", _COMPONENT, _WRENCH,
+    "platform_weight": Entry("weight of the platform and its branches, about o, world axes", _COMPONENT, _WRENCH,
         lambda robot, solution: solution.platform_weight),
     "link_loads": Entry("load on the link, or weight of the payload, about o, world axes", ("source", "component"), _WRENCH),
     "platform_wrench": Entry("load, weight and loads on links of the platform, about o, world axes", _COMPONENT, _WRENCH,
         _platform_wrench, symbol="W", equation="(5)"),
-    "base_wrench": Entry("what the ground puts on the robot, about the base link's origin, world axes", _COMPONENT, _WRENCH),
-    "joint_wrenches": Entry("what the joint's base side puts on its platform side, at the joint's centre, world axes",
+    "base_wrench": Entry("wrench of the ground on the robot, about the base link's origin, world axes", _COMPONENT, _WRENCH),
+    "joint_wrenches": Entry("wrench of the joint's base side on its platform side, at the joint's centre, world axes",
         ("joint", "component"), _WRENCH),
     "strain_energy": Entry("strain energy of all beams and elastic joints", (), "J"),
-    "mechanism_contributions": Entry("what the limb's weight adds to the twist by attached wrenches and by deformation, Eq. (12)",
+    "mechanism_contributions": Entry("contribution of the limb's weight to the twist by each mechanism, Eq. (12)",
         ("limb", "mechanism", "component"), _TWIST),
-    "source_contributions": Entry("the twist by what deforms: beams, elastic joints, actuators, assembly errors; they sum to it",
+    "source_contributions": Entry("twist due to each beam, elastic joint, actuator and assembly error; they sum to the twist",
         ("kind", "part", "component"), _TWIST),
-    "part_contributions": Entry("the same for the parts of a limb that is split by pieces through which everything passes",
+    "part_contributions": Entry("the same for the parts of a limb that is divided by pieces in series",
         ("limb", "part", "component"), _TWIST),
-    "actuator_mechanism_contributions": Entry("what the limb's weight adds to the actuator's force in the two ways",
+    "actuator_mechanism_contributions": Entry("contribution of the limb's weight to the actuator force by the two mechanisms",
         ("actuator", "limb", "mechanism"), "actuator_force_unit"),
     "paper_forces": Entry("f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end, tension positive",
         ("limb", "force"), "wrench_unit"),
-    "beam_contributions": Entry("what each contribution does to the beam's stations: displacement and rotation, world axes",
+    "beam_contributions": Entry("displacement and rotation of the beam's stations due to each contribution, world axes",
         ("beam", "source", "station", "component"), _TWIST),
-    "link_contributions": Entry("what each contribution does to the rigid link, at its own origin, world axes",
+    "link_contributions": Entry("twist of the rigid link due to each contribution, at the link's origin, world axes",
         ("link", "source", "component"), _TWIST),
     "limbs.constraint_wrenches": Entry("unit constraint wrenches acting on the limb, about o, world axes",
         ("component", "wrench"), "1, m", symbol="J_ic", equation="(2)"),
@@ -182,14 +182,14 @@ QUANTITIES: Mapping[str, Entry] = {
         "N/m, N·m/rad", symbol="K_ic", equation="(1)"),
     "limbs.sag": Entry("gravity displacement of the limb along its constraint wrenches", ("wrench",), _TWIST,
         symbol="Δ_igc", equation="(16), (19), (21)"),
-    "limbs.wrench": Entry("what the platform puts on the limb in all, about o, world axes", _COMPONENT, _WRENCH),
+    "limbs.wrench": Entry("total wrench of the platform on the limb, about o, world axes", _COMPONENT, _WRENCH),
 }
 # fmt: on
-#: What computes those of them that are functions of the equilibrium, by name.
+#: The functions that compute a quantity from the equilibrium, by name of the quantity.
 COMPUTED: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
     name: entry.of for name, entry in QUANTITIES.items() if entry.of is not None
 }
-#: Those of a Dataset, by their names there, in its order.
+#: The quantities of a Dataset by their names there, in its order.
 VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.values() if entry.variable}
 
 
@@ -200,14 +200,14 @@ def reported_names(owner: str) -> list[str]:
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
-    """Return the labels of axes that all results of a robot have."""
+    """Return the labels of the axes of results, those that are the same for all results of a robot."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
     return {**components, "source": sources_of(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
-    """Return those of :data:`UNITS` that all results of a robot have, along their axes."""
+    """Return the entries of :data:`UNITS` that are the same for all results of a robot: units along the axes."""
     actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),
@@ -222,7 +222,7 @@ def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
 
 
 def value_at(result: object, path: str) -> object:
-    """Return the attribute of a result at a path; of a mapping on the way, by its keys, that of each item."""
+    """Return the attribute of a result at a path; where the path passes a mapping, return a mapping of the items' attributes."""
     for name in path.split("."):
         if isinstance(result, Mapping):
             result = {key: getattr(item, name) for key, item in result.items()}

@@ -43,21 +43,20 @@ def load_robot(
     """Load a robot from a URDF or xacro file.
 
     Args:
-        path: of the file, whose format is described in the page on robot files; or the name of a robot that comes with the
-            package, such as "3rps", see :func:`kinetostatics.robots`.
+        path: path of the file (format: see the page on robot files), or name of a robot of the package, such as "3rps", see
+            :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
-        platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
-            that names none and has no loops, such as the plain URDF of an arm, all joints that move are then driven; the only
-            link at an end of its tree is taken without being named.
-        base_link: the link that stands still, instead of that which the file names or the root of its tree.
+        platform_link: link that is the platform; default: the one named in the file, or the only end of its tree. The link frame
+            is o-xyz. If the file names no platform and has no loops, as the plain URDF of an arm, all movable joints are driven.
+        base_link: link fixed to the ground; default: the one named in the file, or the root of its tree.
 
     Raises:
-        RobotFileError: the file is wrong; the message names file and line.
-        PlatformMissingError: the file does not say which link is the platform.
+        RobotFileError: the file is invalid; the message names file and line.
+        PlatformMissingError: the file does not name the platform.
         ArgumentError: the file has no such link.
 
     Examples:
-        A plain URDF, whose links are all rigid; :func:`kinetostatics.extend_robot` makes links and actuators elastic.
+        A plain URDF has rigid links only; :func:`kinetostatics.extend_robot` makes links and actuators elastic.
 
         >>> import kinetostatics as ks
         >>> from kinetostatics.files.bundled import package_folder
@@ -76,12 +75,12 @@ def load_robot(
 class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     """A parallel manipulator: its joints, limbs and beams.
 
-    What it knows of its poses is told in :class:`RobotKinematics`; here are its statics and what people call.
+    :class:`RobotKinematics` has the kinematics; this class adds the statics and the public methods.
 
     Attributes:
-        description: what the file says.
+        description: contents of the file.
         mechanism: bodies and connections.
-        topology: limbs, and what is attached to base and platform.
+        topology: limbs, and the bodies attached to base and platform.
         model: Pinocchio's model of the spanning tree.
     """
 
@@ -95,9 +94,9 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def model(self) -> pin.Model:
-        """Pinocchio's model of the file's tree with the mass of the robot: links, and beams as rods on their links.
+        """Pinocchio's model of the file's tree with the masses of links and beams; beams are rods fixed to their links.
 
-        A telescope has the length of the zero pose; :attr:`Configuration.model` is the model of another pose.
+        Telescopic beams have their length at the zero pose; :attr:`Configuration.model` is the model at another pose.
         """
         try:
             zero = self.zero_frames
@@ -110,15 +109,15 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
         A fixed loop is one constraint of six rows, a spherical one a point of three. A hinge is two points of its axis: six rows
         of rank five, which Pinocchio's proximal solvers take (``pin.ProximalSettings``). Every constraint has its loop's name.
-        A driven loop is as free as the others: Pinocchio knows no force along it.
+        Pinocchio applies no force along a driven loop.
 
         Args:
-            anchors: return ``pin.PointAnchorConstraintModel`` and ``pin.FrameAnchorConstraintModel``, which Pinocchio has since
-                4.0, instead of ``pin.RigidConstraintModel``.
+            anchors: return ``pin.PointAnchorConstraintModel`` and ``pin.FrameAnchorConstraintModel`` (Pinocchio 4.0 and newer)
+                instead of ``pin.RigidConstraintModel``.
 
         Raises:
             ArgumentError: Pinocchio has no constraint for the type of a loop (universal, cylindrical, prismatic, planar);
-                :meth:`Configuration.loop_model` has one for all.
+                :meth:`Configuration.loop_model` supports all types.
         """
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
@@ -137,17 +136,17 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def statics(self) -> RobotStatics:
-        """Data of the statics, frozen, with the wrench bases of the limbs, which are chosen once per robot."""
+        """Immutable data of the statics, with the wrench bases of the limbs, chosen once per robot."""
         return make_statics(self._static_model, self.generic_frames, self.frames_at(ordinary_poses(self)))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings that apply to all poses, in full sentences: those of :attr:`Result.warnings` that concern the robot."""
+        """Warnings that apply to all poses, in full sentences: those of :attr:`Result.warnings` that hold at every pose."""
         return late("checks.collect:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property
     def members(self) -> Members:
-        """Members (collinear beams that buckle as one) and their limbs."""
+        """Members (collinear beams that buckle together) and their limbs."""
         return Members(SmallMotions(self.statics))
 
     def assemble(
@@ -163,27 +162,27 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     ) -> Configuration:
         """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
 
-        The assembly mode is the one that is reached by following a straight line in the given coordinates from the closed
-        zero pose, or from ``near``; each pose of a batch follows its own line.
+        Each pose is reached by following a straight line in the given coordinates, from the closed zero pose or from ``near``;
+        this line decides the assembly mode.
 
         Args:
-            actuators: coordinates of all driven joints by name [m, rad] (forward kinematics), those in no limb, as a gripper's,
-                if they are not to be zero; all zero if neither these nor ``platform`` are given.
+            actuators: coordinates of all driven joints by name [m, rad] (forward kinematics). Driven joints outside the limbs,
+                such as those of a gripper, may be omitted (zero). Without ``actuators`` and ``platform``, all are zero.
             platform: as many platform coordinates as the mobility (inverse kinematics): ``x y z`` of o [m] and orientation [rad]
                 in world axes.
-            orientation: what ``rx ry rz`` mean: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or "xyz"
-                (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
-            near: where the straight line starts, a pose or a batch of the same shape; what turns goes the shorter way from there.
-            closure_tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need more; their
-                loops are then closed in the least-squares sense. It does not excuse mistakes: where no motion closes the loops
-                and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover
-                that gap too, and counts up to 1e-3 of the size (1e-3 rad).
+            orientation: meaning of ``rx ry rz``: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or
+                "xyz" (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
+            near: start of the straight line, a pose or a batch of the same shape; orientations turn the shorter way from there.
+            closure_tolerance: largest gap of a closed loop [m, rad]. Overconstrained files with rounded angles need more than the
+                default; their loops are closed in the least-squares sense. If no motion closes the loops and their gaps at the
+                zero pose exceed 1e-4 of the robot's size (or 1e-4 rad), the tolerance must cover these gaps too, and counts only
+                up to 1e-3 of the size (1e-3 rad).
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-            engine: "numpy", "compiled", or "auto": as :func:`kinetostatics.analyze` takes it.
+            engine: "numpy", "compiled", or "auto": see :func:`kinetostatics.analyze`.
 
         Raises:
-            CoordinatesError: unknown, missing or too many coordinates, or ones that do not determine the pose.
-            AssemblyError: the pose cannot be reached; the message says which loop stays open and by how much.
+            CoordinatesError: coordinates are unknown, missing, too many, or do not determine the pose.
+            AssemblyError: the pose cannot be reached; the message names the open loop and its gap.
         """
         chosen = compiled_loops(check_engine(engine))
         found = assembly.assemble(self, actuators, platform, orientation, near, closure_tolerance, on_failure, chosen)

@@ -1,6 +1,6 @@
 """States of a pose as independent truth values (facts), and its status, the most severe of them.
 
-One table serves results, reports, JSON and workspace maps. A further fact needs an entry here and an attribute of that name in
+One table serves results, reports, JSON and workspace maps. A new fact needs an entry here and an attribute of the same name in
 :class:`kinetostatics.results.result.Result`.
 """
 
@@ -23,8 +23,8 @@ Truth = NDArray[np.bool_]
 class Status(enum.IntEnum):
     """Status of a pose: the most severe of its facts, each of which is also available as a truth value.
 
-    The numbers are names: which of two is worse, they do not tell. Without numbers are UNREACHABLE and SINGULAR; of the others
-    the worst is INDETERMINATE, then come BASIS_DEGENERATE and LIMIT_EXCEEDED.
+    The order of the numbers has no meaning. UNREACHABLE and SINGULAR poses have no results; of the others, the most severe is
+    INDETERMINATE, then BASIS_DEGENERATE, then LIMIT_EXCEEDED.
     """
 
     OK = 0
@@ -32,28 +32,28 @@ class Status(enum.IntEnum):
     LIMIT_EXCEEDED = 1
     #: The loops do not close at these coordinates; all numbers are NaN.
     UNREACHABLE = 2
-    #: With the actuators locked the platform can still move, a limb cannot hold its own weight, or a telescopic beam is pushed
-    #: together beyond its start; all numbers are NaN.
+    #: With the actuators locked the platform can still move, a limb cannot hold its own weight, or a telescopic beam is
+    #: retracted beyond zero length; all numbers are NaN.
     SINGULAR = 3
-    #: Rigid limbs overconstrain one another, or a rigid ring itself: the twist is valid, undetermined forces are NaN.
+    #: Rigid limbs or a rigid ring are overconstrained: the twist is valid, undetermined forces are NaN.
     INDETERMINATE = 4
     #: The canonical wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
     BASIS_DEGENERATE = 5
 
 
-#: The statuses of poses that have no numbers.
+#: The statuses of poses without results.
 WITHOUT_NUMBERS = (Status.UNREACHABLE, Status.SINGULAR)
 
 
 @dataclass(frozen=True)
 class Fact:
-    """Something that may be true of a pose that has numbers.
+    """A state that may apply to a pose with results.
 
     Attributes:
-        name: of the attribute of a result, and of the variable of a Dataset.
-        status: the status of a pose of which nothing worse is true; None: the status does not tell.
-        words: what it means, in reports.
-        summary: of how many poses it is true, after their number.
+        name: attribute of a result and variable of a Dataset.
+        status: the status of a pose with no more severe fact; None: the fact does not affect the status.
+        words: description in reports.
+        summary: description that follows a number of poses, in reports.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Fact:
         return self.name.upper()
 
 
-#: All facts by name, the mildest first.
+#: All facts by name, the least severe first.
 FACTS: Mapping[str, Fact] = {
     fact.name: fact
     for fact in (
@@ -81,7 +81,7 @@ FACTS: Mapping[str, Fact] = {
             "basis_degenerate",
             Status.BASIS_DEGENERATE,
             "the wrench basis of a limb is degenerate; its intensities are undefined, all other results valid",
-            "with unreadable intensities",
+            "with undefined intensities",
         ),
         Fact(
             "indeterminate",
@@ -98,23 +98,23 @@ FACTS: Mapping[str, Fact] = {
     )
 }
 
-#: Names of those that statuses tell of.
+#: Names of the facts that have a status.
 REPORTED = tuple(name for name, fact in FACTS.items() if fact.status is not None)
 
-#: What the other statuses mean.
+#: Descriptions of the other statuses.
 STATUS_WORDS: Mapping[Status, str] = {
     Status.OK: "the loops close, all joints are within their limits",
-    Status.UNREACHABLE: "the loops do not close at these coordinates: there are no numbers",
-    Status.SINGULAR: "with the actuators locked the platform or a limb can still move: there are no numbers",
+    Status.UNREACHABLE: "the loops do not close at these coordinates: no results",
+    Status.SINGULAR: "with the actuators locked the platform or a limb can still move: no results",
 }
 
 
 def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.int8]:
-    """Return the worst of all that is true of poses (…).
+    """Return the status of poses (…), the most severe of their facts.
 
     Args:
-        base: OK, or why a pose has no numbers.
-        facts: those that are true of the poses (…), by name.
+        base: OK, or the status of a pose without results.
+        facts: truth values of the facts (…), by name.
     """
     status = np.array(base, dtype=np.int8)
     for name, fact in FACTS.items():
@@ -124,9 +124,9 @@ def status_of(base: NDArray[np.int8], facts: Mapping[str, Truth]) -> NDArray[np.
 
 
 def in_map(ds: xr.Dataset, name: str) -> xr.DataArray:
-    """Return of which poses of a workspace map a fact is true.
+    """Return the truth values of a fact in a workspace map.
 
-    Of a fact that is no variable of the map the status tells, where nothing is worse.
+    If the fact is not a variable of the map, it is read from the status, so that more severe facts hide it.
     """
     if name in ds:
         return ds[name].astype(bool)

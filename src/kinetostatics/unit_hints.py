@@ -1,4 +1,4 @@
-"""Hints at probable errors of units (millimetres, degrees, GPa): every function returns hints, none for plausible numbers."""
+"""Hints at probable errors of units (millimetres, degrees, GPa): the functions return no hints for plausible numbers."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.layout.numbers import join_words
 
-#: Coordinates are too long from so many times the robot's size on, parameters from so many times their own value.
+#: Ratio to the robot's size above which coordinates are improbable; ratio to their own value, for parameters.
 FAR, LONG = 10.0, 30.0
-#: A tolerance is coarse beyond such a part of a length, or so many rad.
+#: Ratio to a length above which a tolerance is improbable; limit of angular tolerances [rad].
 COARSE = 0.2
-#: A turn, but for rounding [rad]; limits wider than ``WIDE`` [rad] stand for none at all.
+#: A turn, with a margin for rounding [rad]; limits wider than ``WIDE`` [rad] mean no limit.
 TURN, WIDE = 2 * math.pi * (1 + 1e-9), 720.0
 #: Plausible numbers of solids: Young's modulus [Pa] and density [kg/m³].
 MODULI, DENSITIES = (1e8, 2e12), (10.0, 25e3)
@@ -22,7 +22,7 @@ _RADIANS = "angles are in rad; 90 degrees are ${pi/2} in xacro"
 
 
 def largest(values: ArrayLike) -> float:
-    """Return the value farthest from zero of those that are finite; 0 if there is none."""
+    """Return the finite value of largest magnitude; 0 if there is none."""
     if isinstance(values, int | float):
         return float(values) if math.isfinite(values) else 0.0
     numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
@@ -33,14 +33,14 @@ def largest(values: ArrayLike) -> float:
 
 
 def length_hint(what: str, amount: float, whole: float, of: str = "the robot's size of", most: float = FAR) -> list[str]:
-    """Return a hint if a length [m] is more than ``most`` times another one.
+    """Return a hint if a length [m] is more than ``most`` times a reference length.
 
     Args:
-        what: what the length is, up to where the sentence says how many times too long: "z = 90 m is".
+        what: beginning of the sentence, before the ratio: "z = 90 m is".
         amount: the length.
-        whole: the other one, of which ``of`` says what it is; zero or NaN if there is none to compare with.
-        of: see ``whole``.
-        most: see above.
+        whole: the reference length; zero or NaN: none.
+        of: words that introduce the reference length.
+        most: largest plausible ratio.
     """
     if not abs(amount) > most * abs(whole) > 0:
         return []
@@ -51,19 +51,19 @@ def length_hint(what: str, amount: float, whole: float, of: str = "the robot's s
 
 
 def point_hint(what: str, point: ArrayLike, size: float) -> list[str]:
-    """Return a hint if a point of the platform (3,) [m], from o, is far away compared with the robot's size [m]."""
+    """Return a hint if a point of the platform (3,) [m] is far from o compared with the robot's size [m]."""
     amount = largest(point)
     return length_hint(f"{what} lies {abs(amount):.6g} m from o,", amount, size)
 
 
 def tolerance_hint(name: str, amount: float, own: float, size: float) -> list[str]:
-    """Return a hint if a tolerance [m] is a large part of the length it is of or, where that is zero, of the robot's size."""
+    """Return a hint if a tolerance [m] is a large fraction of its length or, if this is zero, of the robot's size."""
     whole, of = (own, "the length itself of") if own else (size, "the robot's size of")
-    return length_hint(f"{name} may be off by {amount:.6g} m,", amount, whole, of, COARSE)
+    return length_hint(f"the tolerance {name} = {amount:.6g} m is", amount, whole, of, COARSE)
 
 
 def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
-    """Return hints at the largest limits [m] of slides far beyond the robot's size; wider ones stand for none at all."""
+    """Return hints at limits [m] of prismatic joints far beyond the robot's size; still wider limits mean no limit."""
     names: dict[float, list[str]] = {}
     for name, limit in limits.items():
         if limit <= 1000 * FAR * size:
@@ -76,16 +76,16 @@ def limit_hints(limits: Mapping[str, float], size: float) -> list[str]:
 
 
 def looks_like_degrees(*angles: float) -> bool:
-    """Whether angles [rad] exceed two turns, or one turn in whole multiples of 5, as 90, 10, -180 do.
+    """Whether angles [rad] exceed two turns, or exceed one turn and are multiples of 5, as 90, 10, -180.
 
-    Sums of angles, as xacro makes them, go a little beyond a turn.
+    Sums of angles computed by xacro may slightly exceed one turn.
     """
     most = max(map(abs, angles))
     return most > 2 * TURN or (most > TURN and all(angle % 5 == 0 for angle in angles))
 
 
 def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
-    """Return a hint if an angle [rad] exceeds a turn; ``is_usual``: the joint may turn as far, so that only degrees count."""
+    """Return a hint if an angle [rad] exceeds a turn; if ``is_usual``, only if it looks like degrees."""
     if abs(angle) <= TURN or (is_usual and not looks_like_degrees(angle)):
         return []
     return [
@@ -95,11 +95,11 @@ def turns_hint(name: str, angle: float, is_usual: bool) -> list[str]:
 
 
 def angular_tolerance_hint(name: str, amount: float) -> list[str]:
-    """Return a hint if the tolerance of an angle [rad] is larger than any machine's."""
+    """Return a hint if the tolerance of an angle [rad] is improbably large."""
     if not amount > COARSE:
         return []
     return [
-        f"{name} may be off by {amount:.6g} rad, which is {math.degrees(amount):.3g}°: angles are in rad; write "
+        f"the tolerance {name} = {amount:.6g} rad is {math.degrees(amount):.3g}°: angles are in rad; write "
         f"{amount / 1000:.6g} for {amount:.6g} mrad, or {amount:.6g}mrad on the command line"
     ]
 
@@ -130,7 +130,7 @@ def _written(*numbers: float) -> str:
 
 
 def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[str]:
-    """Return hints at Young's moduli [Pa] and densities [kg/m³] of beams, by name, that are not those of solids."""
+    """Return hints at Young's moduli [Pa] and densities [kg/m³] of beams, by name, that no solid has."""
     found: dict[str, list[str]] = {}
     for name, (modulus, density) in materials.items():
         if not MODULI[0] <= modulus <= MODULI[1]:
@@ -146,6 +146,6 @@ def material_hints(materials: Mapping[str, tuple[float, float | None]]) -> list[
 
 
 def _meant(value: float, usual: tuple[float, float], units: Mapping[str, float]) -> str:
-    """Return in which unit a value would be plausible, in words."""
+    """Return the unit in which a value would be plausible, with the converted value, as text."""
     fitting = (unit for unit, size in units.items() if usual[0] <= value * size <= usual[1])
     return next((f": {value:.4g} {unit} is {value * units[unit]:.4g}" for unit in fitting), "")

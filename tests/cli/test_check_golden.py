@@ -92,7 +92,7 @@ ODDITIES = {
     "followers": ["far from closed", "limb_2 has nothing elastic"],
     "braced_frame": ["limb_1 cannot hold its own weight", "limb_2 has nothing elastic"],
     "seven_axes": [],
-    "loose_parts": ["what hangs on the platform cannot hold itself"],
+    "loose_parts": ["the branch on the platform cannot hold its own weight"],
 }
 
 

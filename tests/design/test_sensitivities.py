@@ -175,7 +175,7 @@ def test_a_file_without_arguments_has_the_numbers_of_its_parts(cantilever, tmp_p
     found = ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
     assert set(found) == {"rod.outer_diameter", "rod.youngs_modulus", "rod.density", "tip.mass"}  # ν does nothing here
     np.testing.assert_allclose(found["rod.outer_diameter"].twist, cantilever["diameter"].twist, rtol=1e-8, atol=1e-16)
-    assert "one per cent more of each number of a part" in str(found)
+    assert "one per cent more of each dimension of a part" in str(found)
     changed = ks.Robot(cantilever.result.robot.description.changed("rod", density=1000.0))
     assert "rod.outer_diameter" in ks.sensitivities(changed.assemble())
 
@@ -353,7 +353,7 @@ def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
         encoding="utf-8",
     )
     found = ks.sensitivities(ks.load_robot(tmp_path / "post.urdf").assemble())
-    assert "Nothing is elastic, and the file has no numbers" in str(found)
+    assert "No part is elastic, and the file has no numbers" in str(found)
 
 
 def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):

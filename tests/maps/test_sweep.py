@@ -445,7 +445,7 @@ def test_the_summary_counts_what_is_within_limits():
     assert "linear theory" not in words
     outside = str(map_report(ds.isel(azimuth=[0], tilt=[2])))
     assert "no pose is within the joints' limits; beyond them:\n  worst sag " in outside
-    assert "linear theory does not cover that: the pose is nearly singular" in outside
+    assert "linear theory does not apply: the pose is nearly singular" in outside
 
 
 def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):

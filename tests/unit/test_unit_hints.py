@@ -183,22 +183,16 @@ def test_a_motor_of_a_screw_may_turn_often():
 def test_tolerances_in_millimetres():
     """0.1 without a unit is a whole length of the robot; a part of it, or a unit, says what is meant."""
     pose = package_robots.robot("3rps").assemble()
-    with pytest.warns(
-        UserWarning, match=r"rod_1.outer_diameter may be off by 0.03 m, 0.3 times the length itself of 0.1 m"
-    ) as told:
+    with pytest.warns(UserWarning, match=r"rod_1.outer_diameter = 0.03 m is 0.3 times the length itself of 0.1 m") as told:
         ks.tolerances(pose, {"rod_1.outer_diameter": 0.03}, samples=2)
     assert len(told) == 1 and told[0].filename == __file__ and "write 3e-05 for 0.03 mm, or 0.03mm on" in str(told[0].message)
-    with pytest.warns(UserWarning, match=r"platform.center_of_mass.x may be off by 0.5 m, .* the robot's size of"):
+    with pytest.warns(UserWarning, match=r"platform.center_of_mass.x = 0.5 m is .* the robot's size of"):
         ks.tolerances(pose, {"platform.center_of_mass.x": "0.5"}, samples=2)
     with pytest.warns(UserWarning) as told:
         ks.tolerances(pose, {"*.error.[xyz]": 1, "*.error.r?": 0.5}, samples=2)
     assert [item.filename for item in told] == [__file__] * 2
-    assert "revolute_1.error.x may be off by 1 m, 1.14 times the robot's size of 0.875 m: lengths are in m" in str(
-        told[0].message
-    )
-    assert "revolute_1.error.rx may be off by 0.5 rad, which is 28.6°: angles are in rad; write 0.0005 for" in str(
-        told[1].message
-    )
+    assert "revolute_1.error.x = 1 m is 1.14 times the robot's size of 0.875 m: lengths are in m" in str(told[0].message)
+    assert "revolute_1.error.rx = 0.5 rad is 28.6°: angles are in rad; write 0.0005 for" in str(told[1].message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ks.tolerances(pose, {"*.error.[xyz]": 0.01, "*.error.r?": 0.1}, samples=2)

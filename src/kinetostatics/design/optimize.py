@@ -63,8 +63,8 @@ def optimize(
         vary: what may change, by the name of a xacro argument, or of a number of one part, also of a plain URDF, as
             :func:`kinetostatics.tolerances` has them, ``"rod_1.outer_diameter"``; of ``"rod_*.outer_diameter"`` all are alike. A
             range ``"20mm:120mm"`` or ``(0.02, 0.12)``; values, ``"20mm,25mm"`` or a list; or a catalogue of standard sizes, the
-            path of a CSV file, "standard_bars" or "standard_tubes", whose rows may set several:
-            ``{("tube_diameter", "tube_wall"): "standard_tubes"}``.
+            path of a CSV file, "standard_bars" or "standard_tubes", whose rows may set several: ``{("tube_diameter",
+            "tube_wall"): "standard_tubes"}``.
         minimize: the quantity whose worst pose is minimized: "mass", "sag", "rotation", "deflection_any_direction(500 N)",
             "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or "buckling".
         subject_to: requirements: one of these quantities, or least_translational_stiffness or least_rotational_stiffness, and

@@ -70,8 +70,8 @@ def tolerances(
             :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
             ``"prismatic_1.actuator_stiffness"``; and assembly errors: of joints ``"revolute_1.error.x"`` … ``rz``, along and
             about the axes of the joint's frame on its base side, of beams ``"rod_1.error.length"`` and
-            ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard: ``"rod_*.outer_diameter"`` are several
-            parameters. None: all assembly errors that have an effect, by 0.1 mm, 1 mrad and 1 K.
+            ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard: ``"rod_*.outer_diameter"`` are several parameters. None: all
+            assembly errors that have an effect, by 0.1 mm, 1 mrad and 1 K.
         rank_by: order of the effects: "force" (of equal ones by the moment), "displacement" or "rotation"; default: force, where
             any error locks in a force or moment, else displacement.
         samples: random robots; default: 10,000, or 300 where they have to be analysed one by one, as with rigid limbs that

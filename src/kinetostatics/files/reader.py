@@ -43,8 +43,8 @@ def read_robot_file(
     """Read a robot file.
 
     Args:
-        path: a URDF or xacro file, recognized by its content; or the name of a robot that comes with the package,
-            see :func:`kinetostatics.robots`.
+        path: a URDF or xacro file, recognized by its content; or the name of a robot that comes with the package, see
+            :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
         platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
             that names none and has no loops all joints that move are then driven, because nothing else could hold them.

@@ -84,8 +84,8 @@ def export_c(
         near: one pose, where a state starts; default: the zero pose.
 
     Raises:
-        ArgumentError: ``near`` is not one pose of the robot;
-            the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
+        ArgumentError: ``near`` is not one pose of the robot; the robot or the orientation cannot be exported, the scalar is none
+            of the two, or the folder is a file.
         OSError: a file cannot be written.
     """
     check_choice("scalar", scalar, tuple(SCALARS))

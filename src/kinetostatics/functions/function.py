@@ -176,8 +176,8 @@ class Function:
             What was written.
 
         Raises:
-            ArgumentError: ``near`` is not one closed pose of the robot,
-                the robot's rigid limbs overconstrain one another, or the scalar is none of the two.
+            ArgumentError: ``near`` is not one closed pose of the robot, the robot's rigid limbs overconstrain one another, or the
+                scalar is none of the two.
             OSError: the folder cannot be written.
         """
         return export_c(self, folder, scalar, name, near=near)

@@ -44,7 +44,7 @@ class LimbGroup:
         beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
         dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches that each of
-        them carries. to_platform: (M,) which cut joints end at the platform.
+            them carries. to_platform: (M,) which cut joints end at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 

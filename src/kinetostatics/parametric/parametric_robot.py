@@ -35,8 +35,7 @@ class ParametricRobot:
 
     Args:
         robot: the robot.
-        links: ``platform_link`` and ``base_link`` of its file; None: they are found, if the file still says what
-            the robot is.
+        links: ``platform_link`` and ``base_link`` of its file; None: they are found, if the file still says what the robot is.
     """
 
     def __init__(self, robot: Robot, links: Mapping[str, str | None] | None = None) -> None:

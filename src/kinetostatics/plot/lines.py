@@ -45,8 +45,8 @@ def line(
         ds: of :func:`kinetostatics.sweep`.
         what: as in :func:`kinetostatics.indices.quantity`, or a list of that.
         x: the name of the coordinate to the right; default: the first that is swept and not fixed.
-        series: the name of another coordinate: one line for each of its values, or for five of them if there are
-            more than six, which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose up to six.
+        series: the name of another coordinate: one line for each of its values, or for five of them if there are more than six,
+            which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose up to six.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantities; default: what suits.
         beyond_limits: show poses beyond the joints' limits like all others.

@@ -58,9 +58,9 @@ def surface(
         what: as in :func:`kinetostatics.indices.quantity`.
         x: the name of one coordinate below the surfaces; default, with y: the last two that are swept and not fixed.
         y: the name of the other.
-        series: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen,
-            which the figure and a warning then say; or
-            ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
+        series: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen, which
+            the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if
+            one is.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.
         value_range: heights, in the figure's unit, at which surfaces are cut off flat; default: all values, or without the few

@@ -24,11 +24,11 @@ from kinetostatics.status import WITHOUT_NUMBERS
 
 
 def batch_sections(result: Result) -> list[ReportSection]:
-    """Return states and extremes; the latter only where a pose has numbers."""
+    """Return the states of the poses and the extremes of the quantities, if a pose has results."""
     known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
     header = ("quantity", "unit", "smallest", "at", "largest", "at")
     rows = [_row(result, *item) for item in _quantities(result)] if known else []
-    title = "Extremes over the valid poses, and at which element of the batch"
+    title = "Extremes over the valid poses, and their batch indices"
     return [
         ReportSection("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
         ReportSection(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
@@ -37,7 +37,7 @@ def batch_sections(result: Result) -> list[ReportSection]:
 
 
 def _states(result: Result) -> list[Table | Text]:
-    """Return how many poses are in which state; a pose counts in every row that is true of it."""
+    """Return the number of poses in each state; a pose can be in several states."""
     ok, *without_numbers = statuses_of(result)
     found = [ok, *facts_of(result), *without_numbers]
     rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
@@ -47,13 +47,13 @@ def _states(result: Result) -> list[Table | Text]:
 
 
 def magnitudes(result: Result) -> NoiseFloor:
-    """Return which numbers of a result are rounding noise."""
+    """Return the limits of rounding noise for a result."""
     wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
     return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
 
 
 def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
-    """Return name, values, units and noise of everything that is worth its extremes."""
+    """Return name, values, units and noise of the quantities of the table of extremes."""
     twist, noise = result.twist, magnitudes(result)
     found = [(f"platform {name}", *item) for name, item in platform_coordinates(result.configuration).items()]
     found += [(f"position of {name}", *item) for name, item in actuator_coordinates(result.configuration).items()]

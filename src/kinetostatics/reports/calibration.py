@@ -17,11 +17,11 @@ from kinetostatics.results.calibration import Calibration, Estimate, Measurement
 
 #: Units of readings.
 UNITS_BY_KIND = {"length": LENGTHS, "angle": ANGLES}
-#: Factor of a stiffness from which on a part is called rigid.
+#: Factor of a stiffness above which a part is called rigid.
 RIGID = 1e5
-#: Part of the readings from which on residuals are nearly all of them, and a factor of stiffness that is hardly one.
+#: Ratio of residuals to readings, and factor of a stiffness, above which a warning appears.
 UNEXPLAINED, ODD = 0.9, 100.0
-#: Outliers and measurements that are listed, at most.
+#: Largest number of outliers and measurements in a list.
 MOST = 12
 
 
@@ -42,14 +42,14 @@ def interval_words(item: Estimate) -> str:
 
 
 def calibration_report(found: Calibration) -> Report:
-    """Return estimates with intervals, unknowns that are not determined, residuals and outliers."""
+    """Return the report: estimates with intervals, unidentifiable unknowns, residuals and outliers."""
     title = f"Calibration of {found.robot.name!r} from {count(len(found.measured), 'reading')} of "
     title += count(len(set(found.rows.tolist())), "row")
     title += f"; {len(found.unidentifiable)} not determined" if found.unidentifiable else ""
     title += f"; {count(len(found.outliers), 'outlier')}" if found.outliers else ""
     names = "estimates unidentifiable level sigma_known reduced_chi_square degrees_of_freedom converged outliers rows gauge_of "
     names += "measured computed used"
-    data = {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite, or not known"}
+    data = {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite or unknown"}
     return Report(
         title,
         lambda: _sections(found),
@@ -81,7 +81,7 @@ def _sections(found: Calibration) -> list[ReportSection]:
     title = f"Estimates; a stiffness as a factor of the file's (intervals: {100 * found.level:.4g} %)"
     return [
         ReportSection(title, [Table.of_rows(("unknown", "file", "estimate", "interval"), rows, "lrrl")], "estimates"),
-        _not_determined(found.unidentifiable, "what stands above for these is one of many values that fit equally well"),
+        _not_determined(found.unidentifiable, "the estimates above of these are among many that fit equally well"),
         ReportSection("Measured less computed", [Table.of_rows(header, fits)], "residuals"),
         ReportSection("", [*map(Text, _sentences(found)), *outliers]),
     ]
@@ -99,7 +99,7 @@ def _outlier(found: Calibration, k: int) -> str:
 def _not_determined(items: Sequence[Unidentifiable], end: str) -> ReportSection:
     texts = [Text(f"{item.words}.", "warning") for item in items]
     return ReportSection(
-        "What these readings cannot tell", [*texts, Text(f"({end})", indent=2)] if items else [], "unidentifiable"
+        "Unidentifiable from these readings", [*texts, Text(f"({end})", indent=2)] if items else [], "unidentifiable"
     )
 
 
@@ -119,17 +119,17 @@ def _sentences(found: Calibration) -> list[str]:
     if left:
         said.append(f"{left} outlier{'s were' if left > 1 else ' was'} left out.")
     if not found.converged:
-        said.append("The search did not come to an end: the estimates are where it stopped.")
-    said += [f"{item.name}: at this level the readings do not tell it from a rigid part." for item in _rigid(found)]
+        said.append("The fit did not converge: the estimates are those of its last step.")
+    said += [f"{item.name}: at this level the readings are consistent with a rigid part." for item in _rigid(found)]
     sizes = [[found.root_mean_square(of, kind) for of in (found.residuals, found.measured)] for kind in ("length", "angle")]
     if not any(residual <= UNEXPLAINED * size for residual, size in sizes):
         said.append(
-            "What was found explains hardly anything of the readings: look at their signs, and at points and frames of gauges."
+            "The estimates explain almost nothing of the readings: check the signs of readings, and points and frames of gauges."
         )
     for item in found.estimates.values():
         if item.kind == "stiffness" and item.identified and (item.value < 1 / ODD or ODD < item.value < RIGID):
             said.append(
-                f"{item.name}: more than {ODD:.0f} times off what the file says: look at the units of readings and loads."
+                f"{item.name}: differs from the file by a factor of more than {ODD:.0f}: check the units of readings and loads."
             )
     return said
 
@@ -143,7 +143,7 @@ def _rigid(found: Calibration) -> list[Estimate]:
 
 
 def plan_report(found: MeasurementPlan) -> Report:
-    """Return where to measure, and the standard errors that follow."""
+    """Return the report: poses and loads to be measured, and the expected standard errors."""
     title = (
         f"Plan of {count(len(found.chosen), 'measurement')} of {found.robot.name!r} out of {found.candidates} poses with loads"
     )
@@ -164,11 +164,11 @@ def _plan_sections(found: MeasurementPlan) -> list[ReportSection]:
         else "No random plan determines the unknowns."
     )
     title = f"Measurements [m, rad, N, N·m]; read {', '.join(found.gauges)} at each"
-    errors = "Standard errors to be expected (SI; of a stiffness relative)"
+    errors = "Expected standard errors (SI; relative for a stiffness)"
     return [
         ReportSection(None, [left] if found.left_out else []),
         ReportSection(title, [Table.of_rows(("", *columns), rows, "r" * (1 + len(columns)))], "measurements"),
         ReportSection(errors, [Table.of_rows(("unknown", "this plan", "random plans"), cells)], "errors"),
-        _not_determined(found.unidentifiable, "no pose and load among the candidates tells it"),
+        _not_determined(found.unidentifiable, "no reading at any candidate depends on it"),
         ReportSection("", [Text(gain)]),
     ]

@@ -28,19 +28,19 @@ from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.tool_point import point_name
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
-#: Deviations [m, rad] up to which they are rounding.
+#: Pose errors [m, rad] that count as rounding.
 ROUNDING = 1e-12
 
 #: Units and meaning of the numbers.
 UNITS = {
-    "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
+    "general": "SI: m, rad, N, N·m; world axes; null: no correction was found",
     "actuators": "corrected coordinates of the actuators [m, rad]; corrections: less those at the target pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
     "uncorrected_error": "pose error of the loaded platform without correction: displacement at o [m], rotation [rad]",
     "residual_error": "the same at the corrected actuators",
     "residual_error_coordinates": "the same in the platform's coordinates [m, rad]; uncorrected_error_coordinates: uncorrected",
-    "uncorrectable_directions": "columns: twists that no actuator moves the platform along, at o, orthonormal with lengths by "
-    "characteristic_length [m, rad]; uncorrectable_parts: how much of residual_error lies along each",
+    "uncorrectable_directions": "columns: twists that the actuators cannot produce, at o, orthonormal with lengths by "
+    "characteristic_length [m, rad]; uncorrectable_parts: component of residual_error along each",
     "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
 }
 
@@ -63,7 +63,9 @@ def compensation_report(found: Compensation) -> Report:
 def _one(found: Compensation) -> Iterator[ReportSection]:
     status = Status(int(found.status))
     if status == Status.UNREACHABLE:
-        yield ReportSection(None, [Text(", no actuator positions bring the loaded platform there", lead=status_word(status))])
+        yield ReportSection(
+            None, [Text(", no actuator positions bring the loaded platform to the target pose", lead=status_word(status))]
+        )
     elif status != Status.OK:
         words = {**STATUS_WORDS, **{fact.status: fact.words for fact in FACTS.values() if fact.status is not None}}
         yield ReportSection(None, [Text(f", {words[status]}", lead=status_word(status))])
@@ -81,7 +83,7 @@ def _one(found: Compensation) -> Iterator[ReportSection]:
     yield ReportSection("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
     yield from _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
-        said = "With the coordinates x, y and z the tip itself comes where it is wanted, if the actuators allow; angles stay."
+        said = "If x, y and z are controlled, the tip reaches its target exactly, as far as the actuators allow."
         yield ReportSection("", [Text(said)])
 
 
@@ -109,7 +111,7 @@ def _misses(found: Compensation) -> Table:
 
 
 def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
-    """Yield the directions in which no actuator moves the platform, scaled, and how much remains along each."""
+    """Yield the twists that the actuators cannot produce, and the residual error along each."""
     length = found.target.robot.length
     directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
     if not directions.size or not np.all(np.isfinite(directions)):
@@ -118,10 +120,10 @@ def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
     columns = [Column("", [str(k + 1) for k in range(directions.shape[1])])]
     columns += [Column.of(name, list(row), cosines, with_unit=False) for name, row in zip(COMPONENTS, directions, strict=True)]
     parts = NumberFormat.of(found.uncorrectable_parts, ANGLES, ROUNDING)
-    columns.append(Column.of("remains along it", list(found.uncorrectable_parts), parts))
+    columns.append(Column.of("residual error", list(found.uncorrectable_parts), parts))
     place = f"at {point_name(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
-    said = "No choice of coordinates changes what remains along these; times that length it is a displacement."
-    title = f"Directions in which no actuator moves the platform, {place}"
+    said = "No choice of controlled coordinates changes these residual errors; times that length they are displacements."
+    title = f"Twists that the actuators cannot produce, {place}"
     yield ReportSection(title, [Table(columns), Text(said)], "directions")
 
 
@@ -148,13 +150,11 @@ def _batch(found: Compensation) -> Iterator[ReportSection]:
         ends = (Number(float(end), form, with_unit=False) for end in (np.nanmin(values), np.nanmax(values)))
         table.append((name, form.unit, *ends))
     header = ("quantity", "unit", "smallest", "largest")
-    yield ReportSection("Extremes over the poses that have numbers", [Table.of_rows(header, table, "llrr")], "extremes")
+    yield ReportSection("Extremes over the poses with results", [Table.of_rows(header, table, "llrr")], "extremes")
     said: list[Block] = [Text(f"Corrected: {join_words(found.controlled)}{'' if found.tool is None else f' of {who}'}.")]
     if left := 6 - found.target.robot.mobility.platform:
-        some = "one direction" if left == 1 else f"{left} directions"
-        said.append(
-            Text(f"In {some} no actuator moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
-        )
+        some = "one twist" if left == 1 else f"{left} twists"
+        said.append(Text(f"The actuators cannot produce {some}: see uncorrectable_directions and uncorrectable_parts."))
     yield ReportSection("", said)
 
 

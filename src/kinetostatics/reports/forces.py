@@ -38,9 +38,9 @@ def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, s
     found: dict[tuple[str, str], list[Block]] = {
         ("forces", "Actuators, positive along the joint's positive direction"): _actuators(result, noise),
         ("limbs", "Limbs: wrenches of the platform acting on the limb"): _limbs(result, noise, hinge_axes),
-        ("limbs", "Limbs that are networks: what their beams and their joints to the platform carry"): _networks(result, noise),
+        ("limbs", "Limbs that are networks: forces in their beams and in their joints to the platform"): _networks(result, noise),
         ("joints", f"Joints: wrench of the base side acting on the platform side, {magnitudes}"): _joints(result, noise),
-        ("ground", "Ground: its reaction, acting on the robot, about the base link's origin"): [Facts(ground)],
+        ("ground", "Ground: reaction on the robot, about the base link's origin"): [Facts(ground)],
         ("beams", "Beams"): _beams(result, noise),
     }
     return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
@@ -77,7 +77,7 @@ def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping[str, str]:
-    """Return which axis of which limb lies along its first hinge, if that makes sense.
+    """Check the axes of limb frames along the first hinges, and return them.
 
     Raises:
         ArgumentError: there is no such limb, or the axis is neither x nor y.
@@ -171,7 +171,7 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
-    """Return whether joints about one point carry the same wrench, as nothing between them weighs anything."""
+    """Return whether concentric joints carry the same wrench, as they do without weight between them."""
     if not all(name in wrenches for name in joints):
         return False
     gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
@@ -207,6 +207,6 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     ]
     notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
     if any(type(beam.description.section) is BeamSection for beam in beams):
-        notes.append(f"stress {MISSING}: <section> does not say the outline; give a circle, tube, rectangle or rectangular_tube")
-    notes.append("N/N_Euler: forces over those at which the beam buckles, by itself or with others: 100 % buckles")
+        notes.append(f"stress {MISSING}: the outline of <section> is unknown; give a circle, tube, rectangle or rectangular_tube")
+    notes.append("N/N_Euler: forces relative to those at which the beam buckles, alone or with others")
     return [Table(columns), *map(Text, notes)]

@@ -17,15 +17,15 @@ from kinetostatics.status import FACTS, Status, in_map
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A value, where it is, and of which actuator.
+#: A value, its pose, and the actuator.
 Found = tuple[float, str, str]
-#: Values that are read at once.
+#: Number of values read at once.
 AT_ONCE = 2**22
-#: From how many poses on their cost is told.
+#: Number of poses from which on the time per pose is given.
 MANY = 1000
-#: A sag [m], turn [rad] or force [N, N·m] up to which there is none.
+#: Sag [m], rotation [rad] or force [N, N·m] that counts as zero.
 NOTHING = 1e-13
-#: Parameters with so many values are told value by value.
+#: Largest number of values of a parameter that get rows of their own.
 MOST_ROWS = 20
 #: Units of a sag [m] and a turn [rad], with their sizes.
 UNITS = {"sag": (("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)), "turn": (("mrad", 1e-3), ("µrad", 1e-6), ("nrad", 1e-9))}
@@ -33,13 +33,13 @@ WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULA
 
 
 def map_report(ds: xr.Dataset, seconds: float | None = None) -> Report:
-    """Return how many poses of a map are reached, the worst sag and the largest actuator force and where.
+    """Return the number of reached poses of a map, the worst sag and the largest actuator force, and their poses.
 
-    Poses beyond the joints' limits count only where no other has numbers.
+    Poses beyond joint limits count only if no other pose has results.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`; it is read piece by piece.
-        seconds: how long it took, if that is to be said.
+        ds: the map, see :func:`kinetostatics.sweep`; it is read in pieces.
+        seconds: computing time, if it is to be given.
     """
     dims, size = ds["status"].dims, int(ds["status"].size)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
@@ -78,14 +78,14 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
         yield from (_by_value(ds, name, rows) for name, rows in by_value.items())
     elif outside:
         yield ReportSection(None, [Text("no pose is within the joints' limits; beyond them:"), *_extremes(outside, ds)])
-    if seconds is not None:  # of fewer poses it says how long Python takes to start
+    if seconds is not None:  # for fewer poses the time is mainly that of starting Python
         yield ReportSection(
             None, [Text(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))]
         )
 
 
 def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
-    """Take note of the largest values at the poses of a part of the map that are chosen by ``where``."""
+    """Update the largest values by those at the poses ``where`` of a part of the map."""
     if not where.any():
         return
     numbers = []
@@ -106,7 +106,7 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
 
 
 def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
-    """Return the largest values in words."""
+    """Return the largest values as sentences."""
     lines: list[Block] = []
     if "sag" in found and "turn" in found:
         (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
@@ -115,7 +115,7 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
         if max(sag, turn) <= NOTHING:
             lines.append(Text("the platform neither sags nor turns: no elastic part deforms"))
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
-            said = "linear theory does not cover that: the pose is nearly singular, or units in the file are wrong"
+            said = "linear theory does not apply: the pose is nearly singular, or units in the file are wrong"
             lines.append(Text(said, "warning"))
     return lines + [
         Text(f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}")
@@ -144,7 +144,7 @@ def _actuator_word(unit: str) -> str:
 
 
 def _written(kind: str, value: float) -> str:
-    """Return a value with its unit: a sag in mm and a turn in mrad unless it is less than a tenth, or a force."""
+    """Return a value with its unit: a force, a sag in mm or a turn in mrad (smaller units below a tenth)."""
     if kind not in UNITS:
         return f"{value:.4g} {kind.replace(' ', '·')}"
     name, size = next((unit for unit in UNITS[kind] if value >= unit[1] / 10), UNITS[kind][-1])

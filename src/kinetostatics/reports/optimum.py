@@ -47,14 +47,14 @@ def _sentences(found: Optimum) -> list[str]:
     for item in found.active:
         where = f", at {words}" if (words := place_words(found, item)) else ""
         if item.margin < -BROKEN:
-            said.append(f"{item.text} is broken{where}.")
+            said.append(f"{item.text} is violated{where}.")
         else:
             saves = f": relaxing it by 1 % would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
             said.append(f"{item.text} decides{where}{saves}.")
     said += [f"{text}." for text in found.at_bounds]
     said += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
     if found.feasible and not found.active and not found.at_bounds:
-        said.append("No requirement decides: this is the least of all, or the best of the listed values.")
+        said.append("No requirement is active: this is the unconstrained minimum, or the best of the listed values.")
     if found.beyond_limits:
         said.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
     said.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
@@ -64,7 +64,7 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def margin_words(margin: float) -> str:
-    """Return how far the worst is from its limit: in per cent, or as a factor where it is far beyond."""
+    """Return the margin to the limit in per cent, or as a factor if the limit is exceeded by far."""
     if abs(margin) <= 1e-5:
         return "0"
     return f"{100 * margin:.3g} %" if abs(margin) < 10 else f"{margin:+.0f} ×"
@@ -116,9 +116,9 @@ def pareto_report(found: ParetoFront) -> Report:
             decides = [item.text for item in optimum.active if item is not optimum.requirements[-1]]
             cells = (_written(value, unit) for value, unit in zip(both, found.units, strict=True))
             rows.append((*cells, *values, "; ".join([*decides, *optimum.at_bounds])))
-        header = (first, second, *found.parameters, "what decides besides")
+        header = (first, second, *found.parameters, "other active constraints")
         table = Table.of_rows(header, rows, "r" * (len(header) - 1) + "l")
         said = f"How: {found.searched}; {found.evaluations} robots were analysed."
-        return [ReportSection("Designs of which none is better in both", [table], "designs"), ReportSection("", [Text(said)])]
+        return [ReportSection("Pareto-optimal designs", [table], "designs"), ReportSection("", [Text(said)])]
 
     return Report(title, sections, lambda: {**attributes(found, names), "points": [_data(item) for item in found]})

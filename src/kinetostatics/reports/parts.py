@@ -59,5 +59,5 @@ def limb_data(limb: LimbResult) -> dict[str, object]:
 
 
 def beam_data(beam: BeamResult) -> dict[str, object]:
-    """Return everything about a beam that the file does not say."""
+    """Return the results of a beam that are not data of the file."""
     return attributes(beam, BEAM_DATA)

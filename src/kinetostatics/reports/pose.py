@@ -17,7 +17,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
-#: A state: title, of which poses (…) it is true, and words.
+#: A state: title, mask of its poses (…), and description.
 State: TypeAlias = tuple[Word, NDArray[np.bool_], str]
 #: Values (…), their units, and what is rounding noise.
 Coordinate: TypeAlias = tuple[Array, Units, float]
@@ -26,12 +26,12 @@ _ORIENTATIONS = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and
 
 
 def statuses_of(poses: Configuration | Result) -> list[State]:
-    """Return which poses are OK, and which have no numbers."""
+    """Return the states OK, UNREACHABLE and SINGULAR with their poses."""
     return [(status_word(item), poses.status == item, STATUS_WORDS[item]) for item in (Status.OK, *WITHOUT_NUMBERS)]
 
 
 def facts_of(poses: Configuration | Result) -> list[State]:
-    """Return of which poses each fact is true."""
+    """Return the poses at which each fact is true."""
     return [
         (Word(fact.title, "bad" if fact.status is None else "doubtful"), getattr(poses, name), fact.words)
         for name, fact in FACTS.items()
@@ -45,7 +45,7 @@ def status_word(status: Status) -> Word:
 
 
 def state_title(poses: Configuration | Result) -> list[str]:
-    """Return the states of a pose, the worst first, or the shape of a batch and how many of its poses are in which state."""
+    """Return the states of a pose, the most severe first, or the shape of a batch and the number of poses in each state."""
     one, (ok, *worse), facts = poses.shape == (), statuses_of(poses), facts_of(poses)
     states = [
         (title, where) for title, where, _ in ((*worse, *reversed(facts)) if one else (ok, *worse, *facts)) if np.any(where)
@@ -58,7 +58,7 @@ def state_title(poses: Configuration | Result) -> list[str]:
 
 
 def count(number: int, noun: str) -> str:
-    """Return how many there are."""
+    """Return a number with its noun."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 

@@ -41,7 +41,7 @@ def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -
     """Return the report of an analysis.
 
     Args:
-        result: of :func:`kinetostatics.analyze`.
+        result: the analysis.
         hinge_axes: as in :meth:`kinetostatics.Result.report`.
     """
     hinge_axes = checked_axes(hinge_axes or {}, result.limbs)
@@ -52,7 +52,7 @@ def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -
 
 
 def _motion(result: Result) -> Iterator[str]:
-    """Yield how far the platform moves, if it does anywhere."""
+    """Yield displacement and rotation of the platform, unless both are zero."""
     noise = NoiseFloor.of([*result.contributions.values(), result.twist], [], result.robot.length)
     if np.any(np.isfinite(result.twist)):
         moves, turns = (
@@ -138,12 +138,12 @@ def _motion_sections(result: Result, noise: NoiseFloor) -> list[ReportSection]:
     by_kind = {**kinds, **total} if {"joints", "actuators", "assembly_errors"} & {*kinds} else {}
     found: dict[tuple[str, str], list[Block]] = {
         ("twist", f"Twist of the platform {at}"): _twists({**result.contributions, **total}, noise),
-        ("gravity", "What gravity does, by the ways in which it acts"): _twists(gravity, noise),
+        ("gravity", "Effect of gravity, by mechanism"): _twists(gravity, noise),
         (
             "sag",
-            "Elastic displacement by source: the same twist by beams, elastic joints, actuators and assembly errors",
+            "Twist by source: beams, elastic joints, actuators and assembly errors",
         ): _twists(by_kind, noise),
-        ("sag", "Where the sag comes from: parts along the whole displacement and rotation"): source_table(result, noise),
+        ("sag", "Sources of the sag: parts along the total displacement and rotation"): source_table(result, noise),
         ("parts", "Elastic displacement of the parts of the limbs"): _twists(parts, noise),
         ("stiffness", f"Stiffness of the platform {at}, actuators locked"): stiffness_blocks(result),
     }

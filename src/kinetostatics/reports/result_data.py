@@ -15,7 +15,7 @@ from kinetostatics.results.result import Result
 UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
-    "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: what it does per kg and per kg·m of its "
+    "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: effect per kg and per kg·m of its "
     "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",
     "limbs": "wrenches acting on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
@@ -53,7 +53,7 @@ def result_data(tip: Result) -> dict[str, object]:
 
 
 def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
-    """Return units and meaning of numbers about o, or about the tool's tip, and where that is."""
+    """Return units and meaning of numbers about o or the tool's tip, and the position of the tip."""
     if tool is None:
         return {"units": units}
     said = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}

@@ -31,10 +31,10 @@ UNKNOWN = "not known"
 #: Units and meaning of the numbers.
 UNITS = {
     "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
-    "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
+    "mobility": "numbers of freedoms and constraints at generic poses; redundancies: locations of the redundant constraints",
     "zero": "loop_gaps where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
-    "graph": "chain from base to platform: bodies, joints, branches (runs, parallel or a network); hanging: what hangs on a body",
+    "graph": "chain from base to platform: bodies, joints, branches (runs, parallel or a network); hanging: branches on a body",
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
@@ -42,14 +42,14 @@ UNITS = {
     "springs": "between links: stiffness N/m, free_length m, preload N: the tension at the free length",
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
-#: Data of springs between links: not where their ends are.
+#: Data of springs between links, without the positions of their ends.
 _SPRING = ("name", "predecessor", "successor", "stiffness", "free_length", "preload")
 #: Types of the parts of a limb's graph.
 _TYPES = {Body: "body", JointStep: "joint", Branches: "branches"}
 
 
 def robot_report(robot: Robot) -> Report:
-    """Return the report of a robot; one whose loops cannot be closed still has one, which says so."""
+    """Return the report of a robot, also if its loops cannot be closed."""
     found = cache(robot_facts)
     return Report(
         _title(robot.name, robot.topology.limbs, robot.description.driven, robot.description.beams),
@@ -106,7 +106,7 @@ def _graph(part: object) -> object:
 
 
 def description_report(description: RobotDescription) -> Report:
-    """Return how many parts of which kind a file describes, and their names."""
+    """Return numbers and names of the parts that a file describes, by kind."""
     names = ("links", "joints", "loops", "beams", "joint_stiffness", "driven")
     nouns = ("link", "joint", "loop", "beam", "elastic joint", "actuator")
     found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
@@ -196,7 +196,7 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
 
 
 def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]:
-    """Say where redundant constraints are, limbs that are built alike in one line."""
+    """Return the locations of redundant constraints, with equal limbs in one line."""
     like = {limb.name: limb.like or limb.name for limb in limbs}
     inside: dict[tuple[int, str, int], list[Redundancy]] = {}
     lines: list[str] = []
@@ -233,7 +233,7 @@ def _zero(facts: RobotFacts) -> str:
     if zero.closing_error is None:
         return f"the loops do not close; where all joints are at zero they are {zero_loop_gaps(facts)}"
     if not zero.loop_gaps:
-        return "it has no loops that would have to close"
+        return "there are no loops"
     text = "the loops close" if zero.closing_error <= CLOSED else f"the loops stay open by {zero.closing_error:.2g} (m or rad)"
     if max(zero.widest("m")[0], zero.widest("rad")[0]) > 1e-9:
         text += f"; where all joints are at zero they are {zero_loop_gaps(facts)}"
@@ -268,7 +268,7 @@ def _limbs(facts: RobotFacts) -> list[Block]:
 
 
 def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
-    """Say from where to where the beams of a limb go, those that are welded end to end in one."""
+    """Return the ends of the beams of a limb; beams welded end to end are one."""
     joints = {joint.name for joint in limb.joints}
     spans = [([beam.name], beam.start, beam.end) for beam in facts.beams if beam.name in limb.beams]
     ends = [end for _, *both in spans for end in both]
@@ -287,14 +287,14 @@ _LEGEND = {
     "": "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight",
     "limb ": "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
     "(else a world axis) made square to z, x = y × z",
-    "component": "components: coordinates, in a basis, of what the platform puts on a limb that is a network; its beams "
-    "and joints carry other forces",
-    "complementary": "complementary wrenches: what is left where nothing plainer fits",
+    "component": "components: coordinates, in a basis, of the platform's wrench on a limb that is a network; the forces of "
+    "its beams and joints are others",
+    "complementary": "complementary wrenches: complete the basis without a simple geometric meaning",
 }
 
 
 def _legend(limbs: list[LimbFacts]) -> list[Block]:
-    """Return the meaning of the words that are used."""
+    """Return the meaning of the wrench labels in the table."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
     known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
     return [Lines([""]), *known] if known else []
@@ -313,7 +313,7 @@ def _hanging(graph: Graph, indent: str) -> list[str]:
 
 
 def _beams(facts: RobotFacts) -> list[Block]:
-    """Return a table of the beams; those of equal properties are one row."""
+    """Return a table of the beams; equal beams share a row."""
     beams = facts.beams
     columns = [
         Column("section", [beam.section for beam in beams]),

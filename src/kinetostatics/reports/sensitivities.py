@@ -26,12 +26,12 @@ UNITS = {
     "sources": "-d twist / d ln(stiffness) of each beam, elastic joint and actuator [m, rad]",
 }
 
-#: Rows of a table, at most.
+#: Largest number of rows of a table.
 MOST = 24
 
 
 def sensitivities_report(found: Sensitivities) -> Report:
-    """Return parameters and sources, ranked by the displacement of o or the tool's tip per one per cent of change."""
+    """Return the report: parameters and sources, ranked by the displacement of o or the tool's tip per 1 % of change."""
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     title = f"Sensitivities of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"
@@ -58,33 +58,33 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[ReportSec
             per_mass = [move / mass if abs(mass) > 1e-12 else None for move, mass in effects.values()]
             columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
         kinds = {is_part(name) for name in sizes}
-        what = "parameter" if len(kinds) > 1 else "number of a part" if kinds == {True} else "parameter of the file"
-        yield ReportSection(f"What one per cent more of each {what} does", [Table(columns), *_more(sizes)], "parameters")
+        what = "parameter" if len(kinds) > 1 else "dimension of a part" if kinds == {True} else "parameter of the file"
+        yield ReportSection(f"Effect of one per cent more of each {what}", [Table(columns), *_more(sizes)], "parameters")
     shifts = [name for name in found if is_location(name)]
     if shifts and moved:
         by = Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r")
         columns = [Column("what", shifts[:MOST]), by, *moved_by([found.shift_effect(name) for name in shifts[:MOST]])]
-        title = "What a millimetre or milliradian of each placement or centre of mass does, along and about its own axes"
+        title = "Effect of a millimetre or milliradian of each placement or centre of mass, along and about its own axes"
         yield ReportSection(title, [Table(columns), *_more(shifts)], "placements")
     if found.sources:
         names = sorted(found.sources, key=found.source_effect)
         columns = [Column("what", names), *moved_by([found.source_effect(name) for name in names])]
-        yield ReportSection("What one per cent more stiffness of each part does: stiffen the first", [Table(columns)], "sources")
+        yield ReportSection("Effect of one per cent more stiffness of each part: stiffen the first", [Table(columns)], "sources")
     yield ReportSection("", _sentences(found, sizes))
 
 
 def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
     rest = [name for name in found.outputs if name not in ("twist", "mass")]
     if not len(found) and not found.sources:
-        said = "Nothing is elastic, and the file has no numbers that could be changed: no arguments, no masses, no beams."
+        said = "No part is elastic, and the file has no numbers to vary: no arguments, no masses, no beams."
     elif "twist" in found.outputs:
-        said = "Moves along the present displacement: negative is less sag."
+        said = "Changes along the present displacement: negative is less sag."
     else:
         said = f"Derivatives of {', '.join(rest or found.outputs)}: s[name], --json."
     found_texts: list[Block] = [Text(said)]
     for name in sizes:
         if found[name].value == 0:
-            zero = f"{name} is zero, and so is one per cent of it: its derivatives tell what more of it does (--json)"
+            zero = f"{name} is zero, and so is one per cent of it: see its derivatives (--json)"
             found_texts.append(Text(zero, "warning"))
     reasons: dict[str, list[str]] = {}
     for name, why in found.skipped.items():

@@ -14,9 +14,9 @@ from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 
-#: Rows of the table; what is behind them is one row.
+#: Rows of the table; the remaining sources share one row.
 MOST = 8
-#: Parts of the motion that differ by less, relative to the largest, count as equal and stand in the file's order.
+#: Relative difference below which parts of the motion count as equal and keep the order of the file.
 ALIKE = 1e-6
 
 _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly_errors": "assembly error"}
@@ -25,8 +25,8 @@ _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
     """Rank beams, elastic joints, actuators and assembly errors by their parts of the displacement (rotation if o is at rest).
 
-    A part is the projection of one source's displacement on the whole displacement, and of its rotation on the axis of the whole
-    rotation: the parts sum to these. The last column is the share of what is ranked.
+    A part is the projection of the source's displacement on the total displacement, and of its rotation on the axis of the total
+    rotation; the parts sum to the totals. The last column is the share of the ranked quantity.
     """
     names, twists = sources(result)
     found = parts_along(twists, result.twist, noise)
@@ -52,7 +52,7 @@ def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def share(part: float, whole: float) -> float:
-    """Return a part of a whole [%], rounding errors as 0."""
+    """Return a part relative to the whole [%], rounding errors as 0."""
     found = 100 * part / whole
     return found if abs(found) >= 0.05 else 0.0
 
@@ -61,13 +61,13 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
     """Return the component of each of several twists along their sum.
 
     Args:
-        twists: (n, 6), which add up to the whole.
-        whole: (6,).
-        noise: what counts as no motion.
+        twists: (n, 6) twists.
+        whole: (6,) their sum.
+        noise: limits below which a motion counts as zero.
 
-    Returns:
-        Parts (n, 2) along the whole displacement [m] and about the axis of the whole rotation [rad], NaN where that is noise; the
-        sizes of both (2,); and which of them ranks: 0, or 1 where o stays. None where there is no motion, or no twist.
+    Returns: Parts (n, 2) along the total displacement [m] and about the axis of the total rotation [rad], NaN if the total is
+    zero; magnitudes (2,) of the totals; and the index of the ranked one: 0, or 1 if o does not move. None without motion or
+    twists.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])
@@ -91,7 +91,7 @@ def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
 
 
 def ranked(values: Array) -> list[int]:
-    """Return the order of values, the largest first; those that are alike within rounding keep their order."""
+    """Return the order of values, the largest first; values equal within rounding keep their order."""
     left, found = np.argsort(-values, kind="stable").tolist(), []
     margin = ALIKE * float(np.max(np.abs(values), initial=0.0))
     while left:
@@ -104,12 +104,12 @@ def ranked(values: Array) -> list[int]:
 # ---- gravity ---------------------------------------------------------------------------------------------------------------
 
 
-#: What the ways of the limbs' weights are called in tables.
+#: Names of the mechanisms of gravity in tables.
 WORDS = {"attached": "attached wrenches"}
 
 
 def gravity_twists(result: Result) -> dict[str, Array]:
-    """Return the twists (6,) that gravity makes, by the ways in which it acts, and their sum."""
+    """Return the twists (6,) due to gravity by mechanism, and their sum."""
     found = {WORDS.get(way, way): twist for way, twist in gravity_mechanisms(result).items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 

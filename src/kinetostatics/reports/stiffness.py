@@ -27,7 +27,7 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 
 def stiffness_blocks(result: Result) -> list[Block]:
-    """Return the stiffness along each axis with the others held and free, and its extremes."""
+    """Return the stiffness along each axis, with the other motions fixed and free, and its extremes."""
     held, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = NumberFormat.of([held[:3], free[:3]], STIFFNESSES, digits=6)
     angular = NumberFormat.of([held[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
@@ -47,7 +47,7 @@ def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
 
 
 def _reciprocal(compliances: Array, result: Result) -> Array:
-    """Return 1/C; infinite where rigid limbs leave no more than rounding noise."""
+    """Return 1/C; infinite where C is rounding noise, as with rigid limbs."""
     C = np.abs(result.compliance)
     length = result.robot.length
     small = 1e-12 * max(float(C[:3, :3].max()), length**2 * float(C[3:, 3:].max()))
@@ -55,7 +55,7 @@ def _reciprocal(compliances: Array, result: Result) -> Array:
 
 
 def _directions(axes: Array) -> str:
-    """Say along which directions something is that orthonormal axes (3, 1 … 3) span."""
+    """Return a phrase for the directions spanned by orthonormal axes (3, 1 … 3)."""
     if axes.shape[1] == 3:
         return "in every direction"
     if axes.shape[1] == 1:

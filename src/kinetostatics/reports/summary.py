@@ -16,9 +16,9 @@ from kinetostatics.reports.sources import parts_along, ranked, share, sources
 from kinetostatics.reports.stiffness import stiffness_extremes
 from kinetostatics.results.result import Result
 
-#: Actuators that are named one by one, at most; of more the extremes are.
+#: Largest number of actuators listed one by one; of more, only the extremes are given.
 MOST_ACTUATORS = 6
-#: Cosine from which on a direction is called that of an axis, and below which it is mostly that.
+#: Cosine above which a direction is called that of an axis; slightly below, mostly that.
 ALONG, MOSTLY = 0.995, 0.7
 _NAMES = {"load": "the load", "platform_weight": "the platform's weight", "payload": "the payload"}
 
@@ -44,7 +44,7 @@ def summary_facts(result: Result, noise: NoiseFloor) -> Facts:
 
 
 def _worst(values: Mapping[str, float]) -> str:
-    """Return the name of the largest value; of those that are equal but for rounding the first."""
+    """Return the name of the largest value; of values equal within rounding, the first."""
     return list(values)[first_largest(np.array(list(values.values())))]
 
 
@@ -78,7 +78,7 @@ def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor,
 
 
 def _direction(unit: Array, gravity: Array) -> str:
-    """Return a direction in words: down or up along gravity, along an axis, or by its components."""
+    """Return a direction as text: down or up along gravity, along an axis, or its components."""
     size = float(np.linalg.norm(gravity))
     vertical = float(unit @ gravity) / size if size > 0 else 0.0
     axis = int(np.argmax(np.abs(unit)))
@@ -91,7 +91,7 @@ def _direction(unit: Array, gravity: Array) -> str:
 
 
 def _actuators(result: Result, noise: NoiseFloor) -> list[tuple[str, str]]:
-    """Return the actuators' forces; of many the least and the largest."""
+    """Return the actuator forces; of many, the smallest and the largest."""
     forces = {name: float(force) for name, force in result.actuator_forces.items()}
     units = [actuator_unit(result.robot, name) for name in forces]
     formats = dict(zip(forces, force_formats(forces.values(), units, noise), strict=True))

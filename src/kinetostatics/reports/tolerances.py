@@ -31,15 +31,15 @@ from kinetostatics.reports.result_data import units_at
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import point_name
 
-#: What the numbers mean.
+#: Units and meaning of the numbers.
 UNITS = {
     "general": "SI; null: not a number",
-    "twist": "at o [m, rad]; displacement and rotation: distances from the nominal robot, the nominal ones lengths",
+    "twist": "at o [m, rad]; displacement and rotation: distances from the nominal robot; nominal ones: magnitudes",
     "stiffness": "at o, actuators locked [N/m, N, N·m]",
     "actuator_forces": "[N, N·m]",
-    "effects": "of each parameter alone that is off by its tolerance, to first order; force, at and moment: the largest that an "
-    "assembly error locks into a joint",
-    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; second of distances: root mean square",
+    "effects": "of the tolerance of each parameter alone, to first order; force, at and moment: largest joint force, its joint "
+    "and the largest joint moment, by self-stress due to an assembly error",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the samples; of distances the root mean square",
 }
 
 
@@ -118,14 +118,14 @@ def _sentences(found: Tolerances, locks: bool) -> list[str]:
         "robot; their standard deviation is the root mean square."
     ]
     if not locks and any(".error." in name for name in found.parameters):
-        said.append("The assembly errors lock in no force.")
+        said.append("The assembly errors cause no self-stress.")
     lost = int(np.sum(np.isnan(found.samples.displacement)))
     if lost:
-        said.append(f"{lost:,} samples have no such pose and do not count.")
+        said.append(f"{lost:,} samples cannot reach this pose and do not count.")
     if not found.at_once:
-        said.append("Every sample was analysed by itself, as this analysis cannot be recorded.")
+        said.append("The samples were analysed one by one, because this analysis cannot be recorded.")
     elif not math.isnan(found.difference):
-        said.append(f"Those analysed by themselves differ by {found.difference:.1g} standard deviations at most.")
+        said.append(f"Samples analysed one by one differ by {found.difference:.1g} standard deviations at most.")
     return said
 
 

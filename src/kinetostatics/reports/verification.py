@@ -20,10 +20,10 @@ from kinetostatics.verification.compare import Verification
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
     **{name: QUANTITIES[name].said for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
-    "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its base and its platform end",
+    "beam_wrenches": "[force N; moment N·m] of the outer part of a beam on the inner part, at its base and its platform end",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
     "forces relative to the largest joint wrench",
-    "scatter": "how far the finite elements' own numbers are sure, as `differences`",
+    "scatter": "accuracy of the finite-element solution, as `differences`",
 }
 
 WORDS = {
@@ -35,7 +35,7 @@ WORDS = {
     "actuator_forces": "actuator forces",
 }
 
-#: Digits of the largest number of a table.
+#: Significant digits of the largest number of a table.
 DIGITS = 8
 HEADER = ("", "kinetostatics", "finite elements", "difference")
 
@@ -71,7 +71,7 @@ def _sections(found: Verification) -> Iterator[ReportSection]:
         )
         for name, value in found.differences.items()
     ]
-    table = Table.of_rows(("", "difference", "finite elements' own scatter", ""), rows, "lrrl")
+    table = Table.of_rows(("", "difference", "accuracy of finite elements", ""), rows, "lrrl")
     missing = [Text(f"{name}: not compared: {why}") for name, why in found.not_compared.items()]
     yield ReportSection("Differences, relative", [table, *missing], "differences")
 

@@ -1,4 +1,4 @@
-"""Arrays of a batch: chunks with the batch axis last joined to arrays with batch axes first, read-only, NaN without result."""
+"""Arrays of a batch: chunks (batch axis last) are joined to read-only arrays (batch axes first), NaN at failed poses."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Batch:
     valid: NDArray[np.bool_]
 
     def public(self, chunks: Sequence[Array]) -> Array:
-        """Join chunks (…, n) of all N poses, NaN where a pose failed, and turn them batch first."""
+        """Join chunks (…, n) of all N poses to an array with batch axes first, NaN at failed poses."""
         if len(chunks) == 1 and not self.shape:
             return batch_first(chunks[0] if self.valid[0] else np.full_like(chunks[0], np.nan), ())
         inner = chunks[0].shape[:-1]

@@ -25,25 +25,25 @@ FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BeamResult(Reported, builder="reports.parts:beam_report"):
-    """One beam from its base end (towards the base) to its platform end, at n stations.
+    """Results of one beam at n stations from its base end to its platform end.
 
     Attributes:
-        name: of the beam.
-        description: what the file says of it.
-        stations: (n,) where the stations are, from 0 at the base end to 1 at the platform end.
+        name: name of the beam.
+        description: the beam's data in the file.
+        stations: (n,) relative positions of the stations, from 0 at the base end to 1 at the platform end.
         length: (…) [m].
         mass: (…) [kg].
         axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
         points: (…, n, 3) the undeformed centre line [m].
-        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: of the outer part, acting on the inner one [N, N·m].
+        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes, exerted by the outer part on the inner one [N, N·m].
         deflections: (…, n, 3) displacement of the centre line, world axes [m].
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
-        stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose
-            outline is not known. Sharp inner corners of rectangular tubes do not count.
-        euler_ratio: (…) the forces over those at which the robot buckles in a mode in which the beam takes part: 1 and more
-            buckles. Of a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Beams in one line that are
-            welded, or slide in one another, are one member with one ratio.
-        member: names of the beams of that member, from its base to its platform end.
+        stress: (…) largest von Mises stress of the stations, from all six section forces [Pa]; NaN for ``<section>``, whose
+            outline is unknown. Stress concentrations at inner corners of rectangular tubes are ignored.
+        euler_ratio: (…) ratio of the forces to those at which the robot buckles in a mode that involves the beam; buckling from 1
+            on. For a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Collinear beams that are welded
+            or telescopic form one member with one ratio.
+        member: names of the beams of this member, from its base end to its platform end.
         strain_energy: (…) [J].
     """
 
@@ -109,7 +109,7 @@ def centre_lines(
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
-    """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
+    """Return the arrays (…, g, N) of a :class:`BeamResult` except the stress."""
     wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
     s = FRACTIONS[:, None, None] * beams.length
     sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)

@@ -16,24 +16,24 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
 
-#: What is never negative, by its SI unit.
+#: Quantities that cannot be negative, by SI unit.
 _NEVER_NEGATIVE = {"kg": "mass", "kg/m³": "density", "Pa": "modulus", "N/m": "stiffness", "N m/rad": "stiffness"}
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One unknown.
+    """Estimate of one unknown.
 
     Attributes:
-        name: as it was asked for.
+        name: name of the unknown.
         kind: "stiffness" (``value`` is a factor of the file's), "argument" of the file, "payload" or "offset".
-        value: SI.
-        unit: of the value; empty for a factor, and where it is not known.
-        start: where the search began: the file's value.
-        interval: confidence interval. Of a stiffness its ends are those of its compliance, so that it lies unevenly about the
-            value; infinite ends: nothing is known on that side.
-        standard_error: of the value; infinite if the readings do not determine it.
-        identified: whether they determine it. If not, the value is that of all that fit which is nearest to the start.
+        value: estimate, SI.
+        unit: unit of the value; empty for a factor or an unknown unit.
+        start: initial value of the search, from the file.
+        interval: confidence interval. For a stiffness, the interval of its compliance is inverted, so that it is not symmetric
+            about the value; an infinite end means no bound.
+        standard_error: standard error of the value; infinite if the readings do not determine it.
+        identified: whether the readings determine the value. If not, of all values that fit it is the nearest to the start.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Estimate:
 
     @property
     def impossible(self) -> str:
-        """Why nothing has such a value, in words; empty if something may."""
+        """Reason why the value is physically impossible; empty if it is possible."""
         what = _NEVER_NEGATIVE.get(self.unit)
         if what is None or self.value >= 0 or self.start < 0:
             return ""
@@ -56,12 +56,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A change of unknowns together that no reading sees.
+    """A combined change of unknowns that affects no reading.
 
     Attributes:
-        direction: change of each unknown that takes part: of a stiffness in parts of its compliance, of an argument or a mass in
-            parts of its value, of a centre in parts of the robot's length, of an offset in parts of its gauge's readings.
-        words: what cannot be told, and what is seen instead.
+        direction: change of each unknown involved, relative to its compliance (stiffness), its value (argument, mass), the
+            characteristic length (centre of mass) or the readings of the gauge (offset).
+        words: the unidentifiable combination, and the identifiable one, if any, as text.
     """
 
     direction: Mapping[str, float]
@@ -73,13 +73,13 @@ class Unidentifiable:
 
 @dataclass(frozen=True)
 class Outlier:
-    """A reading that does not fit the others.
+    """A reading inconsistent with the others.
 
     Attributes:
-        row: line of the file, or number of the row from 0.
-        gauge: that was read.
-        measured, computed: SI.
-        studentized: its residual over what it should be like.
+        row: line of the file, or index of the row.
+        gauge: name of the gauge.
+        measured, computed: the reading and its computed value, SI.
+        studentized: externally studentized residual.
     """
 
     row: int
@@ -94,27 +94,27 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
     """Result of :func:`kinetostatics.calibrate`.
 
     Attributes:
-        estimates: by the unknowns' names.
-        unidentifiable: changes that no reading sees, in words; empty if everything is determined.
-        level: of the confidence intervals.
-        covariance: (p, p) of the unknowns in the order of ``estimates``, as they are varied: of a stiffness its compliance
-            factor, of a centre of mass the first moment if the mass is unknown, too.
-        gauges: that were read, by name.
-        rows: (n,) where each reading stands: line of the file, or number of the row from 0.
-        gauge_of: (n,) name of the gauge of each.
+        estimates: estimates by name of the unknown.
+        unidentifiable: combined changes of unknowns that affect no reading; empty if all unknowns are determined.
+        level: confidence level of the intervals.
+        covariance: (p, p) covariance of the variables of the fit, in the order of ``estimates``: the compliance factor for a
+            stiffness, the first moment for a centre of mass if the mass is unknown too.
+        gauges: gauges with readings, by name.
+        rows: (n,) row of each reading: line of the file, or index of the row.
+        gauge_of: (n,) gauge of each reading.
         measured, computed: (n,) readings [m, rad].
         used: (n,) bool, False where a reading was left out as an outlier.
-        studentized: (n,) residuals over what they should be like.
-        leave_one_out: (n,) errors of each reading as predicted from the other rows; NaN where it cannot be.
-        outliers: readings that do not fit the others.
-        sigma: (n,) standard deviation of each reading: as given, or found from the residuals.
-        sigma_known: whether it was given.
-        reduced_chi_square: Σ (residual/sigma)² per degree of freedom, about 1 if model and sigma are right; NaN where
-            no sigma was given.
-        degrees_of_freedom: readings less unknowns that they determine.
-        converged: whether the search ended by itself.
-        payload: what the robot carries, None if nothing.
-        robot: with the estimates.
+        studentized: (n,) externally studentized residuals.
+        leave_one_out: (n,) measured readings less those predicted from the other rows; NaN where there is no prediction.
+        outliers: readings inconsistent with the others.
+        sigma: (n,) standard deviation of each reading, given or estimated from the residuals.
+        sigma_known: whether the standard deviations were given.
+        reduced_chi_square: Σ (residual/sigma)² per degree of freedom, about 1 if model and sigma are right; NaN without given
+            sigma.
+        degrees_of_freedom: number of readings minus number of identified unknowns.
+        converged: whether the fit converged.
+        payload: the payload, or None.
+        robot: the robot with the estimates.
     """
 
     estimates: Mapping[str, Estimate]
@@ -144,17 +144,17 @@ class Calibration(Reported, builder="reports.calibration:calibration_report"):
         return np.asarray(self.measured - self.computed)
 
     def root_mean_square(self, errors: Array, kind: str = "length") -> float:
-        """Return the root mean square of errors (n,), such as ``residuals`` or ``leave_one_out``, of used readings of a kind.
+        """Return the root mean square of errors of the used readings of one kind.
 
         Args:
-            errors: of all readings.
+            errors: (n,) errors of all readings, such as ``residuals`` or ``leave_one_out``.
             kind: "length" or "angle".
         """
         mine = np.array([self.gauges[name].kind == kind for name in self.gauge_of]) & self.used & np.isfinite(errors)
         return float(np.sqrt(np.mean(errors[mine] ** 2))) if np.any(mine) else float("nan")
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the robot with the estimates to a plain URDF file that loads, see :func:`kinetostatics.save_robot`."""
+        """Write the robot with the estimates to a plain URDF file, see :func:`kinetostatics.save_robot`."""
         save_robot(self.robot, path)
 
 
@@ -163,18 +163,18 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
     """Result of :func:`kinetostatics.plan_measurements`.
 
     Attributes:
-        coordinates: (n,) of each pose, by name [m, rad].
-        load: (n, 6) [N, N·m].
+        coordinates: (n,) coordinates of the poses, by name [m, rad].
+        load: (n, 6) loads [N, N·m].
         gauges: names of the gauges to be read.
-        standard_errors: of each unknown that these measurements determine, for the gauges' sigma, or for 1 µm and 1 µrad; of a
-            stiffness relative.
-        random_standard_errors: the same of random plans, in the mean.
-        gain: by which factor standard errors are smaller than of random plans, geometric mean of all directions.
-        unidentifiable: what no pose and load of the candidates tells.
-        candidates: poses times loads out of which they were chosen.
-        left_out: poses times loads that are out of reach, singular or beyond a joint's limit.
-        chosen: (n,) their numbers.
-        robot: that is to be measured.
+        standard_errors: expected standard errors of the identified unknowns, for the gauges' sigma (default: 1 µm, 1 µrad);
+            relative for a stiffness.
+        random_standard_errors: mean standard errors of random plans.
+        gain: ratio of the standard errors of random plans to those of this plan, geometric mean over all directions.
+        unidentifiable: combined changes of unknowns that affect no reading at any candidate.
+        candidates: number of candidates (poses times loads).
+        left_out: number of candidates that are unreachable, singular or beyond a joint limit.
+        chosen: (n,) indices of the chosen candidates.
+        robot: the robot to be measured.
     """
 
     coordinates: Mapping[str, Array]
@@ -190,7 +190,7 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
     robot: Robot
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the plan as a table of measurements (CSV), whose readings are still empty; a file of that name is replaced.
+        """Write the plan as a table of measurements (CSV) with empty readings; an existing file is replaced.
 
         Raises:
             ArgumentError: the file cannot be written.

@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import Solution
 
-#: Poses of which all that is quick is computed at once.
+#: Number of poses in a chunk.
 _FEW = 512
 
 
@@ -22,8 +22,8 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibrium; poses at which a limb is not what it is elsewhere stand by themselves.
-        sources: names of the twist's contributions.
+        solutions: the equilibrium; poses at which a limb has another rank are solutions of their own.
+        sources: names of the contributions to the twist.
     """
 
     def __init__(self, robot: Robot, solutions: Sequence[Solution]) -> None:
@@ -44,7 +44,7 @@ class Chunk:
 
 
 class CompiledChunk(Chunk):
-    """The same by compiled code, except at poses where a record is not valid, or the rank of a limb may differ."""
+    """Results by compiled code, and by NumPy at poses where the record is invalid or the rank of a limb may differ."""
 
     def __init__(
         self,
@@ -59,9 +59,9 @@ class CompiledChunk(Chunk):
 
         Args:
             robot, sources: see :class:`Chunk`.
-            code, stability: for analyses of the robot, and what returns that which tells where it surely does not buckle.
-            given: what it takes: coordinates, load, gravity, and what acts on links.
-            solve: solves some of the poses by NumPy.
+            code, stability: the compiled analysis, and a function that returns the compiled sufficient condition for stability.
+            given: inputs of the code: coordinates, load, gravity and loads on links.
+            solve: solves given poses by NumPy.
         """
         self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
         self._stability = stability
@@ -69,7 +69,7 @@ class CompiledChunk(Chunk):
         self._compute(int(given[0].shape[1] <= _FEW))
         careful = ~self._found[1][0] | self._computed("doubtful")
         if careful.any():
-            careful &= np.all(np.isfinite(given[0]), axis=0)  # what is not reached has no numbers
+            careful &= np.all(np.isfinite(given[0]), axis=0)  # unreached poses are NaN
         self._which = np.flatnonzero(careful)
         self._careful = Chunk(robot, solve(self._which)) if self._which.size else None
 
@@ -83,7 +83,7 @@ class CompiledChunk(Chunk):
 
     @cached_property
     def solutions(self) -> tuple[Solution, ...]:  # type: ignore[override]
-        """The equilibrium of all, by NumPy."""
+        """The equilibrium of all poses, by NumPy."""
         return tuple(self._solve(slice(None)))
 
     def __getitem__(self, name: str) -> Array:
@@ -95,7 +95,7 @@ class CompiledChunk(Chunk):
 
     @property
     def buckles(self) -> Mask:
-        """Whether the robot buckles (N,), which is looked at where it does not surely stand."""
+        """Whether the robot buckles (N,); computed only where the sufficient condition for stability fails."""
         code = self._stability()
         if code is None:
             return super().buckles

@@ -39,12 +39,11 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     Arrays are read-only, batch axes first; NaN where no correction was found.
 
     Attributes:
-        target: where the loaded platform is to stand, broadcast against the loads.
-        controlled: coordinates of the platform that come out at their targets, as many as the robot's mobility.
-        uncorrected: the analysis where the actuators stand at the target pose, as if nothing were elastic.
-        result: the analysis at the corrected actuators.
-        tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``controlled``, and what
-            deviates and remains, are those of this point; None: of o.
+        target: target pose of the loaded platform, broadcast against the loads.
+        controlled: the platform coordinates that are corrected, as many as the mobility.
+        uncorrected: the analysis with the actuators at their positions of the target pose.
+        result: the analysis at the corrected actuator positions.
+        tool: (3,) point from o in platform axes [m], to which x, y and z of ``controlled`` and the pose errors refer; None: o.
     """
 
     target: Configuration
@@ -54,14 +53,14 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     tool: Array | None = None
 
     def to_dataset(self, axes: Mapping[str, ArrayLike] | None = None) -> xr.Dataset:
-        """Return everything as an ``xarray.Dataset`` with units.
+        """Return all quantities as an ``xarray.Dataset`` with units.
 
         Args:
             axes: names and values of the batch axes; default: ``pose``, or ``pose_1``, ``pose_2``, ….
 
         Raises:
             KinetostaticsError: xarray is not installed.
-            ArgumentError: the axes have other sizes than the batch.
+            ArgumentError: the sizes of the axes differ from those of the batch.
         """
         try:
             import xarray as xr
@@ -96,11 +95,9 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             "residual_error": twists(self.residual_error, "pose error, corrected"),
         }
         if self.uncorrectable_parts.shape[-1]:
-            words = {
-                "long_name": "twists that no actuator moves the platform along, at o or tool, lengths by characteristic_length"
-            }
+            words = {"long_name": "twists that the actuators cannot produce, at o or tool, lengths by characteristic_length"}
             data["uncorrectable_direction"] = (*grid, "component", "direction"), self.uncorrectable_directions, words
-            words = {"long_name": "how much of what remains lies along each of these"}
+            words = {"long_name": "component of the residual error along each of these twists"}
             data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
         coords: dict[str, object] = {
             **{name: (name, np.asarray(values), _axis_units(name, platform, units)) for name, values in axes.items()},
@@ -117,15 +114,15 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         return xr.Dataset(data, coords, {**about, "orientation": self.target.orientation.name})
 
     def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
-        """Write everything to a file; one of that name is replaced.
+        """Write all quantities to a file; an existing file is replaced.
 
         Args:
-            path: ends in ``.csv``: a table with one row a pose, units in the titles of its columns, empty cells where there is no
-                correction; or in ``.nc``: netCDF, the Dataset of :meth:`to_dataset`.
+            path: name ending in ``.csv``: a table with one row per pose and units in the column titles, cells without a
+                correction empty; or in ``.nc``: netCDF, the Dataset of :meth:`to_dataset`.
             axes: as in :meth:`to_dataset`.
 
         Raises:
-            ArgumentError: the name ends otherwise, or there is no such folder.
+            ArgumentError: the name has another ending, or the folder does not exist.
         """
         name = path_name("path", path)
         folder = os.path.dirname(name)
@@ -157,8 +154,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…).
 
-        That of the corrected pose, such as LIMIT_EXCEEDED, with numbers, where an actuator would have to go beyond its limit;
-        that of the target pose, where this one has no numbers; UNREACHABLE, where no correction was found.
+        The status of the corrected pose (LIMIT_EXCEEDED if an actuator leaves its range); of the target pose, if this one has no
+        results; UNREACHABLE, if no correction was found.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -167,7 +164,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings in full sentences: those of the corrected poses; if there are none, of the target poses."""
+        """Warnings in full sentences: those of the corrected poses, or of the target poses if no correction was found."""
         return (self.uncorrected if np.all(np.isin(self.status, WITHOUT_NUMBERS)) else self.result).warnings
 
     @cached_property
@@ -177,7 +174,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def corrections(self) -> Mapping[str, Array]:
-        """By how much each actuator (…) is moved from where it stands at the target pose [m, rad]."""
+        """Correction (…) of every actuator: corrected coordinate less the one at the target pose [m, rad]."""
         connections = self.target.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
@@ -193,17 +190,17 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def uncorrected_error(self) -> Array:
-        """(…, 6) by how much the loaded platform misses the target pose without correction [m, rad], at o or tool, world axes."""
+        """(…, 6) pose error of the loaded platform without correction [m, rad], at o or tool, world axes."""
         return pose_error_from(self.target, self.uncorrected, self.tool)
 
     @cached_property
     def residual_error(self) -> Array:
-        """(…, 6) pose error at the corrected actuators [m, rad], which no correction removes, at o or tool, world axes."""
+        """(…, 6) pose error at the corrected actuator positions [m, rad], at o or tool, world axes."""
         return pose_error_from(self.target, self.result, self.tool)
 
     @cached_property
     def uncorrected_error_coordinates(self) -> Mapping[str, Array]:
-        """By how much it misses each coordinate of the platform (…) without correction [m, rad]."""
+        """Error (…) in each coordinate of the platform without correction [m, rad]."""
         return self._coordinates_off(self.uncorrected)
 
     @cached_property
@@ -213,20 +210,20 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def uncorrectable_directions(self) -> Array:
-        """(…, 6, k) in which directions no actuator moves it: k = 6 − mobility twists at o or tool, world axes [m, rad].
+        """(…, 6, k) twists that the actuators cannot produce, k = 6 − mobility, at o or tool, world axes [m, rad].
 
-        They are orthogonal to every twist that the actuators, free to move, give the platform at the corrected pose, and
-        orthonormal, in the product d·d'/L² + r·r' of twists [d; r], with L the robot's characteristic length ``robot.length``.
-        So they depend on the point and on L, but not on ``controlled``. NaN where there is no pose, or a singular one.
+        They are orthonormal, and orthogonal to all twists that the actuators produce at the corrected pose, in the scalar product
+        d·d'/L² + r·r' of twists [d; r] with the characteristic length L = ``robot.length``. They depend on the point and on L,
+        but not on ``controlled``. NaN where no pose was found, or where it is singular.
         """
         return batch_first(uncorrectable_directions(self.configuration, self.tool), self.shape)
 
     @cached_property
     def uncorrectable_parts(self) -> Array:
-        """(…, k) how much of ``residual_error`` lies along each of ``uncorrectable_directions``; 1 is that direction's twist.
+        """(…, k) components of ``residual_error`` along ``uncorrectable_directions``.
 
-        To first order these are the same before the correction and after it, whatever ``controlled`` were chosen: no actuator
-        changes them. The rest of ``residual_error`` is a matter of this choice.
+        To first order they are the same before and after the correction, for every choice of ``controlled``. The remainder of
+        ``residual_error`` depends on this choice.
         """
         lengths = np.repeat([self.target.robot.length, 1.0], 3) ** 2
         parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.residual_error / lengths)
@@ -244,24 +241,24 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
 
 def shift_of(target: Array, corrected: Array, is_slide: bool) -> Array:
-    """Return by how much an actuator (N,) is moved [m, rad], the shorter way."""
+    """Return the correction (N,) of an actuator [m, rad]; an angle is corrected the shorter way."""
     shift = corrected - target
     return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
 
 
 def target_frame(target: Configuration, tool: Array | None) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) of the platform, and position (3, N) of the tool's tip, or of o."""
+    """Return rotation (3, 3, N) of the target pose, and position (3, N) of the tool's tip or of o."""
     return _at(tool, *target.robot.mechanism.platform_pose(target.frames))
 
 
 def loaded_frame(result: Result, tool: Array | None) -> tuple[Array, Array]:
-    """Return the same of the loaded platform."""
+    """Return rotation (3, 3, N) of the loaded platform, and position (3, N) of the tool's tip or of o."""
     R, position = result.configuration.robot.mechanism.platform_pose(result.configuration.frames)
     return _at(tool, *loaded(R, position, result.twist.reshape(-1, 6).T))
 
 
 def loaded(R: Array, position: Array, twist: Array) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) and position of o (3, N) of a loaded platform: where it stands unloaded, moved by the twist."""
+    """Return rotation (3, 3, N) and position of o (3, N) of the loaded platform: the unloaded pose displaced by the twist."""
     return matmul(exponential(twist[3:]), R), position + twist[:3]
 
 
@@ -270,14 +267,14 @@ def _at(tool: Array | None, R: Array, position: Array) -> tuple[Array, Array]:
 
 
 def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
-    """Return displacement and rotation vector (6, N) from rotations and positions to others [m, rad]."""
+    """Return displacement and rotation vector (6, N) from the target poses to the poses found [m, rad]."""
     (R, position), (other_R, other_position) = target, found
     turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
     return np.concatenate([other_position - position, turn])
 
 
 def pose_error_from(target: Configuration, result: Result, tool: Array | None = None) -> Array:
-    """Return displacement of o, or of a tool, and rotation vector (…, 6) from the target pose to the loaded one [m, rad]."""
+    """Return the pose error (…, 6) of the loaded pose: displacement of o or of a tool, and rotation vector [m, rad]."""
     return batch_first(pose_error(target_frame(target, tool), loaded_frame(result, tool)), result.shape)
 
 
@@ -285,7 +282,7 @@ def pose_error_from(target: Configuration, result: Result, tool: Array | None = 
 
 
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
-    """Return the columns of the table by their titles, a row for each pose; cells are empty where there is no correction."""
+    """Return the columns of the table by title, with a row for each pose; cells without a correction are empty."""
     columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.target.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
     for name, (position, force) in _actuator_units(found).items():

@@ -24,7 +24,7 @@ from kinetostatics.statics.solution import Solution, unit_cut_wrenches
 def beam_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the lines of all beams (…, n, 6), displacement and rotation of their stations, by beam and contribution."""
+    """Return displacement and rotation of the stations of all beams (…, n, 6), by beam and contribution."""
     found: dict[str, Mapping[str, Array]] = {}
     lines = [[np.swapaxes(stack.lines(FRACTIONS), 0, 1) for stack in d.beams] for d in deformations]
     for name in robot.description.beams:
@@ -49,10 +49,7 @@ def axial_contributions(
 def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the twists (…, 6) of all rigid links about their own origins, by link and contribution.
-
-    Links of beams are not among them, wherever they hang.
-    """
+    """Return the twists (…, 6) of all rigid links at their own origins, by link and contribution; links of beams are left out."""
     topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
     elastic = {beam.link for beam in robot.description.beams.values()}
     result: dict[str, Mapping[str, Array]] = {}
@@ -76,7 +73,7 @@ def link_contributions(
 def source_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the parts of the twist (…, 6) by kind and name of the elastic part: P_sᵀ c_s w_s (the method page, section 6)."""
+    """Return the parts P_sᵀ c_s w_s of the twist (…, 6), by kind and name of the elastic part s (method page, section 6)."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)

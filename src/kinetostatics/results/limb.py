@@ -37,14 +37,14 @@ class Found(Protocol):
 class LimbResult(Reported, builder="reports.parts:limb_report"):
     """One limb's wrenches, compliance and sag; wrenches are those of the platform acting on the limb, about o, world axes.
 
-    Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
-    its beams and joints carry stands in :attr:`Result.beams` and :attr:`Result.joint_wrenches`.
+    In a network (a limb with rings or several joints to the platform), intensities are coordinates of the limb's wrench in a
+    basis; :attr:`Result.beams` and :attr:`Result.joint_wrenches` give the forces in its beams and joints.
 
     Attributes:
-        name: of the limb.
-        labels: what each constraint wrench is, in words.
-        attached_labels: what each attached wrench is.
-        is_network: whether it is more than a single way from base to platform.
+        name: name of the limb.
+        labels: description of each constraint wrench.
+        attached_labels: description of each attached wrench.
+        is_network: whether the limb is more than a single chain from base to platform.
         beams: names of the beams between base and platform, inboard ones first.
         platform_joints: names of its joints to the platform.
     """
@@ -63,7 +63,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
 
     def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
-        """Return a quantity of a chunk (*size, N), NaN where the limb's wrench basis is not that of the labels."""
+        """Return a quantity of a chunk (*size, N), NaN where the labels do not describe the wrench basis of the limb."""
         number, position = solution.places[self.name]
         statics = solution.statics[number]
         if statics.group.at_one_pose:
@@ -82,12 +82,12 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def attached_intensities(self) -> Array:
-        """(…, n_g) W_ig of the limb's own weight and of the loads on its links, Eq. (3) [N or N·m]."""
+        """(…, n_g) W_ig due to the limb's own weight and the loads on its links, Eq. (3) [N or N·m]."""
         return self._batch.public(self._found._of_chunks(lambda chunk: chunk["attached_intensities"][self._rows[1]]))
 
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
-        """(…, n_g) W_ig of each contribution: of the limb's own weight, and of each load on its links."""
+        """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on its links."""
         size = len(self.attached_labels), len(self._found.sources)
         return self._batch.by_source(
             self._found.sources, [self._where_canonical(s, _attached_intensities, size) for s in self._found.solutions]
@@ -105,12 +105,12 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def sag(self) -> Array:
-        """(…, n_c) Δ_igc, displacement along each constraint wrench by own weight and loads [m, rad], Eqs. (16), (19), (21)."""
+        """(…, n_c) Δ_igc, displacement along each constraint wrench due to weight and loads [m, rad], Eqs. (16), (19), (21)."""
         return self._canonical(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property
     def _parts(self) -> list[Array]:
-        """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis degenerate."""
+        """W_ic due to each contribution (n_c, S, N), NaN where it is indeterminate or the basis degenerate."""
         return [self._where_canonical(s, _intensities, (len(self.labels), len(s.sources))) for s in self._found.solutions]
 
     @cached_property
@@ -120,7 +120,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """(…, n_c) W_ic of each contribution to the twist; they sum to the intensities."""
+        """(…, n_c) W_ic due to each contribution to the twist; they sum to the intensities."""
         return self._batch.by_source(self._found.sources, self._parts)
 
     @cached_property
@@ -130,7 +130,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
 
 
 def _inverse(statics: LimbStatics) -> Array:
-    """Return K_ic (n_c, n_c, g, N) of a group of limbs; NaN where they are rigid."""
+    """Return K_ic (n_c, n_c, g, N) of a group of limbs; NaN for rigid limbs."""
     C = statics.C
     if statics.group.rigid_directions:
         return np.full_like(C, np.nan)
@@ -138,12 +138,12 @@ def _inverse(statics: LimbStatics) -> Array:
 
 
 def _intensities(solution: Solution, number: int) -> Array:
-    """Return W_ic of each contribution (n_c, S, g, N) of a group of limbs, NaN where it is not determined."""
+    """Return W_ic due to each contribution (n_c, S, g, N) for a group of limbs, NaN where it is indeterminate."""
     return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
 
 
 def _attached_intensities(solution: Solution, number: int) -> Array:
-    """Return W_ig of each contribution (n_g, S, g, N) of a group of limbs."""
+    """Return W_ig due to each contribution (n_g, S, g, N) for a group of limbs."""
     statics = solution.statics_of_weights(number)
     total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
     return of_contributions(solution.applied, lambda item: None if (s := item.statics[number]) is None else s.W_g, total)
@@ -156,7 +156,7 @@ def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
 
 
 def wrench_units(labels: Sequence[str], wrenches: Array) -> list[str]:
-    """Return the unit of each intensity: N·m of a couple, by its label or without a force part, else N."""
+    """Return the unit of each intensity: N·m for a couple (by its label, or a wrench without force), N otherwise."""
     units = []
     for k, label in enumerate(labels):
         forces = np.abs(wrenches[..., :3, k])

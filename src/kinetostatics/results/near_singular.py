@@ -1,12 +1,12 @@
 """Nearly singular poses: measures of the constraint of the platform by the limbs.
 
-Two measures of the joints' geometry, without units (lengths are compared by the robot's characteristic length):
+Two dimensionless measures of the joint geometry (lengths are divided by the characteristic length):
 
 * *Constraint index*: the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with Q_i an orthonormal basis
-  of J_ic. At a singular pose it is zero; limbs carry wrenches of the size 1/index to resist a unit load along that twist. The
-  robots in ``robots/`` have 0.12 to 1 at their zero poses.
-* *Force amplification* of a limb with internal loops: the largest forces in its joints under a unit wrench of the
-  platform, relative to those at the generic poses near the zero pose. It is 1 there and infinite where the limb is singular.
+  of J_ic. It is zero at a singular pose; to resist a unit load along this twist, the limbs carry wrenches of about 1/index.
+  The robots in ``robots/`` have 0.12 to 1 at their zero poses.
+* *Force amplification* of a limb with internal loops: the largest joint force under a unit wrench of the platform,
+  relative to that at generic poses near the zero pose; infinite where the limb is singular.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import balanced
 
-#: Constraint index below which a pose is nearly singular, as is one with a force amplification above 1/LEAST_CONSTRAINT.
+#: A pose is nearly singular if its constraint index is smaller, or its force amplification exceeds the reciprocal.
 LEAST_CONSTRAINT = 0.02
-#: Part of a unit twist that is left out where it is described.
+#: Components of a unit twist below this value are omitted from its description.
 _NEGLIGIBLE = 2e-3
 
 
 @dataclass(frozen=True, eq=False)
 class NearSingularity:
-    """How well the platform is constrained at poses (N,); NaN where there are no numbers.
+    """Constraint of the platform at poses (N,); NaN at poses without results.
 
     Attributes:
-        constraint_index: (N,) see the module.
-        force_amplification: (N,) the largest of all networks, 0 without any.
+        constraint_index: (N,) constraint index.
+        force_amplification: (N,) largest force amplification of all networks; 0 without networks.
     """
 
     constraint_index: Array
@@ -49,12 +49,12 @@ class NearSingularity:
 
     @property
     def worst(self) -> int:
-        """The number of the pose that is nearest to a singular one."""
+        """Index of the pose nearest to a singularity."""
         return int(np.nanargmin(np.minimum(self.constraint_index, 1 / np.maximum(self.force_amplification, 1e-300))))
 
 
 def near_singularity(result: Result) -> NearSingularity:
-    """Judge all poses of a result."""
+    """Return the measures of all poses of a result."""
     valid = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     index, amplification = np.full((2, len(valid)), np.nan)
     if np.any(valid):
@@ -64,7 +64,7 @@ def near_singularity(result: Result) -> NearSingularity:
 
 
 def near_singular_message(result: Result) -> str | None:
-    """Say which motion a result's platform is hardly held against, and how softly; None where no pose is nearly singular."""
+    """Return a warning that names the nearly free motion and its stiffness; None if no pose is nearly singular."""
     found = near_singularity(result)
     where = found.where
     if not np.any(where):
@@ -73,7 +73,7 @@ def near_singular_message(result: Result) -> str | None:
     if found.constraint_index[worst] < LEAST_CONSTRAINT:
         values, vectors = np.linalg.eigh(_held(result)[worst])
         twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
-        why = f"limbs must carry about {1 / found.constraint_index[worst]:.2g} times what loads it there"
+        why = f"limbs must carry about {1 / found.constraint_index[worst]:.2g} times a load along it"
     else:
         twists = _amplifications(result)[1][worst][None]
         why = f"joints carry about {found.force_amplification[worst]:.2g} times as much under such a load as near the zero pose"
@@ -82,11 +82,11 @@ def near_singular_message(result: Result) -> str | None:
     motions = [describe_twist(_clean(twist) / scale, length) + _stiffness(twist, C, length) for twist in twists]
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the worst"
-    return f"{poses} nearly singular{at}: the platform is hardly held against {' and '.join(motions)}; {why}"
+    return f"{poses} nearly singular{at}: the platform is almost free in {' and '.join(motions)}; {why}"
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return orthonormal bases Q (g, N, 6, n_c) of constraint wrenches, moments over the length, and R of J_ic = Q R."""
+    """Return Q (g, N, 6, n_c) and R of the decomposition J_ic = Q R of the constraint wrenches, moments divided by the length."""
     columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
     Q, R = np.linalg.qr(columns)
     return Q, R
@@ -106,7 +106,7 @@ def _held(result: Result) -> Array:
 
 
 def _amplifications(result: Result) -> tuple[Array, Array]:
-    """Return the largest force amplification (N,) of networks, and the unit wrench (N, 6) that has it (0 without any)."""
+    """Return the largest force amplification (N,) of networks, and its unit wrench (N, 6); both 0 without networks."""
     usual: list[Array] | None = None
     amplifications, loads = [], []
     for solution in result.solutions:
@@ -131,7 +131,7 @@ def _is_network(statics: LimbStatics) -> bool:
 
 
 def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
-    """Return the largest joint forces (g, N) of a network under unit wrenches, and these (g, N, 6)."""
+    """Return the largest joint forces (g, N) of networks under unit wrenches, and these wrenches (g, N, 6)."""
     Q, R = _bases(statics, length)
     forces = np.moveaxis(statics.cut_wrenches[:, :3], (3, 4), (0, 1))
     forces = np.nan_to_num(forces.reshape(*forces.shape[:2], -1, forces.shape[-1])) @ np.linalg.pinv(R)
@@ -140,7 +140,7 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 
 
 def _generic_forces(robot: Robot) -> list[Array]:
-    """Return for each limb group the smallest of these forces (g,) at the generic poses; infinite if they are not known."""
+    """Return the smallest of the largest joint forces (g,) at the generic poses, for each limb group; infinite if unknown."""
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.generic_frames
     N = frames.position.shape[2]
@@ -158,7 +158,7 @@ def _clean(twist: Array) -> Array:
 
 
 def _stiffness(twist: Array, C: Array, length: float) -> str:
-    """Say the stiffness of a motion along a unit twist, of a rotation against turning; nothing where all is rigid."""
+    """Return the stiffness of a motion along a unit twist as text; empty for a rigid robot."""
     soft = float(twist @ C @ twist)
     if soft <= 0:
         return ""

@@ -16,26 +16,26 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 
-#: Broken requirements up to this part of the limit count as rounding.
+#: Violations of a requirement up to this fraction of the limit count as rounding.
 BROKEN = 1e-6
 
 
 @dataclass(frozen=True)
 class CheckedRequirement:
-    """A requirement at the parameters that were found.
+    """A requirement, evaluated at the optimal parameters.
 
     Attributes:
-        text: as it was written.
-        name: of the quantity.
-        worst: of all poses and loads, SI; NaN where a pose has no number.
-        limit: SI.
-        unit: of both.
-        margin: how far the worst is from the limit, as part of it; negative: it is broken.
+        text: the requirement as given.
+        name: name of the quantity.
+        worst: worst value over all poses and loads, SI; NaN if a pose has no result.
+        limit: limit, SI.
+        unit: unit of ``worst`` and ``limit``.
+        margin: distance of the worst value from the limit, relative to the limit; negative: violated.
         pose: coordinates of the worst pose [m, rad].
-        case: the worst of several loads, by its number from 0 along each axis; () where there is one.
-        active: whether it decides: the worst is at the limit.
-        saving: the objective saved by relaxing the limit by 1 %, to first order (its Lagrange multiplier).
-        is_below: whether the quantity must be below the limit, or above.
+        case: index of the worst load along each axis; () for a single load.
+        active: whether the worst value is at the limit.
+        saving: decrease of the objective if the limit is relaxed by 1 %, to first order (from its Lagrange multiplier).
+        is_below: True for an upper limit, False for a lower limit.
     """
 
     text: str
@@ -53,12 +53,12 @@ class CheckedRequirement:
 
 @dataclass(frozen=True)
 class Start:
-    """Start and result of one of several searches.
+    """Result of one of several searches.
 
     Attributes:
-        parameters: at its end.
-        objective: there.
-        feasible: whether all requirements hold there.
+        parameters: final parameters.
+        objective: objective at these parameters.
+        feasible: whether all requirements are met there.
     """
 
     parameters: Mapping[str, float]
@@ -71,26 +71,26 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
     """Result of :func:`kinetostatics.optimize`.
 
     Attributes:
-        feasible: whether all requirements hold at all poses.
-        parameters: by name, SI; where nothing is feasible those that come nearest.
-        units: of the parameters, empty where they are not known.
-        allowed: what each parameter could be, SI: the two ends of a range, or all values of a list or catalogue.
-        objective: what was minimized, SI.
-        minimized: its name, and ``unit``.
-        unit: see ``minimized``.
-        before: the objective with the file's own parameters; NaN where these make no robot.
-        requirements: all of them, checked.
+        feasible: whether all requirements are met at all poses.
+        parameters: optimal parameters by name, SI; if no design is feasible, those of the closest design found.
+        units: units of the parameters, empty if unknown.
+        allowed: allowed values of each parameter, SI: the two ends of a range, or all values of a list or catalogue.
+        objective: value of the objective, SI.
+        minimized: name of the objective.
+        unit: unit of the objective.
+        before: the objective with the parameters of the file; NaN if these yield no robot.
+        requirements: all requirements, evaluated.
         at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
-        no_influence: names of ranges on which neither objective nor requirements depend there.
-        starts: what each search from another start found; those that end alike speak for the optimum. Where values of lists are
-            tried, the best ten of these instead, ten more for each range.
-        alike: how many searches from different starts end at the optimum; None where values of lists were tried.
-        searched: how it was searched, in a sentence.
-        evaluations: robots that were analysed.
-        robot: with these parameters.
+        no_influence: names of ranges that affect neither objective nor requirements at the optimum.
+        starts: results of the searches from several starts; agreement suggests a global optimum. With lists of values, the best
+            ten combinations instead, plus ten for each range.
+        alike: number of searches that end at the optimum; None with lists of values.
+        searched: description of the search.
+        evaluations: number of robots analysed.
+        robot: the robot with the optimal parameters.
         result: its analysis at all poses (P, …); the axes of several loads follow that of the poses.
-        poses: number of poses; ``beyond_limits`` of them are beyond a joint's limit.
-        beyond_limits: see ``poses``.
+        poses: number of poses.
+        beyond_limits: number of these poses that are beyond a joint limit.
     """
 
     feasible: bool
@@ -115,26 +115,26 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
 
     @property
     def active(self) -> tuple[CheckedRequirement, ...]:
-        """The requirements that decide."""
+        """The active requirements."""
         return tuple(item for item in self.requirements if item.active)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the robot with these parameters to a plain URDF file that loads, see :func:`kinetostatics.save_robot`."""
+        """Write the robot with these parameters to a plain URDF file, see :func:`kinetostatics.save_robot`."""
         save_robot(self.robot, path)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
-    """Designs of which none is better than another in both of two quantities.
+    """Pareto-optimal designs for two quantities.
 
     Attributes:
-        points: optima, from the least of the first quantity to the least of the second. Each is one of the first quantity, with a
-            limit of the second as its last requirement.
-        objectives: (n, 2) both quantities of each, SI.
-        minimized: names of both.
-        units: of both.
-        searched: how it was searched, in a sentence.
-        evaluations: robots that were analysed.
+        points: optima, from the minimum of the first quantity to the minimum of the second. Each minimizes the first quantity
+            under an upper limit of the second, its last requirement.
+        objectives: (n, 2) both quantities of each design, SI.
+        minimized: names of the two quantities.
+        units: units of the two quantities.
+        searched: description of the search.
+        evaluations: number of robots analysed.
     """
 
     points: tuple[Optimum, ...]
@@ -146,7 +146,7 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
 
     @property
     def parameters(self) -> dict[str, Array]:
-        """The parameters of all points (n,), by name, SI."""
+        """The parameters (n,) of all points, by name, SI."""
         names = self.points[0].parameters if self.points else ()
         return {name: frozen(np.array([item.parameters[name] for item in self.points])) for name in names}
 
@@ -160,7 +160,7 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
         return len(self.points)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write a CSV file: both quantities and all parameters of each point, with units in the titles; one there is replaced.
+        """Write both quantities and all parameters of each point to a CSV file, with units in the titles.
 
         Raises:
             ArgumentError: the file cannot be written.

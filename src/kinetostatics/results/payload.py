@@ -16,21 +16,21 @@ from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 
-#: The names of the four numbers.
+#: Names of the four parameters.
 PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PayloadCoefficients(ShortRepr):
-    """Twist and forces by a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
+    """Twist and forces due to a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
 
-    ``coefficients.twist @ [m, *(m * c)]`` is what it adds to the twist; c is in the payload's frame, o-xyz or its link's.
+    ``coefficients.twist @ [m, *(m * c)]`` is its contribution to the twist; c is in the payload's frame, o-xyz or its link's.
 
     Attributes:
-        parameters: names of the four numbers: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
-        twist: (…, 6, 4) of the platform at o, world axes [m, rad] per unit.
-        actuator_forces: (…, 4) by actuator [N or N·m] per unit.
-        joint_wrenches: (…, 6, 4) by joint, at its centre, world axes [N, N·m] per unit.
+        parameters: names of the four parameters: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
+        twist: (…, 6, 4) twist of the platform at o, world axes [m, rad] per unit.
+        actuator_forces: (…, 4) force of each actuator [N or N·m] per unit.
+        joint_wrenches: (…, 6, 4) wrench of each joint, at its centre, world axes [N, N·m] per unit.
     """
 
     parameters: tuple[str, ...]
@@ -42,7 +42,7 @@ class PayloadCoefficients(ShortRepr):
 def payload_coefficients(
     robot: RobotStatics, batch: Batch, solutions: Sequence[Solution], link: str | None
 ) -> PayloadCoefficients:
-    """Return twist and forces by a payload on ``link`` (None: the platform) per unit, at the poses of ``solutions``."""
+    """Return twist and forces due to a payload on ``link`` (None: the platform), per unit, at the poses of ``solutions``."""
     twists, forces, wrenches = [], [], []
     for solution in solutions:
         units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
@@ -63,7 +63,7 @@ def payload_coefficients(
 
 
 def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
-    """Return at which places the payload acts, and where (N,) at each of them."""
+    """Return the places at which the payload acts, with the poses (N,) at which it acts there."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for item in solution.applied:
         if item.load.name == PAYLOAD:

@@ -31,12 +31,12 @@ _ABOUT_POINT = (
 
 
 class PoseArrays:
-    """The equilibrium of a batch of poses, chunk by chunk, and how its quantities become arrays (…, *dims).
+    """The equilibrium of a batch of poses in chunks; its quantities are returned as arrays (…, *dims).
 
     Attributes:
         configuration: the pose or poses.
         shape: batch shape, the configuration's broadcast against loads and gravity.
-        chunks: which hold the poses.
+        chunks: the results of the poses, in chunks.
         point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
 
@@ -56,10 +56,10 @@ class PoseArrays:
         self._which, self._reached = which, reached
 
     def seen_from(self, tool: Array | None) -> Self:
-        """Return the result with a point of the platform, which is known to be one, as its reference point; None: o."""
+        """Return the result with another reference point, an array that was checked before; None: o."""
         if tool is None:
             return self._at_o  # type: ignore[no-any-return]
-        found: Self = copy(self._at_o)  # with all that is computed already, and does not depend on the point
+        found: Self = copy(self._at_o)  # includes computed quantities that do not depend on the point
         for name in _ABOUT_POINT:
             found.__dict__.pop(name, None)
         found.point = tool
@@ -72,7 +72,7 @@ class PoseArrays:
 
     @property
     def solutions(self) -> tuple[Solution, ...]:
-        """The equilibrium, chunk by chunk; of poses of compiled code NumPy solves it now."""
+        """The equilibrium in chunks; after compiled analyses, NumPy solves it on first use."""
         return tuple(itertools.chain.from_iterable(chunk.solutions for chunk in self.chunks))
 
     @property
@@ -89,7 +89,7 @@ class PoseArrays:
         return Batch(self.shape, self._valid)
 
     def _of_chunks(self, pick: Callable[[Chunk], Found]) -> list[Found]:
-        """Return a quantity of every chunk (…, N), in threads where compiled code computes it."""
+        """Return a quantity of every chunk (…, N), in threads if compiled code computes it."""
         return in_threads(pick, self.chunks, isinstance(self.chunks[0], CompiledChunk))
 
     def _any_pose(self, name: str) -> NDArray[np.bool_]:
@@ -97,7 +97,7 @@ class PoseArrays:
         return np.concatenate(self._of_chunks(lambda chunk: chunk[name])).astype(bool)
 
     def _fact(self, name: str) -> NDArray[np.bool_]:
-        """Return a truth value of every pose (…), False where there are no numbers."""
+        """Return a truth value of every pose (…), False at poses without results."""
         return self._truth(self._valid & self._any_pose(name))
 
     def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -112,7 +112,7 @@ class PoseArrays:
         return values if kind is None else self._moved(values, kind)
 
     def _moved(self, values: Array, kind: Kind = "twist") -> Array:
-        """Return a quantity (…, *dims) at o as that at the reference point."""
+        """Transform a quantity (…, *dims) from o to the reference point."""
         if self.point is None:
             return values
         frames = self.configuration.platform_frame[..., :3, :3]
@@ -121,6 +121,6 @@ class PoseArrays:
         return frozen(move(kind, values, arm.reshape(*self.shape, *(1,) * own, 3), components_last=True))
 
     def _by(self, name: str, labels: Sequence[str]) -> Mapping[str, Array]:
-        """Return such a quantity by the labels of its first axis."""
+        """Return an output at the reference point, by the labels of its first axis."""
         rows = np.moveaxis(self._of(name), len(self.shape), 0)
         return ResultMapping({label: rows[k, ...] for k, label in enumerate(labels)})

@@ -39,7 +39,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         configuration: the pose or poses.
         robot: the robot.
         shape: batch shape of all results, the configuration's broadcast against loads and gravity.
-        payload: what the robot carries, None if nothing.
+        payload: the payload, or None.
         point: (3,) the reference point of twists, stiffness and compliance, from o in the platform's axes [m]; None: o.
     """
 
@@ -57,11 +57,11 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         self.payload: Payload | None = payload
 
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> Report:
-        """Return the whole report, with all tables; ``print(result)`` shows it in brief.
+        """Return the full report with all tables; ``print(result)`` prints a short form.
 
         Args:
-            hinge_axes: of which limbs x, not y, lies along the first hinge: ``{"limb_1": "x"}``. The paper's PRU limbs have it
-                so; their attached force is then "along limb y", as there. z is along the limb in both.
+            hinge_axes: axis of the limb frame along the first hinge, "y" (default) or "x": ``{"limb_1": "x"}``. The paper uses x
+                for its PRU limbs, whose attached force is then "along limb y". z is along the limb in both cases.
 
         Raises:
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
@@ -86,17 +86,17 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:
-        """(…) whether a joint is beyond its limit or cone, which changes no number; False where the pose is not reached."""
+        """(…) whether a joint is beyond its limit or cone (all results remain valid); False at poses that are not reached."""
         return self._truth(self.configuration.limit_exceeded.ravel()[self._which])
 
     @cached_property
     def indeterminate(self) -> NDArray[np.bool_]:
-        """(…) whether rigid limbs, or rigid rings, leave open how they share forces: those are NaN, the twist is valid."""
+        """(…) whether forces in rigid limbs or rings are statically indeterminate: these are NaN, the twist is valid."""
         return self._fact("indeterminate")
 
     @cached_property
     def basis_degenerate(self) -> NDArray[np.bool_]:
-        """(…) whether the canonical wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
+        """(…) whether the canonical wrench basis of a limb degenerates: its intensities are NaN, all other results valid."""
         return self._fact("basis_degenerate")
 
     @cached_property
@@ -113,19 +113,19 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """Parts of the twist (…, 6) [m, rad]: load, platform weight, each limb's, loads on links, payload, assembly errors."""
+        """Parts of the twist (…, 6) [m, rad]: load, weights of platform and limbs, loads on links, payload, assembly errors."""
         return self._by("contributions", self.sources)
 
     def at_point(self, point: ArrayLike) -> Result:
         """Return the result with another reference point on the platform, such as a tool's tip.
 
-        Twist, its contributions, stiffness and compliance are those of the point; wrenches stay about o.
+        Twist, its contributions, stiffness and compliance refer to this point; wrenches remain about o.
 
         Args:
             point: (3,) from o in the platform's axes [m].
 
         Raises:
-            ArgumentError: it is no point.
+            ArgumentError: the value is not a point.
 
         Examples:
             >>> import kinetostatics as ks
@@ -138,22 +138,22 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """Twist of the platform by each limb's weight (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
+        """Twist of the platform due to each limb's weight (…, 6) [m, rad]: ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
-        ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
-        constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
-        of them depends on the choice of J_ig (the method page, section 4); their sum does not.
+        ``attached`` is the part due to attached wrenches, −C J_ig W_ig; ``deformation`` the part due to elastic deformation along
+        the constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Each part depends on the choice of J_ig
+        (method page, section 4); their sum, the contribution of the limb, does not.
         """
         twists = self.by_mechanism.contributions
         return ResultMapping({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
     def by_mechanism(self) -> Result:
-        """The same result with two contributions of every limb's weight: all quantities by contribution are split.
+        """The same result with the weight of every limb divided into two contributions, in all quantities by contribution.
 
-        "limb_1" is what the limb's attached wrenches do, "deformation of limb_1" what its deformation does; see
-        :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
-        cause in the limb to the second.
+        "limb_1" is the part due to attached wrenches, "deformation of limb_1" the part due to deformation; see
+        :attr:`mechanism_contributions`. Forces that carry the limb's own weight belong to the first, the strains that they cause
+        in the limb to the second.
         """
         chunk = Chunk(self.robot, [by_mechanism(self.robot.statics, solution) for solution in self.solutions])
         found = Result(self.configuration, self.shape, self._which, (chunk,), self._reached, self.payload)
@@ -197,12 +197,12 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def spring_forces(self) -> Mapping[str, Array]:
-        """(…) tension of each spring at the pose, before the robot deforms, negative where it pushes [N]."""
+        """(…) tension of each spring at the undeformed pose, negative in compression [N]."""
         return self._by("spring_forces", [*self.robot.description.springs])
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload; without one, of a payload on the platform."""
+        """Twist and forces per unit of mass and first moment of the payload, or of one on the platform if there is none."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -222,11 +222,11 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def paper_forces(self) -> Mapping[str, Mapping[str, Array]]:
-        """The limbs' forces by the paper's names: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
+        """Forces of the limbs by the names of the paper: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
 
         f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
-        tension positive. It is the actuator's force only if the actuator carries the whole rod.
-        Limbs that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
+        tension positive. It equals the actuator force only if the actuator carries the whole rod. Networks are omitted, because
+        their intensities are coordinates only; so is f_ia of limbs without a beam.
         """
         found = {}
         for number, (name, limb) in enumerate(self.limbs.items(), 1):
@@ -252,7 +252,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def joint_wrenches(self) -> Mapping[str, Array]:
         """(…, 6) wrench of each joint's base side on its platform side, at the joint's centre, world axes [N, N·m].
 
-        In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
+        For a joint of a ring without a base and a platform side, it is the wrench of its predecessor on its successor.
         """
         chunks = self._joint_wrenches
         return ResultMapping(
@@ -270,7 +270,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def actuator_forces(self) -> Mapping[str, Array]:
         """(…) force or torque of each actuator, positive along its joint's positive direction [N or N·m], Eq. (17).
 
-        An actuator that other joints mimic moves them too: their forces count with their multipliers.
+        If other joints mimic the actuator, their forces, times their multipliers, are included.
         """
         return self._by("actuator_forces", self.robot.description.driven)
 
@@ -284,10 +284,10 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
-        """(…) the same two ways, see :attr:`mechanism_contributions`, in each actuator's force, by actuator and limb [N or N·m].
+        """(…) both parts of :attr:`mechanism_contributions` in the force of each actuator, by actuator and limb [N or N·m].
 
-        Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
-        overconstrained deformation adds nothing.
+        They sum to the contribution of the limb's weight (:attr:`actuator_contributions`). The part due to deformation is zero in
+        a robot that is not overconstrained.
         """
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
@@ -312,19 +312,19 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def beams(self) -> Mapping[str, BeamResult]:
-        """The beams by name: section wrenches, bent lines, stresses."""
+        """The beams by name: section wrenches, deflections, stresses."""
         return beam_results(*self._motions)
 
     @cached_property
     def centre_lines(self) -> Mapping[str, tuple[Array, Array]]:
-        """Axes (…, 3, 3) and points (…, n, 3) [m] of every beam at rest: those of :attr:`beams`, in a fraction of their time."""
+        """Axes (…, 3, 3) and points (…, n, 3) [m] of the undeformed beams, as in :attr:`beams` but computed faster."""
         return centre_lines(*self._motions)
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Deflection of each beam by contribution: (…, n, 6) displacement and rotation of stations, world axes [m, rad].
 
-        They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
+        They sum to the deflections of :attr:`beams`, except for beams attached to the base alone, which have no contribution.
         """
         return contributions.beam_contributions(*self._motions)
 
@@ -342,9 +342,9 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
-        Each is the part of the twist that the deformation of one beam, joint or actuator, or its assembly error,
-        makes, P_sᵀ c_s w_s with P_s its wrenches under unit loads of the platform; together they are the twist (the method page,
-        section 6). Making one of them rigid does not remove exactly that amount, because the forces redistribute.
+        Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s, where P_s are its wrenches under
+        unit loads on the platform; they sum to the twist (method page, section 6). Making one part rigid removes another amount,
+        because the forces redistribute.
         """
         found = contributions.source_contributions(*self._motions)
         return ResultMapping(
@@ -353,7 +353,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """Elastic displacements in the parts of each limb split by pieces through which everything passes (…, 6) [m, rad]."""
+        """Twists (…, 6) [m, rad] due to the parts of each limb that is divided by pieces in series."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property

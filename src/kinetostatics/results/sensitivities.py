@@ -16,12 +16,12 @@ from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 
-#: Numbers of parts that tell where something is: a per cent of their value means nothing.
+#: Dimensions of parts that are positions: a relative change of these is meaningless.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
 
 
 def is_part(name: str) -> bool:
-    """Return whether a name is that of a number of one part, not of an argument of the file."""
+    """Return whether a name is that of a dimension of a part, not of an argument of the file."""
     return "." in name
 
 
@@ -30,22 +30,22 @@ def is_location(name: str) -> bool:
     return name.count(".") > 1 and name.split(".")[-2] in LOCATIONS
 
 
-#: What is differentiated.
+#: Quantities that are differentiated.
 QUANTITIES = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(ShortRepr):
-    """Derivatives with respect to one parameter, per unit of it; batch axes first. With a tool, its tip takes the place of o.
+    """Derivatives per unit of one parameter; batch axes first. With a tool, the reference point is its tip instead of o.
 
     Attributes:
-        name: of the parameter, or of the part that deforms.
-        value: of the parameter.
-        unit: of the parameter, SI; empty where it is not known.
-        derivatives: of all quantities that were asked for, by name; they are attributes, too: ``twist`` (…, 6) [m, rad],
-            ``stiffness`` and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m],
-            ``actuators`` (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
-        exact: whether only the file's constants were differenced.
+        name: name of the parameter.
+        value: its value.
+        unit: its SI unit; empty if unknown.
+        derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
+            and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
+            (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
+        exact: whether the derivatives are analytical except for those of the numbers in the file.
     """
 
     name: str
@@ -66,17 +66,17 @@ class Sensitivity(ShortRepr):
 class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_report"):
     """Derivatives with respect to parameters of the robot, and to the stiffness of every elastic part.
 
-    ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
+    ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields the names, the most influential first.
 
     Attributes:
-        result: the analysis about which it is differentiated.
-        parameters: arguments of the file and numbers of parts by name, the one that moves o, or the tool's tip, most per part of
-            its value first; then placements and centres of mass, the one that moves it most per length or angle first.
-        sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and actuator (…, 6) [m, rad] by name: the part of the twist
-            that it makes, which is exact. One per cent more stiffness takes one per cent of it away.
-        skipped: parameters that make no robot when they are changed a little, and why.
-        tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
-        outputs: the quantities that were asked for. Without the twist there are no ``sources``.
+        result: the analysis at the nominal parameters.
+        parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the displacement of the
+            reference point per relative change; then placements and centres of mass, ranked per length or angle.
+        sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name: its part of the twist.
+            One per cent more stiffness reduces this part by one per cent.
+        skipped: parameters for which a small change yields no robot, with the reason.
+        tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
+        outputs: the requested quantities. Without the twist there are no ``sources``.
     """
 
     result: Result
@@ -99,28 +99,28 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
 
     @cached_property
     def seen(self) -> Result:
-        """Twist and stiffness about which it is differentiated: those of the tool's tip, or of o."""
+        """The nominal result at the tool's tip, or at o."""
         return self.result.seen_from(self.tool)
 
     @cached_property
     def worst(self) -> tuple[int, ...]:
-        """Index in the batch of the largest displacement of o, or of the tool's tip: the pose at which effects are reported."""
+        """Batch index of the pose with the largest displacement of the reference point, at which effects are reported."""
         size = np.linalg.norm(np.nan_to_num(self.seen.twist[..., :3]), axis=-1)
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
-        """Return by how much one per cent more of a parameter moves o along its displacement [m], and adds to the mass [kg].
+        """Return the change of displacement, along the displacement [m], and of mass [kg] if a parameter increases by 1 %.
 
-        Both are zero for a parameter that is zero, NaN where it was not asked for.
+        Both are zero for a parameter that is zero, NaN if not among the outputs.
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
         move = self._along(item.twist) if "twist" in self.outputs else math.nan
         return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.outputs else math.nan)
 
     def shift_effect(self, name: str) -> float:
-        """Return by how much a millimetre or milliradian of a placement or centre of mass moves o along its displacement [m].
+        """Return the change of displacement [m], along the displacement, per mm or mrad of a placement or centre of mass.
 
-        NaN where the twist was not asked for.
+        NaN if the twist is not among the outputs.
         """
         return 1e-3 * self._along(self[name].twist) if "twist" in self.outputs else math.nan
 
@@ -130,7 +130,7 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 
     def source_effect(self, name: str) -> float:
-        """Return by how much one per cent more stiffness of something moves o along its displacement [m]."""
+        """Return the change of displacement [m], along the displacement, if the stiffness of a part increases by 1 %."""
         return -0.01 * self._along(self.sources[name])
 
     def _along(self, twist: Array) -> float:

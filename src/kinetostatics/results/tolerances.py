@@ -15,23 +15,23 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.results.result import Result
 
-#: Lengths of parts of a twist, and where these are in it.
+#: Magnitudes of parts of a twist, and the components of these parts.
 LENGTHS = {"displacement": slice(3), "rotation": slice(3, 6)}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseQuantities(ShortRepr):
-    """Quantities of one pose that depend on tolerances, or their changes; of samples, whose axis is the first.
+    """Quantities of one pose that depend on tolerances, or their changes; samples are along the first axis.
 
-    With a tool, its tip takes the place of o.
+    With a tool, the reference point is its tip instead of o.
 
     Attributes:
-        twist: (…, 6) at o [m, rad].
-        displacement: (…) distance of o from its place in the nominal robot [m]; of the nominal robot the length of its
+        twist: (…, 6) twist at o [m, rad].
+        displacement: (…) distance of o from its position in the nominal robot [m]; in the nominal robot, magnitude of the
             displacement.
-        rotation: (…) the same of the rotation [rad].
-        stiffness: (…, 6, 6) at o, actuators locked.
-        actuator_forces: (…) of each actuator [N or N·m], by actuator.
+        rotation: (…) likewise for the rotation [rad].
+        stiffness: (…, 6, 6) stiffness at o, actuators locked.
+        actuator_forces: (…) force of each actuator [N or N·m].
     """
 
     twist: Array
@@ -41,10 +41,10 @@ class PoseQuantities(ShortRepr):
     actuator_forces: Mapping[str, Array]
 
     def named(self, name: str) -> Array:
-        """Return one: "displacement", "rotation", a component "x" … "rz" of the twist, or an actuator's force by its name.
+        """Return "displacement", "rotation", a component "x" … "rz" of the twist, or the force of the actuator ``name``.
 
         Raises:
-            ArgumentError: there is none of that name.
+            ArgumentError: no quantity has this name.
         """
         if name in LENGTHS:
             return np.asarray(getattr(self, name))
@@ -58,12 +58,12 @@ class PoseQuantities(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Effect(PoseQuantities):
-    """Changes by one parameter that is off by its tolerance, to first order.
+    """Changes due to the deviation of one parameter by its tolerance, to first order.
 
     Attributes:
-        force: the largest force that it locks into a joint [N], of errors of joints and beams; 0 of other parameters.
-        at: the joint with that force; "" where there is none.
-        moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
+        force: largest joint force due to self-stress by an assembly error [N]; 0 for other parameters.
+        at: the joint with this force; "" if there is none.
+        moment: largest joint moment due to self-stress, about the joint's centre [N·m].
     """
 
     force: float = 0.0
@@ -76,12 +76,12 @@ class Tolerance:
     """A parameter and its tolerance.
 
     Attributes:
-        name: an argument of the robot's file, a number of a part, ``rod_1.outer_diameter``, or an assembly error,
-            ``revolute_1.error.rx``, ``rod_1.error.length``.
-        value: nominal, SI.
-        unit: of it; empty where it is not known.
-        tolerance: ± [unit].
-        standard_deviation: of its distribution.
+        name: an argument of the file, a dimension of a part (``rod_1.outer_diameter``), or an assembly error
+            (``revolute_1.error.rx``, ``rod_1.error.length``).
+        value: nominal value, SI.
+        unit: unit of the value; empty if unknown.
+        tolerance: largest deviation (±) [unit].
+        standard_deviation: standard deviation of its distribution.
     """
 
     name: str
@@ -93,25 +93,25 @@ class Tolerance:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
-    """Pose errors and forces by tolerances of parameters, to first order and of random samples.
+    """Pose errors and forces due to tolerances of parameters: first-order estimates and random samples.
 
     Attributes:
         result: the analysis of the nominal robot.
-        parameters: with their tolerances, by name.
-        effects: of each parameter alone, by name, the largest first, see ``ranked_by``.
+        parameters: parameters with their tolerances, by name.
+        effects: effects of each parameter alone, by name, ranked by ``ranked_by``.
         ranked_by: "force", "displacement" or "rotation".
-        worst_case: Σ |∂f/∂p| t of each quantity, to first order; of displacement and rotation the length of the longest sum
-            Σ ± (∂d/∂p) t.
-        standard_deviation: √Σ (∂f/∂p σ)² of each quantity, to first order; of displacement and rotation the root mean square of
-            their lengths, √(σx² + σy² + σz²).
-        samples: the quantities of random robots, whose axis is the first; NaN where a robot has no such pose.
-        values: (samples,) the parameters of these robots, by name.
-        distribution: "normal" or "uniform", of the parameters.
-        seed: of the random numbers.
-        at_once: whether all samples were computed as one batch; else one robot after the other.
-        difference: the largest difference between samples and the same robots analysed one by one, in standard deviations of the
-            displacement; NaN where none was.
-        tool: (3,) the point of the platform of twist and stiffness, from o in its axes [m]; None: o.
+        worst_case: Σ |∂f/∂p| t of each quantity, to first order; for displacement and rotation, the largest magnitude of Σ ±
+            (∂d/∂p) t.
+        standard_deviation: √Σ (∂f/∂p σ)² of each quantity, to first order; for displacement and rotation, the root mean square of
+            the magnitude, √(σx² + σy² + σz²).
+        samples: quantities of the random samples; NaN for samples without this pose.
+        values: (samples,) parameters of the samples, by name.
+        distribution: distribution of the parameters, "normal" or "uniform".
+        seed: seed of the random numbers.
+        at_once: whether the samples were computed as one batch, or one by one.
+        difference: largest difference between batch and single analyses of some samples, in standard deviations of the
+            displacement; NaN without single analyses.
+        tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
     """
 
     result: Result
@@ -137,10 +137,10 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, and the limits of the middle 95 % of the samples.
 
-        Of displacement and rotation, which are distances from the nominal robot, the second is their root mean square.
+        For displacement and rotation, which are distances from the nominal robot, the second is the root mean square.
 
         Args:
-            name: of a quantity, see :meth:`PoseQuantities.named`.
+            name: name of the quantity, see :meth:`PoseQuantities.named`.
         """
         values = self.samples.named(name)
         low, high = np.nanpercentile(values, [2.5, 97.5])
@@ -148,7 +148,7 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
         return float(np.nanmean(values)), float(scatter), float(low), float(high)
 
     def share(self, parameter: str, name: str = "displacement") -> float:
-        """Return the part of a quantity's variance that is due to a parameter, to first order."""
+        """Return the fraction of a quantity's variance due to a parameter, to first order."""
         whole = float(self.standard_deviation.named(name))
         item = self.parameters[parameter]
         own = float(self.effects[parameter].named(name)) * item.standard_deviation / item.tolerance
@@ -156,6 +156,6 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
 
 
 def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array], origin: Array) -> PoseQuantities:
-    """Return quantities, with the distances (…) of twists (…, 6) from the twist ``origin`` (6,)."""
+    """Return quantities; displacement and rotation are the distances (…) of the twists (…, 6) from the twist ``origin`` (6,)."""
     displacement, rotation = (np.linalg.norm((twist - origin)[..., part], axis=-1) for part in LENGTHS.values())
     return PoseQuantities(twist, displacement, rotation, stiffness, actuator_forces)

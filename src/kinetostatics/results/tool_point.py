@@ -12,7 +12,7 @@ from kinetostatics.unit_hints import point_hint
 
 
 def point_name(tool: object) -> str:
-    """Return the name of the reference point in sentences: o, where there is no tool."""
+    """Return the name of the reference point in sentences; without a tool: o."""
     return "o" if tool is None else "the tool's tip"
 
 
@@ -20,7 +20,7 @@ def point_of_platform(what: str, point: ArrayLike) -> Array:
     """Return a point (3,) of the platform, from o in its axes [m].
 
     Raises:
-        ArgumentError: it is none.
+        ArgumentError: the value is not a point.
     """
     array = finite_numbers(what, point)
     if array.shape != (3,):
@@ -29,12 +29,12 @@ def point_of_platform(what: str, point: ArrayLike) -> Array:
 
 
 def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
-    """Return a point as :func:`point_of_platform`; one that looks as if it were in mm gets a warning.
+    """Return a point as :func:`point_of_platform` does, with a warning if it is probably in mm.
 
     Args:
-        what: its name in messages.
+        what: name of the point in messages.
         point: (3,) from o in the platform's axes [m].
-        robot: which it belongs to.
+        robot: the robot.
     """
     place = point_of_platform(what, point)
     for hint in point_hint(what, place, robot.zero_size):
@@ -43,5 +43,5 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot) -> Array:
 
 
 def tool_on_robot(tool: ArrayLike | None, robot: Robot) -> Array | None:
-    """Return the point given as ``tool``, as :func:`point_on_robot` does; None where there is none."""
+    """Return the point given as ``tool``, as :func:`point_on_robot` does, or None."""
     return None if tool is None else point_on_robot("tool", tool, robot)

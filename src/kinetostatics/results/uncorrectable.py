@@ -1,4 +1,4 @@
-"""Directions in which no actuator moves the platform: pose errors that no correction removes."""
+"""Twists that the actuators cannot produce: pose errors that no correction removes."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import robot_of
 
-#: Axes that tell a pose's directions this little, as cosines, are chosen anew.
+#: Cosine below which the coordinate axes are chosen again for a pose.
 ASKEW = 0.1
 
 
 def uncorrectable_directions(configuration: Configuration, tool: Array | None) -> Array:
-    """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where there is no pose.
+    """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where no pose was found.
 
-    The twists that the loops leave the platform, its actuators free, are moved to the reference point, displacements scaled by
-    the characteristic length, and what is orthogonal to them is found. Of all its orthonormal bases that one is taken that is
-    nearest to coordinate axes, the same ones along a batch.
+    The free twists of the platform, with unlocked actuators, are moved to the reference point, with displacements divided by the
+    characteristic length; the result spans their orthogonal complement. Of its orthonormal bases, the one nearest to coordinate
+    axes is chosen, with the same axes along a batch.
     """
     robot = robot_of(configuration)
     n, length = robot.mobility.platform, robot.length
@@ -45,11 +45,11 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
 
 
 def _nearest_axes(basis: Array) -> list[int]:
-    """Return the k coordinate axes nearest to the span of a basis (6, k): each the longest beside those before it."""
+    """Return the k coordinate axes nearest to the span of a basis (6, k), by Gram-Schmidt elimination with pivoting."""
     left, axes = np.array(basis), []
     for _ in range(basis.shape[1]):
         sizes = np.linalg.norm(left, axis=1)
-        axes.append(int(np.argmax(sizes > sizes.max() - 1e-6)))  # of nearly equal ones the first
+        axes.append(int(np.argmax(sizes > sizes.max() - 1e-6)))  # of nearly equal ones, the first
         along = left[axes[-1]] / sizes[axes[-1]]
         left = left - np.outer(left @ along, along)
     return sorted(axes)

@@ -15,15 +15,15 @@ from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import part_of_weights
 
-#: Part of the Euler load above which the linear theory is doubtful.
+#: Fraction of the Euler load above which linear theory is doubtful.
 EULER_WARNING = 0.05
-#: Displacement, relative to the characteristic length, and rotation [rad] of the platform above which it is doubtful, too.
+#: Displacement (relative to the characteristic length) and rotation [rad] of the platform above which linear theory is doubtful.
 LARGE_MOTION = 0.1
-#: Part of the stiffness in some direction up to which what the arms of weights do is not worth mentioning.
+#: Relative change of stiffness by the lever arms of weights up to which there is no warning.
 TURNING_WEIGHTS = 0.01
-#: Part of a self-stress below which a joint has no part in it.
+#: Component of a self-stress below which a joint counts as unstressed.
 NOTHING = 1e-9
-#: Gap of the loops [m, rad] above which it is worth mentioning.
+#: Gap of the loops [m, rad] above which there is a warning.
 OPEN_LOOPS = 1e-9
 
 
@@ -50,7 +50,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
 
 
 def _tipping(result: Result) -> list[str]:
-    """Say where springs and weights push at least as hard as the robot is held: eigenvalues of the tangents are negative or 0."""
+    """Return a warning if springs and weights make poses unstable: an eigenvalue of the tangent stiffness is negative or 0."""
     if not result.robot.description.springs:
         return []
     inside, of_platform = (np.concatenate(counts) for counts in zip(*map(_negative, result.solutions), strict=True))
@@ -58,20 +58,20 @@ def _tipping(result: Result) -> list[str]:
     if not np.any(where):
         return []
     first = int(np.argmax(where))
-    held = "the parts of its limbs are held against one another"
+    held = "the elastic restoring forces between parts of its limbs"
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
         C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale
         values, vectors = np.linalg.eigh(C)
-        held = f"the platform is held against {_motions(values, vectors, 0, scale)}"
+        held = f"the elastic restoring forces of the platform in {_motions(values, vectors, 0, scale)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
-    push = f"springs and weights push at least as hard as {held}{at}"
-    return [f"{poses} unstable: {push}; it tips over, and the numbers mean nothing there"]
+    push = f"the forces of springs and weights reach {held}{at}"
+    return [f"{poses} unstable: {push}; the results do not apply"]
 
 
 def _turning_weights(result: Result) -> list[str]:
-    """Say where the arms of weights, which linear theory leaves as they are, would change the stiffness: at the softest pose."""
+    """Return a warning if the lever arms of weights, constant in linear theory, change the stiffness; worst pose only."""
     scale = np.repeat([1.0, result.robot.length], 3)
     softness = np.linalg.norm(np.nan_to_num(result.compliance.reshape(-1, 36)) * np.outer(scale, scale).ravel(), axis=1)
     sound = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1) & ~result.indeterminate.ravel()
@@ -91,20 +91,20 @@ def _turning_weights(result: Result) -> list[str]:
     motion = _motions(values, vectors, worst, scale)
     where = "" if result.shape == () else " at the softest pose"
     return [
-        f"the arms of weights turn with the robot, which changes its stiffness against {motion} by "
-        f"{100 * values[worst].real:+.2g} %{where}: linear theory leaves that out"
+        f"the lever arms of weights turn with the robot, which changes its stiffness against {motion} by "
+        f"{100 * values[worst].real:+.2g} %{where}: linear theory neglects this"
     ]
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
-    """Say which motions belong to the k-th eigenvalue (6,): the eigenvectors (6, 6) of equal ones are processors' own choice."""
+    """Describe the motions of the k-th eigenvalue (6,); of all equal eigenvalues, as eigenvectors (6, 6) are arbitrary."""
     alike = np.abs(values - values[k]) <= 1e-6 * abs(values[k])
     spanned = np.linalg.svd(np.concatenate([vectors[:, alike].real, vectors[:, alike].imag], axis=1))[0][:, : np.sum(alike)]
     return " and ".join(describe_twist(twist / scale, scale[-1]) for twist in canonical_basis(spanned).T)
 
 
 def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return in how many motions each pose (N,) is unstable while the platform is held, and besides."""
+    """Return the numbers of unstable motions of each pose (N,): with the platform fixed, and additional ones."""
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))
@@ -113,7 +113,7 @@ def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _ratios(result: Result) -> Iterator[tuple[str, float]]:
-    """Yield the words for each buckling member or robot, with its largest ratio of load to critical load."""
+    """Yield a clause for each member, or the robot, that can buckle, with its largest ratio of load to critical load."""
     together: dict[str, list[str]] = {}
     worst = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
     for name, ratio in worst.items():
@@ -146,7 +146,7 @@ def _open_loops(result: Result) -> list[str]:
 
 
 def _large_motions(result: Result) -> list[str]:
-    """Say where the platform moves more than small displacements allow."""
+    """Return a warning if the motion of the platform is too large for linear theory."""
     twist = np.nan_to_num(result.twist)
     shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
     turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
@@ -159,7 +159,7 @@ def _large_motions(result: Result) -> list[str]:
 
 
 def undetermined_parts(result: Result) -> str:
-    """Return warnings of rigid limbs, and joints of rigid loops, with statically indeterminate forces."""
+    """Return a warning that names the rigid limbs and rings with statically indeterminate forces."""
     rigid: dict[str, None] = {}
     rings: dict[str, dict[str, None]] = {}
     for solution in result.solutions:
@@ -177,6 +177,6 @@ def undetermined_parts(result: Result) -> str:
         f"the rigid rings in {limb} ({', '.join(joints)}) are overconstrained in themselves" for limb, joints in rings.items()
     ]
     return (
-        f"{' and '.join(what) or 'rigid parts are overconstrained'}: how they share their forces is not determined; "
+        f"{' and '.join(what) or 'rigid parts are overconstrained'}: their forces are statically indeterminate; "
         "undetermined forces are NaN"
     )

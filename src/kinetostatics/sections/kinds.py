@@ -37,8 +37,8 @@ class Section:
         area: A [m²].
         I_y, I_z: second moments of area about y and z [m⁴].
         J: torsion constant [m⁴].
-        shear_area_y, shear_area_z: effective shear areas κA for forces along y and z [m²], or None when the
-            file gives a shear coefficient.
+        shear_area_y, shear_area_z: effective shear areas κA for forces along y and z [m²], or None when the file gives a shear
+            coefficient.
     """
 
     area: float

@@ -1,1 +1,1 @@
-"""Statics of the whole robot: equilibrium of the platform, Eqs. (11) and (12), and displacements of all parts."""
+"""Statics of the robot: equilibrium of the platform, Eqs. (11) and (12), and displacements of all parts."""

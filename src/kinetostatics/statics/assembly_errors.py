@@ -1,7 +1,7 @@
 """Assembly errors of joints and beams in the unloaded robot.
 
-A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
-α ΔT L. Errors along constrained directions move the platform, and stress an overconstrained robot (the method page, section 11).
+A joint's assembly error is a twist of its platform side relative to its base side; the error of a beam is an excess length plus α
+ΔT L. Errors along constrained directions displace the platform, and stress an overconstrained robot (method page, section 11).
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class AssemblyErrors:
         return frozenset((*self.joints, *self.beams))
 
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return the twists (6, elements, g, N), about o, of outboard sides by the errors of elements; None if there are none."""
+        """Return the twists (6, elements, g, N) of outboard sides about o, due to the errors of elements; None without errors."""
         if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
         result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
@@ -89,7 +89,7 @@ class AssemblyErrors:
         return edge.joint in self.joints or edge.beam in self.beams
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
-        """Return the twist (6, N), about o, of an edge's outboard side relative to its inboard side by its error."""
+        """Return the twist (6, N) of an edge's outboard side relative to its inboard side, about o, due to its error."""
         if edge.joint in self.joints:
             return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
         result = np.zeros((6, o.shape[1]))
@@ -108,16 +108,16 @@ class AssemblyErrors:
             body, frame = connection.predecessor_body, connection.predecessor_frame
             axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
             twist = rotate(axes, twist)
-        body, frame = sides(edge, connection)[0 if turned else 1]  # where the joint's wrench is reported
+        body, frame = sides(edge, connection)[0 if turned else 1]  # reference point of the joint's reported wrench
         centre = frames.point(body, frame[:3, 3])
         return move_twist(twist, o - centre)
 
 
 def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, object]) -> AssemblyErrors:
-    """Return assembly errors, checked.
+    """Check assembly errors and return them.
 
     Raises:
-        ArgumentError: an unknown name, a wrong shape, or a value that is not finite.
+        ArgumentError: a name is unknown, a shape is wrong, or a value is not finite.
     """
     if not isinstance(assembly_errors, Mapping):
         raise ArgumentError(f"assembly_errors= needs a mapping from names of joints and beams, got {assembly_errors!r}")
@@ -125,12 +125,14 @@ def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, obj
     beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
     for name, value in assembly_errors.items():
-        is_joint = not isinstance(value, Mapping) or bool(set(value) & set(JOINT_KEYS))  # where both have the name
+        is_joint = not isinstance(value, Mapping) or bool(
+            set(value) & set(JOINT_KEYS)
+        )  # a joint and a beam may have the same name
         if name in known_joints and (is_joint or name not in known_beams):
             if name not in robot.joint_table.names:
                 raise ArgumentError(
-                    f"joint {name!r} lies within the rigid base or platform, or holds nothing: an assembly error of it has no "
-                    "effect; give it to the joints that hold the limbs there"
+                    f"joint {name!r} lies within the rigid base or platform, or carries nothing: its assembly error has no "
+                    "effect; specify errors of the joints between the limbs and the base or platform"
                 )
             joints[name] = _joint_error(name, value)
         elif name in known_beams:
@@ -149,7 +151,7 @@ def _beam_error(beam: Beam, value: object) -> BeamError:
     length, rise = (finite_numbers(f"{key} of {beam.name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
     if np.any(rise) and beam.thermal_expansion == 0:
         raise ArgumentError(
-            f"beam {beam.name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
+            f"beam {beam.name!r} has no thermal_expansion, so that temperature has no effect: write thermal_expansion [1/K] "
             "in its <beam> element (steel: 1.2e-5)"
         )
     return BeamError(length[..., None], rise[..., None])

@@ -1,8 +1,8 @@
-"""Displacements of the whole robot under load: of every joint's outer side, rigid link and beam.
+"""Displacements of the robot under load: of the outer sides of joints, of rigid links and of beams.
 
 The motions of the passive joints follow from the platform's twist and the deformations of the beams. Displacements are sums of
-these motions from base to platform. The equations are linear, so that each contribution to the twist has its displacements, along
-an axis S. Arrays of limbs built alike are ``(component, S, limb, pose)``.
+these motions from base to platform. The equations are linear and are solved for every contribution to the twist, along an axis S.
+Arrays of limbs built alike are ``(component, S, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from kinetostatics.statics.solution import Solution
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """Deformation of beams, joints, actuators or assembly errors in equal places of g limbs.
+    """Deformation of corresponding beams, joints or actuators of g limbs, or their assembly errors.
 
     Attributes:
         kind: ``beams``, ``joints``, ``actuators`` or ``assembly_errors``.
-        names: of the beams or joints.
-        group, number: the limbs, and the number of their group.
-        positions: which of the group's limbs are meant.
-        cut_signs: (M,) signs of the cut-joint wrenches that it carries.
-        motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
+        names: names of the beams or joints.
+        group, number: the limbs, and the index of their group.
+        positions: indices of these limbs in the group.
+        cut_signs: (M,) signs of the cut-joint wrenches in the element.
+        motion: (6, g, N) twist of its outboard side relative to its inboard side, all contributions together, about o.
     """
 
     kind: str
@@ -58,8 +58,8 @@ class Deformation:
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
-        elastic: what deforms in the limbs.
-        drive_deformations: (S, N) of every elastic actuator along its coordinate [m, rad], by its joint.
+        elastic: the elastic deformations in the limbs.
+        drive_deformations: (S, N) deformation of every elastic actuator along its coordinate [m, rad], by its joint.
         spring_energy: (N,) strain energy of all elastic joints and actuators of the limbs [J].
     """
 
@@ -71,7 +71,7 @@ class Deformation:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
-        """Which of the stacks of loaded beams every beam is in, and its position there, by name."""
+        """Index of the stack of loaded beams that contains each beam, and the position in it, by name."""
         return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
 
 
@@ -97,12 +97,14 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     statics = solution.statics_of_weights(number)
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
-    # what strains the limbs; forces may belong to other contributions than what they strain
+    # forces and the strains that they cause may belong to different contributions
     cut_wrenches, share = solution.cut_wrenches(number, strains=True), solution.contribution_mask(group, strains=True)
     moved_share = solution.contribution_mask(group) - share
     S, g, N = cut_wrenches.shape[2:]
     elements, signs = group.elements[0], group.element_cut_signs
-    gives: dict[int, Array] = {}  # by element: what its elasticity and its assembly_error add to everything outboard (6, S, g, N)
+    gives: dict[
+        int, Array
+    ] = {}  # by element: twist (6, S, g, N) of all outboard parts due to its elasticity and its assembly error
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
     for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
@@ -167,14 +169,14 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
 
 
 def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
-    """Return the weights (6, S, g, N) that an element of limbs carries, with the loads on links that it carries.
+    """Return the weights plus the loads on links (6, S, g, N) that an element of limbs carries.
 
     Args:
         solution: the chunk of poses.
-        number: of the group of limbs.
-        weights: that it carries.
-        name: of the loads that are meant: "beyond", "spring_beyond" or "on_drives".
-        element: number of the beam, spring or drive.
+        number: index of the group of limbs.
+        weights: the weights that it carries.
+        name: attribute with the loads: "beyond", "spring_beyond" or "on_drives".
+        element: index of the beam, spring or drive.
     """
 
     def picked(item: AppliedStatics) -> Array | None:
@@ -217,9 +219,9 @@ def _add_assembly_errors(
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, gives: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Return how far all freedoms move (k, S, g, N) so that the limbs stay together; local freedoms stay.
+    """Return the motions (k, S, g, N) of all freedoms that keep the limbs closed; those of local freedoms are zero.
 
-    Along every cut joint the motions of all edges that carry it sum to that of the platform, or to none in a ring.
+    Along every cut joint, the motions of all edges that transmit its wrench sum to the platform's motion, or to zero in a ring.
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
@@ -260,18 +262,18 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Displace open branches with the bodies that carry them, their beams bent by their own weight.
+    """Compute the motions of open branches: those of the bodies that carry them, plus the deflections under their own weight.
 
     Args:
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        forces: which contribution their weight belongs to; the number of contributions for what hangs on the base: it moves
-            nothing but itself, and has a place of its own behind them.
-        strains: which contribution the strains belong to that their weight causes in them.
-        root: motion of what they hang on where an edge has no parent; None: it stands still.
-        moved: by their keys, the joints of branches that elastic actuators move, and the actuators' joints.
-        out: where the motions are put.
+        forces: index of the contribution of their weight; for branches on the base, the number of contributions: an additional
+            entry, because they displace nothing else.
+        strains: index of the contribution of the strains due to their weight.
+        root: motion of the body that carries an edge without a parent; None: fixed.
+        moved: the joints of branches moved by elastic actuators, by key, with the actuators' joints.
+        out: receives the motions.
     """
     frames, assembly_errors = solution.frames, solution.assembly_errors
     share, elsewhere = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
@@ -315,13 +317,13 @@ def _deform_branches(
 def _deform_branch_drives(
     robot: RobotStatics, solution: Solution, branches: Sequence[tuple[tuple[Edge, ...], int]], out: Deformation
 ) -> dict[str, tuple[str, BranchJoint]]:
-    """Compute the deformations of actuators that move joints of open branches alone; return all joints that such actuators move.
+    """Compute the deformations of actuators that move joints of open branches only; return these joints.
 
     Args:
         robot: the robot.
         solution: the chunk of poses.
-        branches: edges of open branches, and which contribution the strains of their weight belong to.
-        out: where it is put.
+        branches: edges of open branches, with the index of the contribution of the strains due to their weight.
+        out: receives the deformations.
     """
     found: dict[str, tuple[str, BranchJoint]] = {}
     place_of = {edge.key: place for edges, place in branches for edge in edges}
@@ -341,13 +343,13 @@ def _deform_branch_drives(
 
 
 def _of_shape(contributions: Array, count: int) -> Array:
-    """Return the first contributions (count, N) of some (S, N), none where there are fewer."""
+    """Return the first ``count`` of the contributions (S, N), padded with zeros."""
     missing = max(count - len(contributions), 0)
     return np.concatenate([contributions[:count], np.zeros((missing, *contributions.shape[1:]))])
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
-    """Return the weights that an edge of an open branch carries (6, S, N), with the loads on links that it carries."""
+    """Return the weights plus the loads on links (6, S, N) that an edge of an open branch carries."""
 
     def picked(item: AppliedStatics) -> Array | None:
         found = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
@@ -359,8 +361,7 @@ def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
 def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     """Return the section forces (2, 3, N) at the start and the end of every beam, world axes [N].
 
-    They are those that the side towards its end puts on the side towards its start, as in :func:`deform`, in a fraction of its
-    time.
+    The part towards the end exerts them on the part towards the start. Faster than :func:`deform`.
     """
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):

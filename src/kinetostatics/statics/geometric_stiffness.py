@@ -1,7 +1,7 @@
-"""Geometric stiffness: the change of the forces at the pose with displacement (the method page, section 12).
+"""Geometric stiffness: change of the forces at the pose with displacement (method page, section 12).
 
-Weights keep their directions while their arms rotate; springs stretch and rotate; joint wrenches rotate with the parts between
-which they act. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
+The directions of weights are constant while their lever arms rotate; springs stretch and rotate; joint wrenches rotate with the
+connected parts. Under a rotation θ of a part, a point at p moves by θ × p + ½ θ × (θ × p), so that a force f there has the
 potential energy −½ f · (θ × (θ × p)) of second order.
 """
 
@@ -26,10 +26,9 @@ from kinetostatics.statics.turning_parts import PLATFORM, Fixed, Passage, Turnin
 
 
 class GeometricStiffness:
-    """The geometric stiffness of a robot at N poses, and the loads and motions that belong to its displacements u.
+    """The geometric stiffness of a robot at N poses, with the loads and motions conjugate to its displacements u.
 
-    Attributes:
-        coordinates: what u is.
+    Attributes: coordinates: definition of u.
     """
 
     def __init__(self, robot: RobotStatics, parts: TurningParts, frames: Frames, springs: Sequence[PlacedSpring]) -> None:
@@ -59,7 +58,7 @@ class GeometricStiffness:
         return [AppliedLoad(name, wrenches, {}, "change") for name, wrenches in zip(where.names, acting, strict=True)]
 
     def displacements(self, motion: Callable[[str], Array], blocks: Sequence[Block]) -> Array:
-        """Return some of u (n, S, N) from the twists (6, S, N) about o of places."""
+        """Return components of u (n, S, N) from the twists (6, S, N) of places about o."""
         rows = []
         for kind, number in blocks:
             if kind == "shift":
@@ -85,7 +84,7 @@ class GeometricStiffness:
         return np.concatenate(rows)
 
     def under(self, solution: Solution) -> GeometricTerms:
-        """Return K_g under the robot's weights and springs alone, which are in equilibrium with the joint wrenches.
+        """Return K_g under the weights and springs alone, in equilibrium with the joint wrenches.
 
         Args:
             solution: an equilibrium of the poses.
@@ -119,9 +118,9 @@ class GeometricStiffness:
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
         """Return B (9, 9, N) of a joint whose wrench rotates with the mean of its sides: F · (θ × s) + ½ M · (θ_inner × φ).
 
-        zᵀ B z is the energy, z the rotation of its inner side, the shift s and the rotation φ of its outer side from that. Of a
-        universal joint, one axis in either side, the second turns with the first: ½ q_1 q_2 M · (a_1 × a_2) with the angles q
-        of φ about its axes a.
+        zᵀ B z is the energy; z consists of the rotation θ_inner of the inner side, and of shift s and rotation φ of the outer
+        side relative to it. In a universal joint the second axis turns with the first: this adds ½ q_1 q_2 M · (a_1 × a_2), with
+        the angles q of φ about the axes a.
         """
         found = zeros_for((9, 9, force.shape[1]), force)
         found[:3, 3:6], found[6:, 3:6] = -skew(force), -skew(force) / 2
@@ -138,7 +137,7 @@ class GeometricStiffness:
     def _of_beam(
         self, solution: Solution, name: str, axes: Array, arm: Array, force: Array, moment: Array
     ) -> tuple[Array, Array, Array]:
-        """Return the same of a beam, with force and moment (3, N) on its outer end; and where and how it acts on the inner."""
+        """Return B (9, 9, N) of a beam with force and moment (3, N) on its outer end, and its reaction (place, arm, force)."""
         model = self._robot.beams[name]
         length, lever = model.length(self._frames), model.lever(self._frames)
         weight = self._robot.weights.sum([f"beam:{name}"], solution.weights)[:3]
@@ -181,7 +180,7 @@ class _Carried:
             self._cuts |= {limb: total[:, :, position] for position, limb in enumerate(statics.group.numbers)}
 
     def by_outer_side(self, item: Passage) -> Array:
-        """Return the wrench (6, N) about o that the inner side puts on the outer one."""
+        """Return the wrench (6, N) of the inner side on the outer side, about o."""
         solution = self._solution
         total = self._robot.weights.sum(item.edge.outboard, solution.weights)
         total = total - self._robot.weights.sum(item.edge.excluded, solution.weights)
@@ -195,5 +194,5 @@ class _Carried:
 
 
 def _at(twists: Array, arm: Array) -> Array:
-    """Return the displacements (3, S, N) of a point at ``arm`` (3, N) from o by twists (6, S, N) about o."""
+    """Return the displacements (3, S, N) of a point at ``arm`` (3, N) from o due to twists (6, S, N) about o."""
     return move_twist(twists, arm)[:3]

@@ -1,7 +1,7 @@
-"""Second-order work of the forces at the pose: a quadratic form ½ uᵀ K_g u of few displacements u.
+"""Second-order work of the forces at the pose: a quadratic form ½ uᵀ K_g u in a few displacements u.
 
-These are rotations of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic joints and
-beams, and relative displacements of the ends of springs.
+The displacements u are rotations of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic
+joints and beams, and relative displacements of the ends of springs.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class PlacedSpring:
     """A spring at N poses.
 
     Attributes:
-        name: of the spring.
+        name: name of the spring.
         points: (3, N) its two ends [m].
-        places: at which place each of them is, and where (N,).
+        places: the places of each end, with the poses (N,) at which it is there.
         length: (N,) [m].
         tension: (N,) [N].
-        force: (3, N) its pull on the first end, towards the second [N].
-        tangent: (3, 3, N) K_t [N/m].
+        force: (3, N) force on the first end, directed towards the second [N].
+        tangent: (3, 3, N) tangent stiffness K_t [N/m].
     """
 
     name: str
@@ -55,8 +55,8 @@ class PlacedSpring:
         return wrenches, points
 
 
-#: A coordinate block: ("shift", 0) of o, where springs join base and platform; ("part", number): its rotation; ("slide", number):
-#: shifts across a passage; ("spring", number): the motion of its ends apart.
+#: A block of coordinates: ("shift", 0): displacement of o, for springs between base and platform; ("part", number): rotation of a
+#: part; ("slide", number): displacements across a passage; ("spring", number): relative displacement of the ends.
 Block: TypeAlias = tuple[str, int]
 
 
@@ -66,9 +66,9 @@ class Coordinates:
 
     Attributes:
         platform: blocks determined by the platform's twist alone.
-        inside: those of limbs, together where limbs or springs join them.
-        sizes: of all blocks.
-        on_platform: numbers of the springs between base and platform.
+        inside: blocks inside limbs; those coupled by limbs or springs are together.
+        sizes: sizes of all blocks.
+        on_platform: indices of the springs between base and platform.
     """
 
     platform: tuple[Block, ...]
@@ -78,7 +78,7 @@ class Coordinates:
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """All of them, in their order."""
+        """All blocks, in order."""
         return (*self.platform, *(block for together in self.inside for block in together))
 
     @property
@@ -101,7 +101,7 @@ def coordinates_of(parts: TurningParts) -> Coordinates:
         ends = [parts.part_of[place] for place in places]
         if set(ends) == {BASE, PLATFORM} and not any(place in parts.owner_at for place in places):
             on_platform.append(number)
-        elif ends[0] != ends[1] or ends[0] in sliding:  # else nothing changes its length, or its direction on the part
+        elif ends[0] != ends[1] or ends[0] in sliding:  # otherwise length and direction on the part are constant
             owners = [parts.owner_of(place) for place in places]
             mine = [owner for owner in owners if owner >= 0] or [count]
             owned.append((("spring", number), mine[0]))
@@ -119,7 +119,7 @@ def coordinates_of(parts: TurningParts) -> Coordinates:
 
 
 class GeometricTerms:
-    """The quadratic form ½ uᵀ K_g u, term by term, and the loads −K_g u of known displacements."""
+    """The quadratic form ½ uᵀ K_g u as a sum of terms, and the loads −K_g u of given displacements."""
 
     def __init__(
         self,
@@ -131,16 +131,16 @@ class GeometricTerms:
         passages: Sequence[tuple[Passage, Array, Array | None, Array]],
         held: Callable[[int], Array | None],
     ) -> None:
-        """Sum them.
+        """Sum the terms.
 
         Args:
-            where: what u is.
-            parts: of the robot.
+            where: definition of u.
+            parts: parts of the robot.
             o: (3, N) [m].
-            springs: of the robot.
+            springs: springs of the robot.
             acting: forces on pieces of parts: place, arm from o and force (3, N).
-            passages: with their centre's arm from o, the axes (3, k, N) of their slides, and B (9, 9, N) of what they do.
-            held: returns what takes away (3, 3, N) the rotations in which a part may spin.
+            passages: the passages with the arm of the centre from o, the axes (3, k, N) of slides, and their matrix B (9, 9, N).
+            held: function that returns the projection (3, 3, N) without the free spin of a part.
         """
         self._where, self._parts, self._o = where, parts, o
         self._springs, self._acting, self._passages, self._held = springs, acting, passages, held
@@ -157,7 +157,7 @@ class GeometricTerms:
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
-        """Add a term uᵀ B v, of which the matrix has the two mixed derivatives; nothing where u or v does not count."""
+        """Add a term uᵀ B v: its two mixed derivatives are added to the matrix; without effect if u or v is no coordinate."""
         if one in self._where.sizes and two in self._where.sizes:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
@@ -182,7 +182,7 @@ class GeometricTerms:
                         self._add(one, two, a * b * part)
 
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
-        """Add ½ uᵀ K_t u, with u = d + θ × end of the platform if the spring joins it to the base, otherwise of the spring."""
+        """Add ½ uᵀ K_t u, where u is the displacement d + θ × end of the platform (spring to the base) or that of the spring."""
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
             self._add(("spring", number), ("spring", number), spring.tangent / 2)
@@ -208,7 +208,7 @@ class GeometricTerms:
         return matrix
 
     def loads(self, u: Array) -> dict[str, Array]:
-        """Return −∂(½ uᵀ K_g u) as wrenches (6, S, N) about o, by place: for every piece of a part."""
+        """Return the loads −K_g u as wrenches (6, S, N) about o, by place."""
         first, at = 0, {}
         for block in self._where.blocks:
             at[block] = u[first : first + self._where.sizes[block]]
@@ -220,7 +220,7 @@ class GeometricTerms:
             return at.get(("part", part), none)
 
         def put(place: str, arm: Array, force: Array, couple: Array) -> None:
-            held = self._held(self._parts.part_of[place])  # a spin does no work: what is left of that is rounding
+            held = self._held(self._parts.part_of[place])  # moments along a free spin are rounding errors
             couple = couple if held is None else np.einsum("ijn,jsn->isn", held, couple)
             wrench = move_wrench(np.concatenate([force, couple]), -arm)
             found[place] = found.get(place, 0.0) + wrench

@@ -1,4 +1,4 @@
-"""Table of load-carrying joints, and the passive joints of open branches, which must be in equilibrium without force."""
+"""Table of load-carrying joints, and the passive joints of open branches, whose wrenches must do no work."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class OpenBranch:
-    """A passive joint of an open branch: it has to be in equilibrium as it stands.
+    """A passive joint of an open branch, which must be in equilibrium at the given pose.
 
     Attributes:
-        owner: the limb on which the branch hangs, or ``base`` or ``platform``.
-        joint: its name.
-        edge: the joint as it lies on the way out.
-        outboard: (W,) which weights it carries.
-        scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
+        owner: the limb that carries the branch, or ``base`` or ``platform``.
+        joint: name of the joint.
+        edge: the joint, directed outwards.
+        outboard: (W,) mask of the weights that it carries.
+        scale: (k,) scale of its powers: 1 for a translation, the characteristic length for a rotation.
     """
 
     def __init__(self, model: StaticModel, owner: str, edge: Edge) -> None:
@@ -55,14 +55,14 @@ class JointTable:
     """All joints that carry wrenches.
 
     Attributes:
-        names: of the joints, fixed ones too: those of the limbs, of their open branches, and those of base and platform.
-        owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
-        signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
-        cut_signs: (J, Q) signs of the cut-joint wrenches of all limbs in turn in what the joint's outboard side puts on the
-            inboard one.
-        outboard: (J, W) which weights it carries.
-        reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
-        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
+        names: names of the joints, including fixed joints: those of the limbs, of their open branches, of base and of platform.
+        owners: the limb of each joint, or ``base`` or ``platform``.
+        signs: by name, 1 if the wrench of the predecessor on the successor is reported, else −1.
+        cut_signs: (J, Q) signs of the cut-joint wrenches of all limbs in the wrench of the joint's outboard side on its inboard
+            side.
+        outboard: (J, W) mask of the weights that each joint carries.
+        reported: (J,) −1 if the wrench of the inboard side on the outboard side is reported, 1 for its reaction.
+        centre_body, centre: body (J,) and position (3, J) of the centre; for a sliding joint, on the side that is loaded.
     """
 
     def __init__(self, model: StaticModel) -> None:
@@ -99,5 +99,5 @@ class JointTable:
         return np.array([carries(edge, place) for edge in self._edges], dtype=float)
 
     def cuts_of(self, limb: int) -> slice:
-        """Return which columns of ``cut_signs`` are those of a limb."""
+        """Return the columns of ``cut_signs`` that belong to a limb."""
         return slice(self._first[limb], self._first[limb + 1])

@@ -1,4 +1,4 @@
-"""Wrenches of joints, limbs and base, and forces of actuators, from the limbs' cut-joint wrenches and weights, chunk by chunk.
+"""Wrenches of joints, limbs and base, and forces of actuators, from cut-joint wrenches and weights, in chunks of poses.
 
 A joint's wrench acts from its base side on its platform side, at the joint's centre, in world axes.
 """
@@ -15,23 +15,23 @@ from kinetostatics.statics.link_loads import by_place, sum_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 
-#: Part of a way in which forces are open below which one of them is not: mere rounding.
+#: Component of an undetermined force state below which a force counts as determined (rounding).
 _NOTHING = 1e-9
 
 
 def joints_in_order(robot: RobotStatics) -> list[tuple[str, int]]:
-    """Return the names of the joints, in the order of the file, and their places in the joint table."""
+    """Return the names of the joints, in the order of the file, and their rows in the joint table."""
     places = {name: k for k, name in enumerate(robot.joint_table.names)}
     return [(name, places[name]) for name in robot.mechanism.connections if name in places]
 
 
 def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
+    """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where they are indeterminate."""
     return _masked(carried_wrenches(robot, solution), _open_wrenches(robot, solution))
 
 
 def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return the force or torque (N,) of each actuator, positive along its coordinate, NaN where rigid parts leave it open."""
+    """Return the force or torque (N,) of each actuator, positive along its coordinate, NaN where it is indeterminate."""
     table = robot.joint_table
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
     names = [name for name in (*robot.description.driven, *followers) if name in table.names]
@@ -45,9 +45,9 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of some joints of the table; None: of all. Indeterminate ones have one possible value.
+    """Return the wrenches (6, J, N) of some joints of the table; None: of all. If indeterminate, one solution is returned.
 
-    Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (the method page, section 7).
+    For a joint of a serial limb: −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (method page, section 7).
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
@@ -64,7 +64,7 @@ def carried_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[i
 
 
 def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
-    """Return the wrenches (6, J, S, N) by contribution; the weights of bodies attached to the base belong to none."""
+    """Return the wrenches (6, J, S, N) by contribution; weights of bodies attached to the base are not included."""
     table, S = robot.joint_table, len(solution.sources)
     cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):
@@ -87,10 +87,8 @@ def actuator_forces_from(
 ) -> dict[str, Array]:
     """Return the force or torque f (…, N) of each actuator, positive along its coordinate, from joint wrenches (6, J, …, N).
 
-    The power of the joint's wrench on the actuator's unit twist, Eq. (17).
-
-    An actuator that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the
-    joints that the wrenches belong to; None: all of the robot's joint table.
+    f is the power of the joint's wrench on the actuator's unit twist, Eq. (17), plus those of mimic joints times their
+    multipliers. ``names`` are the joints of the wrenches; None: all of the robot's joint table.
     """
     table = robot.joint_table
     places = {name: k for k, name in enumerate(table.names if names is None else names)}
@@ -125,9 +123,9 @@ def _masked(wrenches: Array, undetermined: Array | None) -> Array:
 
 
 def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
-    """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
+    """Return the undetermined joint wrenches (6, J, K, N) of K states of self-stress in rigid parts, normalized, or None."""
     table, N = robot.joint_table, solution.o.shape[1]
-    # what rigid limbs leave open between them changes the forces of several limbs together
+    # self-stress between rigid limbs changes the forces of several limbs together
     shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
     ways = [shared]
     for number, statics in enumerate(solution.statics):
@@ -149,7 +147,7 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
 
 
 def limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return the platform's wrench on a limb (6, N) about o; one of the possible ones where it is undetermined."""
+    """Return the platform's wrench on a limb (6, N) about o; if indeterminate, one solution."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
@@ -158,14 +156,14 @@ def limb_wrench(solution: Solution, number: int, position: int) -> Array:
 def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
     """Return the ground's wrench (6, N) acting on the robot, about the base link's origin, world axes [N, N·m].
 
-    It is all that acts on the robot, reversed.
+    It is the negative sum of all loads and weights.
     """
     weights, topology = solution.weights, robot.topology
     sum_at_o = weights[:, robot.weights.of("base")].sum(axis=1)
     sum_at_o += sum_of(solution.applied, topology.base.places)
     sum_at_o += sum_of(solution.applied, [place for limb in topology.limbs for place in limb.places])
     for number, statics in enumerate(solution.statics):
-        if not statics.group.is_attached:  # its weight is that of base or platform
+        if not statics.group.is_attached:  # its weight counts as that of base or platform
             for position, limb in enumerate(statics.group.limbs):
                 own = robot.weights.sum(limb.weights, weights)
                 sum_at_o = sum_at_o + limb_wrench(solution, number, position) + own

@@ -1,10 +1,9 @@
-"""Poses at which a limb's rank changes: its joints become dependent, so that it transmits more wrenches.
+"""Poses at which the rank of a limb changes: its joint twists become dependent, so that it transmits more wrenches.
 
-Ranks and bases are properties of the robot (the method page, section 2). Where a limb is stretched, or two of its axes coincide,
-its passive joints allow one motion less, and it transmits one wrench more. The rank of such a limb is decided at that pose.
-
-The rank of its compliance changes likewise: a limb with elastic actuators alone is elastic in as many directions as they move it.
-Where it is stretched there are fewer, and it is rigid in the others.
+Ranks and bases are normally decided once per robot (method page, section 2). If a limb is stretched, or if two of its axes
+coincide, its passive joints allow one motion less and it transmits one wrench more; its rank is then decided at that pose. The
+rank of the compliance may change too: if only the actuators of a limb are elastic, it is compliant in the directions in which
+they move it, and there are fewer of these where it is stretched.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ from kinetostatics.statics.robot_statics import RobotStatics
 def groups_of_poses(
     robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
 ) -> dict[int, tuple[LimbGroup, ...]]:
-    """Return the groups of limbs for every pose at which a limb's rank is not that at generic poses.
+    """Return the groups of limbs for every pose at which the rank of a limb differs from that at generic poses.
 
     Args:
         robot: the robot.
-        frames, o: N poses.
-        statics: of the usual groups there.
+        frames, o: frames and reference points of N poses.
+        statics: results of the usual groups at these poses.
     """
     stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
     stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
@@ -69,7 +68,7 @@ def groups_of_poses(
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
-    """Return the numbers of a group's limbs whose ranks at one pose are not those at generic poses."""
+    """Return the positions in a group of the limbs whose ranks at one pose differ from those at generic poses."""
     group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:
@@ -97,7 +96,7 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
 def _regrouped(
     robot: RobotStatics, group: LimbGroup, changed: set[int], rigid: Mapping[int, int], frames: Frames
 ) -> list[LimbGroup]:
-    """Return the limbs of a group, those that have changed decided about at one pose; ``rigid`` are other rigid directions."""
+    """Return the limbs of a group, with new decisions for the changed ones; ``rigid``: those with other rigid directions."""
     if not (changed | rigid.keys()).intersection(group.numbers):
         return [group]
     result = []

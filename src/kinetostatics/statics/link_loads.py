@@ -1,7 +1,6 @@
 """Loads on links and at the ends of beams: their wrenches at N poses, and their effect on limbs.
 
-A load on a limb acts like a weight: the limb carries it by attached wrenches and sags under it. Each load is a separate
-contribution.
+Loads on a limb are treated like its weight: they cause attached wrenches and a sag. Each load is a separate contribution.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
 
-#: Loads times poses that are solved at once.
+#: Largest number of loads times poses that are solved at once.
 _AT_ONCE = 500
 
 
 @dataclass(frozen=True)
 class AppliedLoad:
-    """A load of N poses.
+    """A load at N poses.
 
     Attributes:
-        name: of its contribution.
-        wrenches: (6, N) about o, world axes, by the place at which they act [N, N·m].
-        points: (3, N) where a force acts [m], by the place, for pictures.
-        kind: "load"; "spring", its force at the pose; or "change", a unit change of that, which acts as often as it is.
+        name: name of the contribution.
+        wrenches: (6, N) wrenches about o, world axes, by place [N, N·m].
+        points: (3, N) points of application of forces [m], by place, for drawings.
+        kind: "load"; "spring": the force of a spring at the pose; "change": a unit change of such a force.
     """
 
     name: str
@@ -51,31 +50,31 @@ class AppliedLoad:
         return AppliedLoad(self.name, wrenches, points, self.kind)
 
     def at(self, places: Iterable[str]) -> dict[str, Array]:
-        """Return the wrenches that act at some places."""
+        """Return the wrenches at some places."""
         mine = set(places)
         return {place: wrench for place, wrench in self.wrenches.items() if place in mine}
 
 
 @dataclass(frozen=True)
 class LoadedPlaces:
-    """Which loads act on links, by the names of their contributions, and at which places each does."""
+    """Names of the contributions of loads on links, with the places at which they act."""
 
     loads: tuple[tuple[str, tuple[str, ...]], ...]
 
     @classmethod
     def of(cls, applied: Iterable[AppliedLoad]) -> LoadedPlaces | None:
-        """Return where loads act; None where there are none."""
+        """Return the places of loads, or None without loads."""
         return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
 
 
 @dataclass(frozen=True)
 class AppliedStatics:
-    """A load and its effect, alone, on every group of limbs.
+    """A load, and its separate effect on every group of limbs.
 
     Attributes:
         load: the load.
-        statics: for each group of limbs those under this load alone; None where it loads none of them.
-        share: (S, N) how many times it belongs to each contribution.
+        statics: for each group of limbs, their statics under this load alone; None for groups without the load.
+        share: (S, N) factor of the load in each contribution.
     """
 
     load: AppliedLoad
@@ -92,7 +91,7 @@ class AppliedStatics:
 def applied_statics(
     loads: Iterable[AppliedLoad], groups: Iterable[LimbGroup], frames: Frames, o: Array, first: int, sources: int
 ) -> tuple[AppliedStatics, ...]:
-    """Compute the effect of loads on limbs by themselves; the first load's contribution has the number ``first``."""
+    """Compute the separate effects of loads on limbs; ``first`` is the index of the first load's contribution."""
     found, loads = [], list(loads)
     parts = [_under(group, loads, frames, o) for group in groups]
     for number, load in enumerate(loads):
@@ -103,7 +102,7 @@ def applied_statics(
 
 
 def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Array) -> list[LimbStatics | None]:
-    """Return a group of limbs under each load alone; None where it does not load them. Of few poses many loads go at once."""
+    """Return the statics of a group of limbs under each load alone, or None; for few poses, many loads are solved at once."""
     found: list[LimbStatics | None] = [None] * len(loads)
     mine = {k: wrenches for k, load in enumerate(loads) if (wrenches := load.at(group.places))}
     N, recorded = o.shape[1], any(wrench.dtype == object for item in mine.values() for wrench in item.values())
@@ -136,8 +135,8 @@ def of_contributions(applied: Iterable[AppliedStatics], pick: Callable[[AppliedS
 
     Args:
         applied: the loads.
-        pick: returns (A, …, N), or None for nothing.
-        like: (A, S, …, N) what is added to: those of weights, which may have contributions more.
+        pick: returns the quantity (A, …, N) of a load, or None for zero.
+        like: (A, S, …, N) array of the same shape as the result.
     """
     total = like
     for item in applied:
@@ -151,13 +150,13 @@ def of_contributions(applied: Iterable[AppliedStatics], pick: Callable[[AppliedS
 
 
 def sum_of(applied: Iterable[AppliedStatics], places: Iterable[str] | None = None) -> Array:
-    """Return the sum (6, N) of the loads at some places, about o; None: at all. Zeros (6, 1) without loads."""
+    """Return the sum (6, N) of the loads at some places (None: all), about o; zeros (6, 1) without loads."""
     wrenches = by_place(applied)
     mine = [wrenches[place] for place in (wrenches if places is None else dict.fromkeys(places)) if place in wrenches]
     return np.sum(mine, axis=0) if mine else np.zeros((6, 1))
 
 
-#: Part of a beam's length within which a point is at its end.
+#: Distance from the end of a beam, relative to its length, within which a point counts as the end.
 _AT_END = 1e-4
 #: The name of a payload's contribution.
 PAYLOAD = "payload"
@@ -165,7 +164,7 @@ PAYLOAD = "payload"
 
 @dataclass(frozen=True)
 class _Load:
-    """One load: of the contribution ``name``, on ``link`` at ``point`` (…, 3) of its frame, or of o-xyz (None)."""
+    """A load with the contribution ``name`` on ``link`` at ``point`` (…, 3), in the link's frame or in o-xyz (None)."""
 
     name: str
     link: str | None
@@ -177,7 +176,7 @@ class _Load:
 
 @dataclass(frozen=True)
 class LinkLoads:
-    """Loads on links, checked; arrays as given, or for a chunk of poses with the batch axis last."""
+    """Checked loads on links; arrays as given, or for a chunk of poses with the batch axis last."""
 
     robot: RobotStatics
     loads: tuple[_Load, ...]
@@ -204,7 +203,7 @@ class LinkLoads:
         """Return the loads, mapped to the N poses of ``frames``, under ``gravity`` (3, N) [m/s²].
 
         Raises:
-            ArgumentError: one acts on a beam elsewhere than at its ends, or where nothing holds it.
+            ArgumentError: a load acts on a beam between its ends, or on a link without support.
         """
         _, o = self.robot.mechanism.platform_pose(frames)
         found: dict[str, dict[str, Array]] = {}
@@ -227,10 +226,10 @@ class LinkLoads:
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
-    """Return at which places something acts on a link at points (3, N), and where (N,) at each of them.
+    """Return the places at which a load at points (3, N) of a link acts, with the poses (N,) of each.
 
     Raises:
-        ArgumentError: it is no end of a beam of an elastic link, or nothing holds the link; ``what`` is the message's subject.
+        ArgumentError: the point of an elastic link is no end of a beam, or the link has no support; ``what`` begins the message.
     """
     description, topology = robot.description, robot.topology
     if joints := _joint_around(robot, link):
@@ -275,7 +274,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
 
 
 def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
-    """Return the joints of a universal or spherical joint inside of which a link lies."""
+    """Return the revolute joints of the universal or spherical joint that contains a link."""
     key = robot.topology.carried_by.get(link)
     for group in robot.groups:
         for limb, compounds in zip(group.limbs, group.compounds, strict=True):
@@ -322,9 +321,9 @@ def unit_payloads(
 
     Args:
         robot: the robot.
-        frames, gravity: N poses and the field (3, N) there [m/s²].
-        link: whose frame it is; None: o-xyz.
-        places: at which the payload acts, and where (N,) at each of them.
+        frames, gravity: frames and gravity (3, N) [m/s²] at N poses.
+        link: the link whose frame is the payload's; None: o-xyz.
+        places: places at which the payload acts, with the poses (N,) of each.
     """
     _, o = robot.mechanism.platform_pose(frames)
     R, origin = _frame(robot, link, frames)
@@ -336,10 +335,10 @@ def unit_payloads(
 
 
 def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, payload: Payload | None) -> LinkLoads | None:
-    """Return loads on links and a payload, checked; None if there are none.
+    """Check loads on links and a payload, and return them; None without loads.
 
     Raises:
-        ArgumentError: an unknown link, an invalid value or shape.
+        ArgumentError: a link is unknown, or a value or shape is invalid.
     """
     found: list[_Load] = []
     if loads is not None and not isinstance(loads, Mapping):

@@ -15,7 +15,7 @@ from kinetostatics.mechanism.beam_model import BeamModel
 
 @dataclass(frozen=True)
 class LoadedBeams:
-    """Alike beams of g limbs with their loads by contribution; wrenches and loads in beam axes.
+    """Corresponding beams of g limbs with their loads by contribution; wrenches and loads in beam axes.
 
     Attributes:
         models: the beams.
@@ -27,9 +27,9 @@ class LoadedBeams:
         wrench: (6, S, g, N) wrench at the platform end.
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
-        stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
-        elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
-            that it causes [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
+        stretch: (S, g, N) excess length by error or temperature [m].
+        elsewhere: (S, g, N) part of the reported axial force that belongs to other contributions than the strains that it causes
+            [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
     """
 
     models: tuple[BeamModel, ...]
@@ -48,25 +48,25 @@ class LoadedBeams:
     def under(
         cls, models: Sequence[BeamModel], compliances: Array, axes: Array, length: Array, end: Array, carried: Array, load: Array
     ) -> LoadedBeams:
-        """Return beams under ``carried`` (6, S, g, N), about o in world axes, and ``load``, whose base ends do not move."""
+        """Return beams with fixed base ends under wrenches ``carried`` (6, S, g, N), about o in world axes, and ``load``."""
         mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
         wrench = rotate(axes, move_wrench(carried, end), back=True)
         none = np.zeros(wrench.shape)
         return cls(tuple(models), compliances, axes, length, mass, end, wrench, load, none, none[0], none[0])
 
     def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the platform end by the contributions that forces belong to, tension positive."""
+        """Return the axial force (S, g, N) at the platform end by contribution of the forces, tension positive."""
         return np.asarray(self.wrench[0] + self.elsewhere)
 
     def end_twist(self) -> Array:
-        """Return the twists of the outboard parts by their own deformation (6, S, g, N), about o, world axes."""
+        """Return the twists (6, S, g, N) of the outboard parts due to deformation of the beams, about o, world axes."""
         c = self.compliances[:, None]
         local = beam_formulas.end_displacement(c, self.length, self.wrench)
         local += beam_formulas.sag(c, self.length, self.load)
         return move_twist(rotate(self.axes, local), -self.end)
 
     def turned(self, outer: Array) -> LoadedBeams:
-        """Return the same beams from their other ends, whose motions as rigid bodies are ``outer`` (6, S, g, N)."""
+        """Return the same beams with ends exchanged; ``outer`` (6, S, g, N) are the rigid-body motions of the other ends."""
         back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
         start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
         signs = np.tile(back, (2, 1, 1))[:, None]

@@ -18,13 +18,13 @@ from kinetostatics.math.arrays import Array, Index, everywhere, is_filled, settl
 from kinetostatics.math.linalg import Cholesky, inverse_of
 from kinetostatics.statics.robot_statics import RobotStatics
 
-#: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
+#: Pivots of the scaled stiffness below this value are rounding.
 SINGULAR = 1e-14
-#: Part of the loads up to which Eq. (5) may stay unbalanced by rounding.
+#: Residual of Eq. (5), relative to the loads, that counts as rounding.
 _BALANCED = 1e-12
 #: Relative singular value below which rigid wrenches count as dependent.
 _DEPENDENT = 1e-9
-#: Smallest eigenvalues that leave no doubt: of rigid wrenches' Gram matrix, and of the stiffness that they leave beside its mean.
+#: Smallest eigenvalues for the fast solution: of the Gram matrix of rigid wrenches, and of the projected stiffness (relative).
 _INDEPENDENT, _HELD = 1e-5, 1e-9
 
 
@@ -37,20 +37,20 @@ class _Split:
     J: Array  # (g, N, 6, n)
 
     def resisted(self, pull: Array) -> Array:
-        """Return the wrenches (n, S, g, N) by which the elastic directions resist a pull (n, S, g, N)."""
+        """Return the wrenches (n, S, g, N) with which the elastic directions resist displacements ``pull`` (n, S, g, N)."""
         return np.einsum("gnij,jsgn->isgn", self.give, pull)
 
 
 class PlatformEquilibrium:
-    """K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, ready for right-hand sides.
+    """K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, prepared for right-hand sides.
 
     Attributes:
         scale: (6,) factors that make wrenches comparable.
         compliance, stiffness: (6, 6, N) C = K⁻¹ and K at o; the stiffness is NaN where rigid limbs make it infinite.
         singular: (N,) whether the platform can still move.
-        indeterminate: (N,) whether rigid limbs leave open how they share their forces.
-        undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
-        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
+        indeterminate: (N,) whether forces in rigid limbs are statically indeterminate.
+        undetermined: for each group (n_c, g, N) whether an intensity is indeterminate.
+        open: for each group (n_c, k, g, N) combinations of intensities with zero resultant on the platform.
     """
 
     def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int) -> None:
@@ -114,9 +114,9 @@ class PlatformEquilibrium:
         return twists, intensities
 
     def pull(self, right: Array, strains: Sequence[Array]) -> Array:
-        """Return the resultant wrench on the platform (6, S, N): the twists are C times that; see :meth:`solve`.
+        """Return the resultant wrench on the platform (6, S, N): the twists are C times this wrench; see :meth:`solve`.
 
-        By reciprocity it is also what does work where something else acts, by a twist of the platform.
+        By reciprocity, its product with a twist of the platform is the work of the other loads on the motion due to this twist.
         """
         total = np.array(right, subok=True)
         for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
@@ -128,7 +128,7 @@ class PlatformEquilibrium:
         return total
 
     def held(self, strains: Sequence[Array]) -> list[Array]:
-        """Return the intensities, for each group (n_c, S, g, N), while the platform is held."""
+        """Return the intensities with the platform fixed, for each group (n_c, S, g, N)."""
         found = []
         for factor, strain in zip(self._factors, strains, strict=True):
             resisted = np.zeros_like(strain) if factor is None else -strain
@@ -140,7 +140,7 @@ class PlatformEquilibrium:
         return found
 
     def intensities(self, twists: Array, right: Array, strains: Sequence[Array]) -> list[Array]:
-        """Return the intensities that belong to twists (6, S, N); see :meth:`solve`."""
+        """Return the intensities at given twists (6, S, N); see :meth:`solve`."""
         multipliers = [] if self._rigid is None else self._rigid.multipliers(twists, self.pull(right, strains), self._splits)
         return self._intensities(twists, strains, multipliers)
 
@@ -176,7 +176,7 @@ class PlatformEquilibrium:
 
 
 def _split(item: LimbStatics) -> _Split:
-    """Split the wrenches of partly rigid limbs: by those that are soft at generic poses, else by eigenvectors."""
+    """Split the wrenches of partly rigid limbs by the choice at generic poses, or else by eigenvectors."""
     r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
     if len(item.group.soft) != len(item.C) - r:
         return _Split(*split_by_eigenvectors(np.moveaxis(item.C, (0, 1), (-2, -1)), r), J)
@@ -188,7 +188,7 @@ def _split(item: LimbStatics) -> _Split:
 
 
 def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the compliance (6, 6, N) of a stiffness, and where (N,) there is none."""
+    """Return the compliance (6, 6, N) of a stiffness, and the mask (N,) of singular ones."""
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
@@ -196,17 +196,16 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return the platform's compliance without motion along rigid wrenches, and the share of a wrench that each of these carries.
+    """Return the platform's compliance without motion along rigid wrenches, and A⁺, which distributes a wrench to these.
 
-    With P = 1 − A A⁺, which takes rigid motions away, the inverse is that of P K P beside them.
+    With the projection P = 1 − A A⁺ on the permitted motions, the compliance is the pseudoinverse of P K P.
 
     Args:
         A: (N, 6, n) unit wrenches along which the limbs are rigid.
-        K: (N, 6, 6) stiffness of all that is elastic.
+        K: (N, 6, 6) stiffness of all elastic parts.
 
-    Returns:
-        The inverse (N, 6, 6), A⁺ (N, n, 6), and where (N,) these are right beyond doubt: n wrenches are independent, and nothing
-        that they leave is free.
+    Returns: The compliance (N, 6, 6), A⁺ (N, n, 6), and the mask (N,) of reliable poses: the n wrenches are independent, and the
+    projected stiffness is regular.
     """
     N, _, n = A.shape
     if n > 6:
@@ -214,7 +213,7 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
     across = np.swapaxes(A, 1, 2)
     gram = Cholesky(np.moveaxis(across @ A, 0, 2))
     gain = np.moveaxis(inverse_of(gram), 2, 0) @ across
-    gain = 2 * gain - gain @ A @ gain  # one step of Newton and Schulz takes away the error of the normal equations
+    gain = 2 * gain - gain @ A @ gain  # one Newton–Schulz step corrects the error of the normal equations
     sure = gram.smallest_eigenvalue() > _INDEPENDENT
     if n == 6:
         return zeros_for((N, 6, 6), A), gain, sure
@@ -241,7 +240,7 @@ class _RigidPart:
         self.sizes = np.where(self.sizes > 0, self.sizes, 1.0)
         A = J / self.sizes[:, None]
         self.K = np.nan_to_num(np.moveaxis(K, 2, 0) * np.outer(scale, scale))
-        #: how multipliers may change together, and multipliers per unit wrench that the rigid part must carry
+        #: null space of the multipliers, and multipliers per unit wrench carried by the rigid part
         self.unknown = np.zeros((N, J.shape[2], J.shape[2]))
         self.inverse, self.gain, sure = _by_projection(A, self.K)
         self.singular = ~finite
@@ -251,7 +250,7 @@ class _RigidPart:
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:
-        """Return the same at some poses, for any rank of A (P, 6, n)."""
+        """Compute the same at some poses, for any rank of A (P, 6, n)."""
         U, values, V = np.linalg.svd(A, full_matrices=True)
         ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         for rank in np.unique(ranks):
@@ -270,7 +269,7 @@ class _RigidPart:
             self.unknown[at, :, : A.shape[2] - rank] = np.swapaxes(own[:, rank:], 1, 2) / self.sizes[at][:, :, None]
 
     def open(self, splits: list[_Split]) -> list[Array]:
-        """Return for each partly rigid group (n_c, k, g, N) the changes of intensities that the rigid wrenches leave open."""
+        """Return the undetermined combinations of intensities (n_c, k, g, N) for each partly rigid group."""
         result, at = [], 0
         for split in splits:
             g, N, _, r = split.rigid.shape
@@ -288,7 +287,7 @@ class _RigidPart:
         for split, strain in zip(splits, strains, strict=True):
             along = np.einsum("gnir,isgn->ngrs", split.rigid, strain)
             size = np.einsum("gnir,sgn->ngrs", abs(split.rigid), np.max(abs(strain), axis=0, initial=0.0))
-            # along rigid directions nothing sags; what rigid rings cannot follow stays NaN
+            # no sag along rigid directions; NaN remains where rigid rings are incompatible
             given.append(np.where(np.abs(along) <= _DEPENDENT * size, 0.0, along * moves))
         target = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
         target = target / self.sizes[:, :, None]
@@ -296,7 +295,7 @@ class _RigidPart:
         moved = shift + self.inverse @ (force - self.K @ shift)
         multipliers = self.gain @ (force - self.K @ moved)
         if np.any(target):
-            # rigid limbs cannot follow assembly errors that contradict one another
+            # incompatible assembly errors of rigid limbs
             null = np.einsum("nra,nrs->nas", self.unknown * self.sizes[:, :, None], target)
             against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(target), axis=1, initial=0.0)
             moved = np.where(against[:, None], np.nan, moved)
@@ -304,7 +303,7 @@ class _RigidPart:
         return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], self._by_group(multipliers, splits)
 
     def multipliers(self, twists: Array, right: Array, splits: list[_Split]) -> list[Array]:
-        """Return for each partly rigid group the multipliers (r, S, g, N) that belong to twists (6, S, N)."""
+        """Return for each partly rigid group the multipliers (r, S, g, N) at given twists (6, S, N)."""
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
         moved = np.moveaxis(twists / self.scale[:, None, None], 2, 0)
         return self._by_group(self.gain @ (force - self.K @ moved), splits)

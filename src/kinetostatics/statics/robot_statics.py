@@ -1,4 +1,4 @@
-"""Data of the statics of a whole robot, frozen: limbs with their wrench bases, branches, the table of joints."""
+"""Immutable data of a robot's statics: limbs with their wrench bases, branches, the table of joints."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from kinetostatics.statics.turning_parts import TurningParts, turning_parts
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RobotStatics(StaticModel):
-    """A robot as the equilibrium of its platform sees it.
+    """Data of a robot for the equilibrium of its platform.
 
     Attributes:
         groups: equal limbs stacked, with their wrench bases, which are chosen once per robot.
         open_branches: the passive joints of all open branches.
-        joint_table: all joints through which something is held.
+        joint_table: all joints that carry wrenches.
         example: frames of one generic pose.
-        parts: of a robot with springs, what turns relative to what; else None.
-        branch_drives: elastic actuators that move joints of open branches, and these.
-        branch_springs: what is elastic in joints of open branches, by their names.
+        parts: parts that rotate relative to one another, for a robot with springs; else None.
+        branch_drives: elastic actuators that move joints of open branches, with these joints.
+        branch_springs: elasticities of joints of open branches, by joint.
     """
 
     groups: tuple[LimbGroup, ...]
@@ -51,7 +51,7 @@ class RobotStatics(StaticModel):
 
 
 def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> RobotStatics:
-    """Choose the limbs' wrench bases and put the statics together.
+    """Choose the wrench bases of the limbs and return the data of the statics.
 
     Args:
         model: the robot's bodies, limbs, beams and weights.
@@ -62,10 +62,8 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
 
 
 def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
-    """Return the statics of a robot that differs slightly from another, with the decisions made for the other's limbs."""
-    model = StaticModel(
-        **{item.name: getattr(model, item.name) for item in fields(StaticModel)}
-    )  # and nothing more, if there was
+    """Return the statics of a slightly different robot with the same decisions on limbs."""
+    model = StaticModel(**{item.name: getattr(model, item.name) for item in fields(StaticModel)})
     return _with_groups(model, tuple(group.on(model) for group in statics.groups), statics.example)
 
 

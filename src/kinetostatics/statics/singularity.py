@@ -15,28 +15,28 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
 from kinetostatics.statics.robot_statics import RobotStatics
 
-#: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
+#: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as constrained.
 CONSTRAINED = 1e-12
-#: Largest part of a limb's weight that may stay unbalanced on its passive joints.
+#: Largest unbalanced fraction of a limb's weight on its passive joints.
 UNBALANCED = 1e-7
 
 
 def where_singular(
     statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]
 ) -> NDArray[np.bool_]:
-    """Return where (N,) the platform can still move, or a limb cannot hold its weight."""
+    """Return the mask (N,) of poses at which the platform can still move or a limb cannot hold its weight."""
     return without_equilibrium(balance.singular | ~held(statics, balance.scale, len(balance.singular)), unbalanced)
 
 
 def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Return ``singular`` (N,), and where a limb or dead weight cannot hold its weight and loads."""
+    """Return ``singular`` (N,), extended by the poses at which a limb or branch cannot hold its weight and loads."""
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
 
 
 def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
-    """Return where (N,) a telescope is pushed together beyond its start, where a beam's formulas mean nothing."""
+    """Return the mask (N,) of poses at which the length of a telescopic beam is not positive."""
     result = np.zeros(frames.position.shape[2], dtype=bool)
     for beam in robot.beams.values():
         if beam.telescopic:
@@ -45,7 +45,7 @@ def has_negative_length(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_
 
 
 def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
-    """Return where (N,) something is true of a limb, from whether it is of each limb (g, N) of the groups."""
+    """Return the mask (N,) of poses at which any limb satisfies a condition, from the masks (g, N) of the groups."""
     found = np.zeros(N, dtype=bool)
     for group in groups:
         found |= np.any(group, axis=0)
@@ -53,7 +53,7 @@ def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
 
 
 def held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return where (N,) the limbs' wrenches hold the platform, by the smallest eigenvalue of their Gram matrix."""
+    """Return the mask (N,) of poses with a constrained platform, by the smallest eigenvalue of the wrenches' Gram matrix."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
@@ -69,7 +69,7 @@ def unbalanced_parts(
     statics: Iterable[LimbStatics],
     loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return, by limb and dead weight, the part (N,) of its weight and ``loads`` that its passive joints cannot carry."""
+    """Return, by limb and branch, the fraction (N,) of its weight and ``loads`` that its passive joints cannot carry."""
     sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
     result: dict[str, Array] = {}
     for item in statics:
@@ -92,6 +92,6 @@ def unbalanced_parts(
 
 
 def _size(wrench: Array, length: float) -> Array:
-    """Return the size (N,) of wrenches (6, N) about o [N]."""
+    """Return the magnitude (N,) of wrenches (6, N) about o [N], moments divided by the length."""
     found: Array = np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length
     return found

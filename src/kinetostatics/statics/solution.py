@@ -29,27 +29,26 @@ class Solution(ShortRepr):
     """Equilibrium of one chunk of N poses; wrenches about o, world axes.
 
     Attributes:
-        frames, o, gravity: the poses, o (3, N) [m], and the field (3, N) [m/s²].
+        frames, o, gravity: frames of all bodies, o (3, N) [m], and gravity (3, N) [m/s²].
         weights: (6, W, N) the robot's weights [N, N·m].
         statics: the groups of limbs.
-        assembly_errors: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
-        errors: see ``assembly_errors``.
-        sources: names of the twist's contributions.
+        assembly_errors: assembly errors of joints and beams.
+        errors: for each group the twists (6, elements, g, N) due to assembly errors, or None.
+        sources: names of the contributions to the twist.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
         compliance, stiffness: (6, 6, N).
-        intensities: for each group W_ic of each contribution (n_c, S, g, N), Eq. (11).
+        intensities: for each group W_ic due to each contribution (n_c, S, g, N), Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        singular: (N,) whether the platform or a limb can still move, or a telescope is pushed together beyond its start: no
-            number means anything.
-        indeterminate: (N,) whether rigid limbs or rings leave forces open.
+        singular: (N,) whether the platform or a limb can still move, or a telescopic beam has no length: there are no results.
+        indeterminate: (N,) whether forces in rigid limbs or rings are statically indeterminate.
         basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
-        undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
-        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
-        unbalanced: for each limb or dead weight, how much of its weight and loads its passive joints cannot carry (N,).
-        applied: the loads on links, and what they do to limbs by themselves.
-        weights_alone: ``statics`` without the loads on links; None: there are no loads.
-        tangents: of a robot with springs matrices (n, n, N) 1 + K_g G of geometric stiffness and compliance: of what moves while
-            the platform is held, and of the platform. Each motion in which the robot is unstable is a negative eigenvalue.
+        undetermined: for each group (n_c, g, N) whether an intensity is indeterminate.
+        open: for each group (n_c, k, g, N) combinations of intensities with zero resultant on the platform.
+        unbalanced: for each limb or branch, the fraction (N,) of its weight and loads that its passive joints cannot carry.
+        applied: the loads on links, with their separate effects on limbs.
+        weights_alone: ``statics`` without the loads on links; None without loads.
+        tangents: for a robot with springs, the matrices 1 + K_g G (n, n, N) of geometric stiffness and compliance, with the
+            platform fixed and for the platform. Each unstable motion gives a negative eigenvalue.
     """
 
     frames: Frames
@@ -95,14 +94,14 @@ class Solution(ShortRepr):
         }
 
     def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
-        """Return (S, g, 1): 1 for the contribution that the forces of each limb's own weight belong to.
+        """Return (S, g, 1): 1 for the contribution of each limb's own weight, else 0.
 
-        What hangs on the base alone contributes to nothing: its place is one behind all sources.
+        Bodies attached to the base alone belong to no contribution: their index is that after the last source.
 
         Args:
-            group: of limbs.
-            strains: instead, for the contribution that the strains which these forces cause belong to; it is another one after
-                :func:`by_mechanism`.
+            group: the group of limbs.
+            strains: whether to mark the contribution of the strains due to these weights instead of the forces; the two differ
+                after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
@@ -115,12 +114,12 @@ class Solution(ShortRepr):
         return share
 
     def place_of_strains(self, limb: int) -> int:
-        """Return which contribution the strains belong to that a limb's own weight causes in it."""
+        """Return the index of the contribution of the strains due to a limb's own weight."""
         deformation = of_deformation(self.sources[2 + limb])
         return self.sources.index(deformation) if deformation in self.sources else 2 + limb
 
     def cut_wrenches(self, number: int, strains: bool = False) -> Array:
-        """Return the cut-joint wrenches (M, 6, S, g, N) of each contribution in a group; see :meth:`contribution_mask`."""
+        """Return the cut-joint wrenches (M, 6, S, g, N) of a group due to each contribution; see :meth:`contribution_mask`."""
         statics = self.statics[number]
         share = self.contribution_mask(statics.group, strains)
         intensities = self.intensities[number]
@@ -152,7 +151,7 @@ class Balanced:
 
     Attributes:
         solution: the equilibrium.
-        platform: the platform held by its limbs.
+        platform: the stiffness of the platform, factorized.
         right, strains: the right-hand sides for each contribution, see :meth:`PlatformEquilibrium.solve`.
     """
 
@@ -176,13 +175,13 @@ def balanced(
 
     Args:
         robot: the robot.
-        frames: of all bodies.
+        frames: frames of all bodies.
         load: (6, N) external load about o [N, N·m].
         gravity: (3, N) [m/s²].
-        assembly_errors: what joints and beams are off by.
-        groups: the limbs; None: as they are at generic poses.
+        assembly_errors: assembly errors of joints and beams.
+        groups: the limbs; None: those of generic poses.
         applied: loads on links.
-        weights: (6, W, N) the robot's weights about o, if they are known.
+        weights: (6, W, N) the robot's weights about o; None: they are computed.
     """
     _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity) if weights is None else weights
@@ -231,11 +230,10 @@ def balanced(
 
 
 class Changes:
-    """Unit loads on links, which act as often as it turns out, as parts of the contributions that are there.
+    """Unit loads on links whose factors are determined later, as parts of existing contributions.
 
-    Attributes:
-        pull: (6, n, N) how each of the n pulls at the platform, which tells what a twist of the platform does where it acts.
-        held: with the platform held and nothing else, what each does by itself: the contributions behind those that are there.
+    Attributes: pull: (6, n, N) resultant wrench of each unit load on the platform; by reciprocity also its motion per unit twist.
+    held: the equilibrium under each unit load with a fixed platform, as contributions after the existing ones.
     """
 
     def __init__(self, robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> None:
@@ -266,14 +264,15 @@ class Changes:
 
 
 def with_more(robot: RobotStatics, before: Balanced, more: Mapping[str, Array], names: Sequence[str], twists: Array) -> Solution:
-    """Return an equilibrium under further loads, which belong to the contributions that are there.
+    """Return an equilibrium under further loads, as parts of existing contributions.
 
     Args:
         robot: the robot.
         before: the equilibrium without them.
-        more: wrenches (6, S, N) about o, for each contribution, by the place at which they act.
-        names: of them, one for each contribution.
-        twists: (6, S, N) that come of it; where these loads hold what was almost free, they are small differences.
+        more: wrenches (6, S, N) about o for each contribution, by place.
+        names: names of these loads, one for each contribution.
+        twists: (6, S, N) the resulting twists; they are given because differences would be inaccurate where these loads stiffen
+            an almost free motion.
     """
     solution, S = before.solution, len(names)
     items = [AppliedLoad(name, {place: w[:, s] for place, w in more.items()}, {}, "change") for s, name in enumerate(names)]
@@ -302,15 +301,15 @@ def _under_loads(statics: LimbStatics, number: int, applied: Iterable[AppliedSta
 
 
 def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
-    """Return the same equilibrium with every limb's own weight in two parts: how it acts on the platform.
+    """Return the same equilibrium with the contribution of every limb's weight divided by mechanism.
 
-    A limb's contribution is what its attached wrenches do, −C J_ig W_ig of Eq. (12), with the name of the limb; what its beams'
-    and springs' deformation does, C J_ic K_ic Δ_igc, is one more contribution, with the name from :func:`of_deformation`.
-    The forces that hold the limb's own weight belong to the first, the strains that they cause in the limb to the second.
+    The part due to attached wrenches, −C J_ig W_ig of Eq. (12), has the name of the limb; the part due to deformation of beams
+    and springs, C J_ic K_ic Δ_igc, is an additional contribution, named by :func:`of_deformation`. Forces that carry the limb's
+    own weight belong to the first, the strains that they cause in the limb to the second.
     """
     limbs = [limb.name for limb in robot.topology.limbs]
     if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
-        return solution  # it has been done
+        return solution  # already divided
     balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
     sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
     statics = solution.weights_alone or solution.statics
@@ -348,11 +347,10 @@ def _by_contribution(
     platform_weight: Array,
     applied: tuple[AppliedStatics, ...],
 ) -> tuple[Array, list[Array]]:
-    """Return the right-hand sides of Eqs. (12) and (11), a column for each contribution; ``statics`` are under weights alone.
+    """Return the right-hand sides of Eqs. (12) and (11) for each contribution; ``statics`` are under weights alone.
 
-    Returns:
-        What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and assembly
-        errors move its limbs' ends along their wrenches (n_c, S, g, N).
+    Returns: External wrenches on the platform less the attached wrenches of the limbs (6, S, N); and for each group the
+    displacements (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and assembly errors.
     """
     right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
     statics = tuple(statics)
@@ -363,11 +361,11 @@ def _by_contribution(
         if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
-                if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
+                if item.group.rigid_directions < len(strain):  # otherwise the sag is rounding
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
         if sources[-1] == "assembly_errors":
             strain[:, -1] += item.assembly_error
-            # a robot with a ring that cannot be assembled has no pose, also where the ring holds nothing
+            # an incompatible ring makes the robot impossible even if the ring carries nothing
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
     _add_loads(robot, statics, applied, right, strains)

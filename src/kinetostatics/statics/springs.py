@@ -29,15 +29,15 @@ from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
 from kinetostatics.statics.turning_parts import turning_parts
 
-#: Part of the robot's size below which a spring has no length and its force no direction.
+#: Length of a spring, relative to the robot's size, below which its force has no direction.
 _NOTHING = 1e-9
 
 
 def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
-    """Return all springs at given frames; the force of one without length, which has no direction, is NaN.
+    """Return all springs at given frames; NaN is the force of a spring of zero length.
 
     Raises:
-        ArgumentError: an end is on an elastic link, but not at the end of its beam.
+        ArgumentError: a spring is attached to an elastic link elsewhere than at the end of a beam.
     """
     return [_placed(robot, spring, frames) for spring in robot.description.springs.values()]
 
@@ -77,7 +77,7 @@ def solve_with_springs(
     applied: tuple[AppliedLoad, ...] = (),
     weights: Array | None = None,
 ) -> Solution:
-    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced`, with the robot's springs."""
+    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.balanced` does, with the robot's springs."""
     if robot.parts is None:
         return balanced(robot, frames, load, gravity, assembly_errors, groups, applied, weights).solution
     springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
@@ -97,9 +97,9 @@ def solve_with_springs(
 
 
 def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups: tuple[LimbGroup, ...]) -> Array:
-    """Return C S (6, 6, N) of a robot without springs: the relative change of stiffness by the rotation of its weights' arms.
+    """Return the relative change C S (6, 6, N) of the stiffness by rotation of the lever arms of weights, without springs.
 
-    Rotations count times the characteristic length.
+    Rotations are multiplied by the characteristic length.
     """
     geometric = GeometricStiffness(robot, turning_parts(robot), frames, [])
     before = balanced(robot, frames, np.zeros((6, gravity.shape[1])), gravity, None, groups)
@@ -113,8 +113,8 @@ def _response(
 ) -> tuple[Array, Array, tuple[Array, ...], Array]:
     """Return the displacements u (n, S, N), twists (6, S, N), the tangents, and the platform's compliance (6, 6, N).
 
-    What moves in limbs is u = u_0 + U Δ + F t, with the twist Δ of the platform, u_0 while that is held, and changes t; the
-    platform's own displacements are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
+    Displacements in limbs are u = u_0 + U Δ + F t, with the twist Δ of the platform, u_0 at Δ = 0, and changes t of the forces;
+    those of the platform are P Δ. Then t = −K_g u and Δ = Δ_0 + C (Uᵀ t + Pᵀ t_platform).
     """
     where, S = geometric.coordinates, len(solution.sources)
     u_0 = _displacements(robot, solution, geometric)
@@ -158,15 +158,15 @@ def _response(
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Return the solutions (n, m, N); 0 where there are no numbers."""
+    """Return the solutions (n, m, N), zero where the matrix is not finite."""
     fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(right), axis=(0, 1))
     return solve_by_elimination(np.where(fine, matrix, np.eye(len(matrix))[:, :, None]), np.where(fine, right, 0.0))
 
 
 def _displacements(robot: RobotStatics, solution: Solution, geometric: GeometricStiffness) -> Array:
-    """Return the displacements u (n, S, N) by every contribution.
+    """Return the displacements u (n, S, N) due to every contribution.
 
-    What hangs on the base alone sags by its own weight, which is no contribution: that counts with the first spring's force.
+    The sag of bodies attached to the base alone belongs to no contribution; it is added to that of the first spring.
     """
     motion = partial(_motion, robot, solution, deform(robot, solution))
     u = geometric.displacements(motion, geometric.coordinates.blocks)
@@ -176,7 +176,7 @@ def _displacements(robot: RobotStatics, solution: Solution, geometric: Geometric
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S + 1, N) of a place, about o; the last by the weight of the bodies attached to the base."""
+    """Return the twists (6, S + 1, N) of a place, about o; the last is due to the weight of bodies on the base."""
     topology, none = robot.topology, np.zeros_like(solution.twists[:, :1])
     found = solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
     if place in topology.carried_by:
@@ -185,7 +185,7 @@ def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, p
 
 
 def _inverse(compliance: Array, rigid: Array, length: float) -> Array:
-    """Return the stiffness (6, 6, N) of a compliance; NaN where there is none, or that without springs (6, 6, N) is."""
+    """Return the stiffness (6, 6, N) of a compliance; NaN where it is singular or where ``rigid`` (6, 6, N) is NaN."""
     unit = np.repeat([1.0, length], 3)
     scale = (unit[:, None] * unit)[:, :, None]
     scaled = compliance * scale

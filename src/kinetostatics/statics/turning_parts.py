@@ -20,7 +20,7 @@ from kinetostatics.mechanism.joint_freedoms import Freedom, freedoms_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements, sides
 from kinetostatics.mechanism.limbs import Edge
 
-#: The numbers of the parts that base and platform belong to.
+#: Indices of the parts of base and platform.
 BASE, PLATFORM = 0, 1
 #: Sine of the angle below which a direction lies in the span of others.
 _SAME = 1e-9
@@ -39,15 +39,15 @@ class Passage:
     """A joint or beam between two parts, or between two pieces of one part.
 
     Attributes:
-        edge: the joint or beam; of a run of hinges that are one joint the outermost.
-        owner: the limb that it belongs to, by its number among all limbs, or what its open branch hangs on.
-        inner, outer: numbers of the parts.
-        places: names of a place for loads on either side, the inner one first.
-        centre: the point at which it acts on the outer part; a beam's outer end.
-        turns: axes of the rotations that it leaves free, inner ones first.
-        slides: orthonormal directions in which its outer side may move relative to the inner one at the centre.
+        edge: the joint or beam; for hinges that form one joint, the outermost.
+        owner: index of its limb, or of the carrier of its open branch.
+        inner, outer: indices of the parts.
+        places: a place for loads on either side, the inner one first.
+        centre: point of application of its wrench on the outer part; the outer end of a beam.
+        turns: axes of its free rotations, inner ones first.
+        slides: orthonormal directions of free displacements of the outer side at the centre, relative to the inner side.
         is_ball: whether it transmits no moment.
-        is_universal: whether it leaves two rotations free, about an axis fixed in either side.
+        is_universal: whether it has two free rotations, with an axis fixed in each side.
     """
 
     edge: Edge
@@ -67,15 +67,15 @@ class TurningParts:
     """The parts of a robot.
 
     Attributes:
-        passages: between them, and where one slides.
-        places: of every part a place for loads, those of base and platform first.
-        owners: of every part the limb, as of passages; −1 of base and platform.
-        turning: numbers of the parts that turn; what hangs by a passive joint on an open branch does not.
-        spins: by part the numbers of two passages, balls, about whose line it may spin as it likes.
-        part_of: the part that each place belongs to.
-        owner_at: by place the limb that it belongs to, as of passages; of base and platform themselves none.
-        weights: for each of the robot's weights the part that it acts on; None for that of a beam.
-        sprung: for each spring a place at either end.
+        passages: passages between parts, and sliding ones within a part.
+        places: a place for loads on each part, base and platform first.
+        owners: the owner of each part, as for passages; −1 for base and platform.
+        turning: indices of the parts that turn; those behind passive joints of open branches do not.
+        spins: by part, the indices of two ball joints whose connecting line is an axis of free rotation.
+        part_of: the part of each place.
+        owner_at: the owner of each place, as for passages; base and platform are left out.
+        weights: for each weight of the robot, the part on which it acts; None for that of a beam.
+        sprung: for each spring, a place at either end.
     """
 
     passages: tuple[Passage, ...]
@@ -100,7 +100,7 @@ def turning_parts(model: StaticModel) -> TurningParts:
 
 @dataclass(frozen=True)
 class _Step:
-    """A joint or beam on its way out; of hinges that are one joint ``edge`` is the outermost, ``first`` the innermost."""
+    """A joint or beam, directed outwards; for hinges that form one joint, ``edge`` is the outermost, ``first`` the innermost."""
 
     edge: Edge
     first: Edge
@@ -114,7 +114,7 @@ class _Finder:
     def __init__(self, model: StaticModel) -> None:
         self.model = model
         self.topology, self.connections = model.topology, model.mechanism.connections
-        self.place_at: dict[str, str] = {}  # a place of what lies on the outer side of an edge, by its key
+        self.place_at: dict[str, str] = {}  # a place on the outer side of an edge, by its key
         for place, key in self.topology.carried_by.items():
             self.place_at.setdefault(key, place)
         self.places, self.owners = [model.description.base, model.description.platform], [-1, -1]
@@ -155,7 +155,7 @@ class _Finder:
                 if any(last.get(str(edge.joint), -1) > element.edges[-1] for edge in edges) or (
                     first != edges[0] and element.compound is None
                 ):
-                    continue  # a weld between hinges that are one joint
+                    continue  # a weld between hinges that form one joint
                 dofs = () if element.compound is None else compounds[element.compound].dofs
                 yield _Step(edges[-1], first, number, dofs, False, root)
                 first = None
@@ -236,12 +236,12 @@ class _Finder:
         return self._nearest(link, self.model.zero_frames.point(body, frame[:3, 3]))
 
     def _place_of(self, link: str, point: Vector) -> str:
-        """Return the place at which something acts on a link at a point of its frame."""
+        """Return the place of a load on a link at a point of its frame."""
         body, placement = self.model.mechanism.body_of[link]
         return self._nearest(link, self.model.zero_frames.point(body, placement[:3, :3] @ np.array(point) + placement[:3, 3]))
 
     def _nearest(self, link: str, at: Array) -> str:
-        """Return the place of a link: itself, or of an elastic one the beam's end that is nearest to a point (3, 1)."""
+        """Return the place of a link: the link, or for an elastic link the end of its beam nearest to a point (3, 1)."""
         beams = [name for name, beam in self.model.description.beams.items() if beam.link == link]
         if not beams:
             return link
@@ -253,7 +253,7 @@ class _Finder:
         return min(ends, key=lambda end: float(np.sum((end[1] - at) ** 2)))[0]
 
     def _spins(self, passages: Sequence[Passage]) -> dict[int, tuple[int, int]]:
-        """Return the pairs of balls about whose lines parts may spin: all that hangs together between just two balls."""
+        """Return the pairs of ball joints between which connected parts may spin freely, by part."""
         neighbours: dict[int, list[int]] = {k: [] for k in range(len(self.places))}
         for item in passages:
             if not item.is_ball:
@@ -271,11 +271,11 @@ class _Finder:
 
 
 def _orthonormal(axes: Sequence[Array]) -> list[Array]:
-    """Return orthonormal directions (3,) with the span of some."""
+    """Return orthonormal directions (3,) with the span of ``axes``."""
     found: list[Array] = []
     for axis in axes:
         rest = axis
-        for _ in range(2):  # once more against rounding
+        for _ in range(2):  # twice, against rounding
             rest = rest - sum((unit * (unit @ rest) for unit in found), np.zeros(3))
             if (size := float(np.linalg.norm(rest))) < _SAME:
                 break

@@ -30,8 +30,8 @@ class Axis:
 
     Attributes:
         name: of the dimension.
-        kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of
-            platform or actuators.
+        kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or
+            actuators.
         values: (n,) numbers in SI, or strings.
         units: of the values; empty: not known.
     """

@@ -13,7 +13,7 @@ from kinetostatics.layout.text import block_lines
 from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_table
 from kinetostatics.sections import Tube
 
-TITLE = "Where the sag comes from: parts along the whole displacement and rotation"
+TITLE = "Sources of the sag: parts along the total displacement and rotation"
 
 
 @pytest.fixture(autouse=True)

@@ -39,7 +39,7 @@ def test_joints_that_rounding_alone_loads_have_no_part_in_a_self_stress(part, jo
     item = SimpleNamespace(group=SimpleNamespace(limbs=[SimpleNamespace(name="limb_1", edges=edges)]), loose=loose)
     undetermined = np.zeros((2, 1, 1), dtype=bool)
     found = SimpleNamespace(solutions=[SimpleNamespace(statics=[item], undetermined=[undetermined])])
-    rest = "how they share their forces is not determined; undetermined forces are NaN"
+    rest = "their forces are statically indeterminate; undetermined forces are NaN"
     assert undetermined_parts(found) == f"the rigid rings in limb_1 ({joints}) are overconstrained in themselves: {rest}"
     undetermined[1] = True
     assert undetermined_parts(found).startswith("the rigid limbs limb_1 overconstrain one another and the rigid rings in limb_1")

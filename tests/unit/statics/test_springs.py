@@ -348,7 +348,7 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
         .replace(f'xyz="{LENGTH} 0 0.6"', f'xyz="0 0 {LENGTH + 0.6}"')
     )
     found = ks.analyze(loaded(text).assemble(actuators={"hinge": 0.0}))
-    said = "the pose is unstable: springs and weights push at least as hard as the platform"
+    said = "the pose is unstable: the forces of springs and weights reach the elastic restoring forces of the platform"
     assert any(said in item for item in found.warnings) == unstable
     assert bool(found.compliance[4, 4] < 0) == unstable
 
@@ -356,7 +356,10 @@ def test_springs_that_push_harder_than_the_platform_is_held_are_told(push, unsta
 def test_a_robot_that_is_unstable_inside_a_limb_is_told():
     """A spring pushes on a link between two beams harder than these hold it sideways, in two directions."""
     found = ks.analyze(ks.load_robot(places.CASES / "unstable_inside_a_limb.urdf").assemble())
-    assert any("unstable: springs and weights push at least as hard as the parts of its limbs" in item for item in found.warnings)
+    assert any(
+        "unstable: the forces of springs and weights reach the elastic restoring forces between parts of its limbs" in item
+        for item in found.warnings
+    )
     assert [int(np.sum(np.linalg.eigvals(item[..., 0]).real < 0)) for item in found.solutions[0].tangents] == [2, 0, 0]
 
 
@@ -366,14 +369,14 @@ def test_what_the_arms_of_weights_would_do_without_springs_is_told(angle, words)
     text = pendulum("").replace('drive="1e4"', 'drive="1e3"')
     found = ks.analyze(loaded(text).assemble(actuators={"hinge": angle}))
     assert float(found.compliance[4, 4]) == pytest.approx(1e-3, rel=1e-9)
-    said = [item for item in found.warnings if "the arms of weights turn with the robot" in item]
+    said = [item for item in found.warnings if "the lever arms of weights turn with the robot" in item]
     assert len(said) == (words is not None) and all(re.search(f"rotation about the axis .* by {words}", item) for item in said)
 
 
 def test_motions_of_equal_eigenvalues_are_told_together():
     """Three equal legs hold a heavy platform alike against rotations about every level axis."""
     robot = ks.load_robot("3rps", parameters={"youngs_modulus": 2e5})
-    said = [item for item in ks.analyze(robot.assemble()).warnings if "the arms of weights turn with the robot" in item]
+    said = [item for item in ks.analyze(robot.assemble()).warnings if "the lever arms of weights turn with the robot" in item]
     axes = ("a rotation about the axis (0, 1, 0)", "and a rotation about the axis (1, 0, 0)")
     assert len(said) == 1 and all(axis in said[0] for axis in axes)
 
