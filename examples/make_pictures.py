@@ -132,25 +132,32 @@ def meshcat_scene() -> str:
 VIEWS = {"five_bar": (0.7, -1.6, 1.9), "planar_3rrr": (0.7, -1.6, 1.9)}
 
 
-def draw_gallery(browser: Browser, pages: Path, folder: Path) -> None:
-    """Draw every robot that comes with the package at zero, bent by its own weight, in 128 colours."""
+def draw_robot(browser: Browser, result: ks.Result, file: Path, view: tuple[float, float, float]) -> None:
+    """Draw a robot bent by its own weight without the page's panel, in 128 colours."""
+    made = file.with_suffix(".html")
+    ks.save_html(result, made, title=file.stem)
+    page = browser.new_page(viewport={"width": 900, "height": 620})
+    page.set_default_timeout(300_000)  # drawn without a graphics card
+    page.goto(made.as_uri())
+    page.wait_for_function("window.robot_page && robot_page.ready")
+    page.evaluate("document.body.classList.add('without-panel')")
+    page.evaluate("document.getElementById('robot-head').style.display = 'none'")
+    page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(view))
+    page.wait_for_function("!viewer.needs_render")
+    page.wait_for_timeout(200)
+    picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(128)
+    picture.save(file, optimize=True)
+    page.close()
+    made.unlink()
+    print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
+
+
+def draw_gallery(browser: Browser, folder: Path) -> None:
+    """Draw every robot that comes with the package at zero."""
     folder.mkdir(parents=True, exist_ok=True)
     for name in ks.robots():
-        file = pages / f"{name}.html"
-        ks.save_html(ks.analyze(ks.load_robot(name).assemble()), file, title=name)
-        page = browser.new_page(viewport={"width": 900, "height": 620})
-        page.set_default_timeout(300_000)  # drawn without a graphics card
-        page.goto(file.as_uri())
-        page.wait_for_function("window.robot_page && robot_page.ready")
-        page.evaluate("document.body.classList.add('without-panel')")
-        page.evaluate("document.getElementById('robot-head').style.display = 'none'")
-        page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(VIEWS.get(name, (1.5, -2.6, 1.1))))
-        page.wait_for_function("!viewer.needs_render")
-        page.wait_for_timeout(200)
-        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(128)
-        picture.save(folder / f"{name}.png", optimize=True)
-        page.close()
-        print(f"robots/{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
+        result = ks.analyze(ks.load_robot(name).assemble())
+        draw_robot(browser, result, folder / f"{name}.png", VIEWS.get(name, (1.5, -2.6, 1.1)))
 
 
 def main(folder: Path) -> None:
@@ -180,7 +187,7 @@ def main(folder: Path) -> None:
             page.screenshot(path=folder / f"{name}.png")
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
-        draw_gallery(browser, Path(pages), folder / "robots")
+        draw_gallery(browser, folder / "robots")
         pose = result_of(PICTURES["page"]).configuration
         with serve(pose, lambda pose, load: ks.analyze(pose, load=load), load=PICTURES["page"].load) as server:
             page = browser.new_page(viewport={"width": 1100, "height": 760})

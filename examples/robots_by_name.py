@@ -1,62 +1,68 @@
-"""Four robots built by name, in the picture of docs/start/robot_by_name.md: ``python examples/robots_by_name.py [FILE]``.
+"""Draws a robot of each name that is known, and writes docs/gallery/names.md: ``python examples/robots_by_name.py [NAME …]``.
 
-Needs Chromium and ``pip install 'kinetostatics[test]'``.
+With names only their pictures are drawn. Needs Chromium and ``pip install 'kinetostatics[test]'``.
 """
 
-import base64
+import re
 import shutil
 import sys
-import tempfile
-from pathlib import Path
 
-from make_pictures import FLAGS, ROOT
+from make_pictures import FLAGS, ROOT, draw_robot
 
 import kinetostatics as ks
+from kinetostatics.authoring.known_names import KNOWN_NAMES, KnownName
 
-#: Architectures with sizes, and from where they are seen.
-ROBOTS = {
-    "3-R[P]S": (dict(base_radius=0.25, platform_radius=0.2, height=0.55), (1.5, -2.6, 1.1)),
-    "6-U[P]S": (dict(base_radius=0.3, platform_radius=0.2, height=0.4), (1.5, -2.6, 1.1)),
-    "3-[R](4S)": (
-        dict(base_radius=0.15, platform_radius=0.08, height=-0.5, crank_length=0.25, rod_length=0.55),
-        (1.5, -2.6, 0.7),
-    ),
-    "3-[R]RR": (dict(arrangement="planar", base_radius=0.3, platform_radius=0.08), (1.0, -1.9, 2.0)),
-}
-SIZE = (600, 420)
+PICTURES = ROOT / "docs" / "pictures" / "names"
+PAGE = ROOT / "docs" / "gallery" / "names.md"
+HEAD = """\
+# Robots by name
+
+Each of these names makes a robot file, which `check`, `analyze` and `view` take as it is;
+[sizes, sections and masses](../start/robot_by_name.md) are its arguments. The pictures (`python examples/robots_by_name.py`) show
+the robots bent by their own weight.
+
+<div class="grid cards" markdown>
+"""
 
 
-def main(file: Path) -> None:
-    """Draw the picture."""
+def file_of(known: KnownName) -> str:
+    """Return the name of a file."""
+    return re.sub("[^a-z0-9]+", "_", known.name.lower())
+
+
+def page_text() -> str:
+    """Return the page of the gallery."""
+    cards = "".join(
+        f"""
+-   ![{known.name}](../pictures/names/{file_of(known)}.png)
+
+    **{known.name}** · `{known.architecture}`
+
+    {known.about[0].upper()}{known.about[1:]}.
+
+    `kinetostatics new "{known.name}" --out {file_of(known)}.urdf.xacro`
+"""
+        for known in KNOWN_NAMES
+    )
+    return f"{HEAD}{cards}\n</div>\n"
+
+
+def main(names: list[str]) -> None:
+    """Draw the pictures and write the page."""
     from playwright.sync_api import sync_playwright
 
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    PAGE.write_text(page_text(), encoding="utf-8")
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    cells = []
-    with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
-        for name, (sizes, view) in ROBOTS.items():
-            made = Path(folder) / "robot.html"
-            ks.save_html(ks.analyze(ks.new_robot(name, **sizes).assemble()), made, title=name)
-            page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-            page.goto(made.as_uri())
-            page.wait_for_function("window.robot_page && robot_page.ready")
-            page.evaluate("document.body.classList.add('as-picture')")
-            page.evaluate("viewer.set_property(['Arrows'], 'visible', false)")
-            page.wait_for_timeout(200)
-            page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(view))
-            page.wait_for_function("!viewer.needs_render")
-            page.wait_for_timeout(200)
-            shot = base64.b64encode(page.screenshot()).decode()
-            cells.append(f'<figure><img src="data:image/png;base64,{shot}"><figcaption>{name}</figcaption></figure>')
-            page.close()
-        style = f"""<style>
-            body {{margin: 0; display: grid; grid-template-columns: 1fr 1fr; font: 22px monospace; text-align: center}}
-            figure {{margin: 0}} img {{width: {SIZE[0]}px}} figcaption {{padding-bottom: 12px}}</style>"""
-        page = browser.new_page(viewport={"width": 2 * SIZE[0], "height": 2 * SIZE[1] + 80})
-        page.set_content(style + "".join(cells))
-        page.screenshot(path=file)
+        for known in KNOWN_NAMES:
+            if not names or known.name in names:
+                result = ks.analyze(ks.new_robot(known.name).assemble())
+                flat = known.arrangement == "planar"
+                draw_robot(browser, result, PICTURES / f"{file_of(known)}.png", (0.7, -1.6, 1.9) if flat else (1.5, -2.6, 1.1))
         browser.close()
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures" / "robots_by_name.png")
+    main(sys.argv[1:])

@@ -1,13 +1,17 @@
-"""The page about robots by name: its commands and its Python run, its names build robots, its table is one."""
+"""The page about robots by name: its commands and its Python run, its table is one, its gallery is fresh."""
 
 import re
+import sys
 
 from page_code import blocks, run_commands, run_python, text_of
+from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.authoring.limb_parts import skeleton_of
-from kinetostatics.authoring.notation import parse_architecture
+from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.main import main
+
+sys.path.insert(0, str(ROOT / "examples"))
+import robots_by_name
 
 PAGE = text_of("start/robot_by_name")
 
@@ -32,11 +36,7 @@ def test_its_table_of_places_is_one(tmp_path):
     assert ks.new_robot("2-U[P]R+S[P]R", placements=table, height=0.3).mobility.platform == 3
 
 
-def test_its_names_are_read():
-    cells = re.findall(r"^\| (`[^|]+`) \| [^|]+ \|$", PAGE.partition("| name |")[2], re.MULTILINE)
-    names = [name for cell in cells for name in re.findall(r"`([^`]+)`", cell)]
-    assert len(names) > 15
-    for name in names:
-        architecture = parse_architecture(name)
-        assert architecture.text == name.replace("2(SS)", "(4S)") and not architecture.actuators_chosen
-        assert [skeleton_of(architecture, group) for group in architecture.groups]
+def test_the_gallery_of_names_is_fresh():
+    assert robots_by_name.PAGE.read_text(encoding="utf-8") == robots_by_name.page_text(), "run python examples/robots_by_name.py"
+    drawn = {file.stem for file in robots_by_name.PICTURES.iterdir()}
+    assert drawn == {robots_by_name.file_of(known) for known in KNOWN_NAMES}

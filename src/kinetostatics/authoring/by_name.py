@@ -6,10 +6,14 @@ import inspect
 import os
 from collections.abc import Mapping, Sequence
 
+from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword, path_name
-from kinetostatics.authoring.designing import design_robot
+from kinetostatics.authoring.designing import Design, design_robot
 from kinetostatics.authoring.file_text import file_text
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.authoring.known_names import options_of
+from kinetostatics.authoring.notation import parse_architecture
+from kinetostatics.authoring.placement import SYMMETRIC
+from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.robot import Robot
 
@@ -21,7 +25,7 @@ def new_robot(
     base_radius: float | None = None,
     platform_radius: float | None = None,
     height: float | None = None,
-    arrangement: str = "symmetric",
+    arrangement: str | None = None,
     azimuths: Sequence[float] | None = None,
     placements: object = None,
     guide: str | None = None,
@@ -30,19 +34,23 @@ def new_robot(
     name: str | None = None,
     **values: Keyword,
 ) -> Robot:
-    """Build a robot from the field's notation, such as ``"3-R[P]S"``; for the conventions see ``docs/start/robot_by_name.md``.
+    """Build a robot from a name of the field, such as ``"Delta"``, or from its notation, ``"3-R[P]S"``.
+
+    For the conventions see ``docs/start/robot_by_name.md``.
 
     Args:
-        architecture: limbs as strings of the joints R, P, U, S, C from base to platform, actuators in brackets or underlined,
-            limbs joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``. Without any mark the usual actuators are taken: of each limb
-            its first prismatic joint, else the one at the base.
+        architecture: a name of the field, such as "Delta" (``kinetostatics new --list``), or its limbs as strings of the joints
+            R, P, U, S, C from base to platform, actuators in brackets or underlined, limbs joined by +: ``"2-[P]RU+U[P]R"``,
+            ``"3-[R](4S)"``. Without any mark the usual actuators are taken: of each limb its first prismatic joint, else the
+            one at the base.
         path: where the file is written, a xacro; None: nowhere. A file that is there is not replaced.
-        base_radius: of the limbs' base points from Z [m]; 0.3 if not given, also for the other two: 0.2 and 0.5.
+        base_radius: of the limbs' base points from Z [m]; the default is the name's, else 0.3, for the other two 0.2 and 0.5.
         platform_radius: of their platform points from o [m].
         height: of the platform's reference point o above the base frame's origin O, in the pose of the file [m]; negative where
             the platform hangs.
-        arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given) or
-            "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O).
+        arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given),
+            "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
+            the name, or of the only name that the limbs have, else symmetric.
         azimuths: of the limbs, instead of even ones [rad].
         placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
             base and platform [m], with "axis" (direction of its revolute axes) and "guide" (of its carriage's guide) if need be;
@@ -60,25 +68,29 @@ def new_robot(
         The robot, loaded from the new text.
 
     Raises:
-        ArgumentError: the notation or a value is invalid; the message says where and what would be right.
+        ArgumentError: the notation or a value is invalid, or the actuators do not hold the platform; the message says where and
+            what would be right.
     """
     chosen = name if name is not None or path is None else os.path.basename(os.fsdecode(path)).split(".")[0]
-    design = design_robot(
+    design = _design(
         architecture,
-        base_radius=base_radius,
-        platform_radius=platform_radius,
-        height=height,
-        arrangement=arrangement,
-        azimuths=azimuths,
-        placements=placements,
-        guide=guide,
-        axis=axis,
-        sections=sections,
-        name=chosen,
-        values=values,
+        dict(
+            base_radius=base_radius,
+            platform_radius=platform_radius,
+            height=height,
+            arrangement=arrangement,
+            azimuths=azimuths,
+            placements=placements,
+            guide=guide,
+            axis=axis,
+            sections=sections,
+            name=chosen,
+        ),
+        values,
     )
     text = file_text(design)
     robot = Robot(parse_robot_text(text, f"<{design.architecture.text}>" if path is None else path_name("path", path)))
+    _check_held(robot, design.architecture.text)
     if path is not None:
         write_new(text, path)
     return robot
@@ -88,8 +100,26 @@ def robot_text(architecture: str, **options: Keyword) -> str:
     """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
     known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
     values = {key: options.pop(key) for key in list(options) if key not in known}
-    defaults = {"arrangement": "symmetric"}
-    return file_text(design_robot(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
+    return file_text(_design(architecture, dict.fromkeys(known) | options, values))
+
+
+def _design(architecture: str, options: dict[str, Keyword], values: Mapping[str, Keyword]) -> Design:
+    """Return the design of a robot, whose name may bring arguments that are not given."""
+    parsed = parse_architecture(architecture)
+    given = {key: value for key, value in options.items() if value is not None}
+    known = options_of(architecture, parsed.text, given)
+    return design_robot(parsed, **{**options, "arrangement": SYMMETRIC, **known, **given}, values=values)
+
+
+def _check_held(robot: Robot, architecture: str) -> None:
+    """Refuse a robot that no analysis can start from."""
+    actuators, mobility = len(robot.description.driven), robot.mobility.platform
+    if actuators < mobility:
+        raise ArgumentError(f"{architecture} has {mobility} freedoms as it stands here, which {actuators} actuators do not hold")
+    try:
+        analyze(robot.assemble())
+    except StaticsError as error:
+        raise ArgumentError(f"{architecture}, as it stands here: {error}") from None
 
 
 def write_new(text: str, path: str | os.PathLike[str]) -> None:

@@ -13,7 +13,7 @@ from kinetostatics.argument_checks import check_choice, warn
 from kinetostatics.authoring.file_arguments import FileArguments, odd_lengths, rounded
 from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions
-from kinetostatics.authoring.notation import Architecture, parse_architecture
+from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, LimbPlace, arranged, limb_frame, tabled
 from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
 from kinetostatics.authoring.section_words import SHAPES, SectionText
@@ -50,7 +50,7 @@ BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
 
 
 def design_robot(
-    architecture: str,
+    parsed: Architecture,
     *,
     base_radius: float | None,
     platform_radius: float | None,
@@ -64,8 +64,7 @@ def design_robot(
     name: str | None,
     values: Mapping[str, object],
 ) -> Design:
-    """Return the design of a generated file; the arguments are those of :func:`new_robot`."""
-    parsed = parse_architecture(architecture)
+    """Return the design of a generated file of an architecture; the other arguments are those of :func:`new_robot`."""
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
     skeletons = tuple(by_group[group] for group in parsed.limbs)
     for what, word in (("guide", guide), ("axis", axis)):

@@ -45,7 +45,14 @@ def file_text(design: Design) -> str:
     limbs = "\n".join(part for line in "\n\n".join((*macros, calls)).split("\n") for part in _wrapped(line))
     base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
     height = design.arguments.texts.get("height", "")
-    base = base.replace("BELOW", "0.06" if height and float(height) else "0.3").replace("HEIGHT", "${height}" if height else "0")
+    lowest = min(place.base[2] for place in design.places)
+    below = "0.8" if not height else "0.06" if float(height) else "1.3" if lowest < 0 else "0.3"
+    plate = 'length="${platform_thickness}"'
+    if not height:  # the joints at the platform of a spherical robot are above o
+        plate += ' xyz="0 0 ${platform_radius * cos(platform_cone)}"'
+    elif "platform_radius" in design.places[-1].platform_text:  # a cartesian one has them on X, Y and Z
+        plate = 'length="${2 * platform_radius}"'
+    base = base.replace("BELOW", below).replace("HEIGHT", "${height}" if height else "0").replace("PLATE", plate)
     rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
     head = [
         '<?xml version="1.0"?>',
@@ -77,7 +84,7 @@ _BASE = """\
   <link name="platform">
     <xacro:disc_inertial mass="${platform_mass}" radius="${platform_radius}" thickness="${platform_thickness}"
                          xyz="$(arg platform_center)"/>
-    <xacro:draw_cylinder diameter="${2 * platform_radius}" length="${platform_thickness}" material="teal"/>
+    <xacro:draw_cylinder diameter="${2 * platform_radius}" PLATE material="teal"/>
   </link>
 
   <!-- results refer to o and the axes of this link -->

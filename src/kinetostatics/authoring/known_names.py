@@ -1,11 +1,13 @@
-"""Mechanisms with names in the field, as examples of the notation."""
+"""Mechanisms with names in the field: the notation of their limbs, and how these stand."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from kinetostatics.files.bundled import shipped_robots
+from kinetostatics.argument_checks import Keyword
+from kinetostatics.exceptions import ArgumentError
 
 
 @dataclass(frozen=True)
@@ -13,66 +15,148 @@ class KnownName:
     """A mechanism with a name in the field.
 
     Attributes:
+        name: as the field writes it.
         architecture: its limbs in the notation.
         about: what it is.
-        arrangement: how its limbs stand, if not evenly around the vertical.
-        words: its names, in small letters and digits alone; short ones count only as a whole.
-        robot: one of the kind that comes with the package.
+        options: arguments of ``new_robot`` that make it what it is, unless they are given.
+        also: other names; of a name that several share the user chooses.
     """
 
+    name: str
     architecture: str
     about: str
-    arrangement: str = "symmetric"
-    words: tuple[str, ...] = ()
-    robot: str = ""
+    options: Mapping[str, Keyword] = field(default_factory=dict)
+    also: tuple[str, ...] = ()
+
+    @property
+    def arrangement(self) -> str:
+        """How its limbs stand."""
+        return str(self.options.get("arrangement", "symmetric"))
 
     @property
     def line(self) -> str:
-        """The name with its description, in one line."""
-        needs = "" if self.arrangement == "symmetric" else f", with --arrangement {self.arrangement}"
-        return f"{self.architecture:16} {self.about}{needs}"
+        """The name with its limbs and what it is, in one line."""
+        needs = "" if self.arrangement == "symmetric" else f" ({self.arrangement})"
+        return f"{self.name:18} {self.architecture:16} {self.about}{needs}"
 
+
+_PLANAR = {"arrangement": "planar", "platform_radius": 0.08}
+_CARTESIAN = {"arrangement": "cartesian", "base_radius": 0.4, "platform_radius": 0.08}
+_SPHERICAL = {"arrangement": "spherical", "platform_radius": 0.15}
+_HANGING = {"platform_radius": 0.1, "height": -0.5}
+#: Carriages in pairs on three parallel rails along X.
+_HEXAGLIDE = tuple(
+    {"base": (x, y, 0), "platform": (u, v, 0), "guide": (1, 0, 0)}
+    for x, y, u, v in (
+        (0.25, 0.35, 0.05, 0.19),
+        (-0.25, 0.35, -0.05, 0.19),
+        (0.45, 0, 0.19, -0.05),
+        (-0.45, 0, -0.19, -0.05),
+        (0.25, -0.35, 0.14, -0.14),
+        (-0.25, -0.35, -0.14, -0.14),
+    )
+)
 
 KNOWN_NAMES = (
-    KnownName("3-R[P]S", "three telescopes, as the paper's 3RPS: one translation, two rotations", robot="3rps"),
-    KnownName("3-[P]RS", "carriages and rods: the same freedoms, a Sprint Z3", words=("sprint", "z3"), robot="3prs"),
-    KnownName("2-[P]RU+U[P]R", "two rods on sliders and a telescope, the paper's 2PRU-UPR", robot="2pru_upr"),
-    KnownName("2-U[P]R+S[P]R", "Exechon", words=("exechon",), robot="exechon"),
-    KnownName("3-U[P]S+UP", "Tricept: the tube in the middle is passive", words=("tricept",), robot="tricept"),
-    KnownName("6-U[P]S", "Gough-Stewart platform", words=("stewart", "gough", "hexapod", "6dof"), robot="gough_stewart"),
-    KnownName("6-[R]US", "hexapod with cranks", words=("hexapod", "hexa"), robot="6rus"),
-    KnownName("3-[R](4S)", "Delta: cranks and pairs of rods", words=("delta", "clavel"), robot="delta"),
-    KnownName("3-[P](4S)", "linear Delta", words=("lineardelta", "keops"), robot=""),
-    KnownName("3-[P]UU", "linear Delta with one rod in each limb", words=("lineardelta",), robot="linear_delta"),
-    KnownName("3-U[P]U", "three translations by telescopes"),
-    KnownName("3-[P]RRR", "Tripteron", "cartesian", words=("tripteron",), robot="tripteron"),
-    KnownName("3-[P]R(4R)R", "Orthoglide", "cartesian", words=("orthoglide",), robot="orthoglide"),
+    KnownName("3-RPS", "3-R[P]S", "telescopes on hinges: one translation, two rotations", also=("tripod",)),
+    KnownName("Sprint Z3", "3-[P]RS", "carriages and rods: one translation, two rotations", also=("z3", "tripod")),
+    KnownName("2-PRU+UPR", "2-[P]RU+U[P]R", "two rods on sliders and a telescope: one translation, two rotations"),
+    KnownName("Exechon", "2-U[P]R+S[P]R", "three telescopes, overconstrained: one translation, two rotations", also=("tripod",)),
+    KnownName("Tricept", "3-U[P]S+UP", "telescopes around a passive tube: one translation, two rotations", also=("tripod",)),
     KnownName(
-        "[R]RR+[R]R",
-        "five-bar linkage: a point in a plane",
-        "planar",
-        words=("5r", "rrrrr", "fivebar", "scara"),
-        robot="five_bar",
+        "Gough-Stewart",
+        "6-U[P]S",
+        "six telescopes: all six freedoms",
+        also=("stewart", "gough", "stewart-gough", "hexapod"),
     ),
-    KnownName("3-[R]RR", "two translations and a rotation in a plane", "planar", robot="planar_3rrr"),
-    KnownName("3-R[P]R", "the same with telescopes", "planar"),
+    KnownName("Hexa", "6-[R]US", "cranks and rods: all six freedoms", also=("rotary hexapod",)),
+    KnownName("Linapod", "6-[P]US", "rods on upright guides: all six freedoms", {"height": -0.5}),
+    KnownName("Hexaglide", "6-[P]US", "rods on three parallel rails: all six freedoms", {"placements": _HEXAGLIDE}),
+    KnownName("Delta", "3-[R](4S)", "cranks and pairs of rods: three translations", _HANGING, ("clavel",)),
+    KnownName("linear Delta", "3-[P](4S)", "carriages and pairs of rods: three translations", _HANGING, ("keops",)),
+    KnownName("3-PUU", "3-[P]UU", "carriages and single rods: three translations", _HANGING),
+    KnownName("3-UPU", "3-U[P]U", "telescopes between universal joints: three translations"),
     KnownName(
-        "3-[R]RR", "three rotations about a point, an Agile Eye", "spherical", words=("agileeye", "wrist"), robot="spherical_3rrr"
+        "Tripteron", "3-[P]RRR", "a limb along each of X, Y and Z: three translations", _CARTESIAN, ("isoglide", "isoglide3")
+    ),
+    KnownName("3-CRR", "3-[C]RR", "the same on cylindrical guides: three translations", _CARTESIAN),
+    KnownName("Orthoglide", "3-[P]R(4R)R", "parallelograms on three rails: three translations", _CARTESIAN),
+    KnownName("five-bar", "[R]RR+[R]R", "two arms: a point in a plane", _PLANAR, ("5r", "rrrrr", "double scara", "dextar")),
+    KnownName("planar 3-RRR", "3-[R]RR", "three arms: two translations and a rotation in a plane", _PLANAR),
+    KnownName("planar 3-RPR", "3-R[P]R", "the same with telescopes", _PLANAR),
+    KnownName("planar 3-PRR", "3-[P]RR", "the same with carriages", _PLANAR),
+    KnownName(
+        "spherical 3-RRR", "3-[R]RR", "three rotations about a point, an Agile Eye", _SPHERICAL, ("agile eye", "spherical")
+    ),
+    KnownName(
+        "Sarrus",
+        "[R]RR+RRR",
+        "two limbs across each other: one translation",
+        {"azimuths": (0.0, 1.5707963267948966), "platform_radius": 0.1},
     ),
 )
 
+_SERIAL = (
+    "is a serial robot, and new joins limbs in parallel; kinetostatics new --from FILE extends a serial robot's URDF, and "
+    "kinetostatics robots --copy ur10 copies one that is ready"
+)
+#: Names of what limbs between a base and a platform do not make, and why.
+OTHERS = {
+    ("scara",): f'{_SERIAL}; for a double SCARA write kinetostatics new "five-bar"',
+    ("puma", "ur", "ur3", "ur5", "ur10", "cartesian", "gantry"): _SERIAL,
+    ("h4", "i4", "par4", "quattro"): (
+        "has a platform whose parts move against each other, which the notation of limbs does not tell; write its file by hand"
+    ),
+    ("cable", "cdpr", "cable driven", "cable driven parallel"): (
+        "is driven by cables, which only pull; limbs here hold forces both ways"
+    ),
+}
 
-def answer_to_name(text: str) -> str:
-    """Return the notation for a mechanism's common name, such as "Stewart platform" or "5R"; nothing if it is unknown."""
+
+def named(text: str) -> KnownName | None:
+    """Return the mechanism of a name such as "Stewart platform" or "5R", upper or lower case; None if it is not known.
+
+    Raises:
+        ArgumentError: several have this name, or limbs do not make what it means.
+    """
     name = _plain(text)
-    found = [known for known in KNOWN_NAMES if any(name == word or (len(word) > 3 and word in name) for word in known.words)]
-    robots = [robot for robot in shipped_robots() if _plain(robot) == name] or [known.robot for known in found if known.robot]
-    ready = f"ready to be changed: kinetostatics robots --copy {' or '.join(robots)}" if robots else ""
-    if not found:
-        return f"{text!r} comes with the package, {ready}" if robots else ""
-    limbs = " or ".join(known.line.replace(known.architecture, known.architecture + ":", 1) for known in found)
-    return f"{text!r} is a name; write its limbs: {' '.join(limbs.split())}{'; ' * bool(ready)}{ready}"
+    for names, reason in OTHERS.items():
+        if name in map(_plain, names):
+            raise ArgumentError(f"{text!r} {reason}")
+    found = [known for known in KNOWN_NAMES if name in map(_plain, (known.name, *known.also))]
+    return chosen(text, [known for known in found if name != _plain(known.architecture)])  # 3-RPS is notation
+
+
+def chosen(text: str, found: list[KnownName]) -> KnownName | None:
+    """Return the only one of several mechanisms, None if there is none.
+
+    Raises:
+        ArgumentError: there are several.
+    """
+    if len(found) > 1:
+        commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
+        raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
+    return found[0] if found else None
+
+
+def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
+    """Return the arguments of ``new_robot`` that belong to a name, or to the only mechanism known of an architecture.
+
+    Args:
+        text: what was asked for.
+        architecture: its limbs in the notation, actuators in brackets.
+        given: arguments that are given; places or another arrangement leave no mechanism to be known.
+
+    Raises:
+        ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.
+    """
+    if (known := named(text)) is None and "placements" not in given:
+        alike = [known for known in KNOWN_NAMES if known.architecture == architecture and "placements" not in known.options]
+        alike = [known for known in alike if given.get("arrangement", known.arrangement) == known.arrangement]
+        known = chosen(text, alike)
+    return {} if known is None else dict(known.options)
 
 
 def _plain(text: str) -> str:
-    return re.sub("[^a-z0-9]", "", text.lower())
+    words = re.sub(r"\b(robot|platform|mechanism|manipulator|machine|linkage|wrist)\b", "", text.lower())
+    return re.sub("[^a-z0-9]", "", words)

@@ -29,7 +29,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, replace
 
-from kinetostatics.authoring.known_names import answer_to_name
+from kinetostatics.authoring.known_names import named
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 
@@ -142,7 +142,7 @@ class Architecture:
 
 
 def parse_architecture(text: str) -> Architecture:
-    """Read a mechanism in the field's notation.
+    """Read a mechanism in the field's notation, or one of the field's names.
 
     Without any mark of actuators the usual ones are taken: of each limb the first prismatic joint, else its first revolute or
     cylindrical one, which mostly is that at the base. Limbs that leave less than six freedoms stay passive where those with
@@ -155,8 +155,13 @@ def parse_architecture(text: str) -> Architecture:
         raise ArgumentError(f"the architecture is {text!r}; write limbs as strings of joints, such as '3-R[P]S' or '6-U[P]S'")
     if len(text) > 200:
         raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
-    if answer := _other_name(text):
-        raise ArgumentError(answer)
+    if known := named(text):
+        text = known.architecture
+    if _is_a_word(text):
+        raise ArgumentError(
+            f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S, or one of the names that "
+            "kinetostatics new --list shows"
+        )
     groups, at = [], 0
     while True:
         group, at = _group(text, at)
@@ -170,25 +175,10 @@ def parse_architecture(text: str) -> Architecture:
     return found if found.actuators else _with_usual_actuators(found)
 
 
-def _other_name(text: str) -> str:
-    """Return the hint for a name outside the notation, such as 5R, Delta or SCARA; nothing if it may be notation."""
-    chain = re.fullmatch(r"\s*(\dR|R{5})\s*", text) is not None  # five limbs of a single joint make no robot
+def _is_a_word(text: str) -> bool:
+    """Whether a text is a name rather than notation: with other letters in a word of four, or a chain of revolute joints (6R)."""
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
-    if not chain and not foreign:
-        return ""
-    if known := answer_to_name(text):
-        return known
-    if chain:
-        return (
-            f"{text!r} is a chain of revolute joints; write the limbs that it makes between base and platform, such as "
-            "[R]RR+[R]R --arrangement planar"
-        )
-    if len(foreign) > 1 and re.search("[A-Za-z]{4,}", text):
-        return (
-            f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S: {LETTERS}; "
-            "kinetostatics new --list shows names of the field, kinetostatics robots those that come with the package"
-        )
-    return ""
+    return re.fullmatch(r"\s*\dR\s*", text) is not None or (len(foreign) > 1 and re.search("[A-Za-z]{4,}", text) is not None)
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:

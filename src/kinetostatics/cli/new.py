@@ -46,18 +46,16 @@ def _by_name(args: argparse.Namespace) -> int:
 
         architecture = parse_architecture(args.architecture)
         options = _options(args)
+        robot = new_robot(args.architecture, args.out, **options)
         if args.out is None:
             sys.stdout.write(robot_text(args.architecture, **options))
             return 0
-        robot = new_robot(args.architecture, args.out, **options)
     driven, mobility = ", ".join(robot.description.driven), robot.mobility.platform
     chosen = " (the usual ones, as none was marked)" if architecture.actuators_chosen else ""
     print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
     print_warnings(robot.description.warnings)
     actuators = len(robot.description.driven)
-    if actuators < mobility:
-        print_warnings([f"{actuators} actuators do not hold {mobility} freedoms: mark more joints in brackets, or add limbs."])
-    elif actuators > mobility:
+    if actuators > mobility:
         remedy = "another --arrangement, --axis or --guide may give more freedoms, or mark fewer joints in brackets"
         print_warnings([f"{actuators} actuators for mobility {mobility} brace one another: {remedy}."])
     return 0
@@ -138,7 +136,7 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
     azimuths = None if not args.azimuths else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
     return {
         **lengths,
-        "arrangement": args.arrangement or "symmetric",
+        "arrangement": args.arrangement,
         "azimuths": azimuths,
         "placements": args.placements,
         "guide": args.guide,
@@ -151,21 +149,23 @@ def _options(args: argparse.Namespace) -> dict[str, Keyword]:
 
 NEW = Command(
     _new,
-    help="make a robot file from the field's notation, such as 3-R[P]S, or from a URDF",
+    help="make a robot file from a name such as Delta or 3-R[P]S, or from a URDF",
     description=(
-        "Make a robot file from the field's notation of limbs and joints, or from a URDF, which it includes as it is,\n"
+        "Make a robot file from a name of the field, its notation of limbs and joints, or a URDF, which it includes as it is,\n"
         "with loops of onshape-to-robot, Gepetto or Isaac Sim; it is commented and ready to be edited."
     ),
     arguments=("parameters", "platform_link", "base_link"),
     own={
-        "architecture": Argument("text", "the limbs, such as 3-R[P]S; see below", "ARCHITECTURE", option="architecture"),
+        "architecture": Argument(
+            "text", "a name such as Delta, or limbs such as 3-R[P]S; see below", "ARCHITECTURE", option="architecture"
+        ),
         "list": Argument("flag", "list names that are known in the field, and what they are"),
         "base_radius": Argument("length", "distance of the limbs' base points from O (default: 0.3 m)", "LENGTH"),
         "platform_radius": Argument("length", "distance of their platform points from o (default: 0.2 m)", "LENGTH"),
         "height": Argument("length", "of the platform above the base (default: 0.5 m; planar: 0)", "LENGTH"),
         "arrangement": Argument(
             "text",
-            "symmetric (around Z, default), planar, cartesian (along X, Y, Z), or spherical (all axes through O)",
+            "symmetric (around Z), planar, cartesian (along X, Y, Z), or spherical (all axes through O); default: the name's",
             "WORD",
         ),
         "azimuths": Argument("texts", "of the limbs around Z, instead of even ones: 90deg -90deg 0", "ANGLE"),
@@ -227,7 +227,7 @@ architecture:
 {"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}""",
     examples="""
 new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
-new "3-[R](4S)" --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
+new Delta --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
 new "2-U[P]R+S[P]R" --placements table.csv --out my_exechon.urdf.xacro
 new --from panda.urdf --platform-link panda_hand --out my_panda.urdf.xacro
 new --from ur10.urdf --platform-link tool0 --elastic upper_arm_link="tube 108mm 98mm aluminium" --joint-stiffness \
