@@ -58,7 +58,7 @@ class Workspace:
 WORKSPACES = (
     Workspace("2pru_upr", "the text's: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
     Workspace("2pru_upr", "the same, without J_3g2 W_3g2 in Eq. (12)", (0.3, 0.6), 10, left_out=True),
-    Workspace("3rps", "tilt ≤ 47°, 0.2 ≤ z ≤ 0.85 m, less what is beyond the joints' limits", (0.2, 0.85), 47, tilted=True),
+    Workspace("3rps", "tilt ≤ 45°, 0.2 ≤ z ≤ 0.875 m, less what is beyond the joints' limits", (0.2, 0.875), 45, tilted=True),
     Workspace("3rps", "tilt ≤ 47°, 0.65 ≤ z ≤ 0.775 m, limits ignored", (0.65, 0.775), 47, tilted=True, beyond_limits=True),
     Workspace("3rps", "\\|rx\\|, \\|ry\\| ≤ 36°, 0.75 ≤ z ≤ 0.8 m, limits ignored", (0.75, 0.8), 36, beyond_limits=True),
     Workspace("3rps", "tilt ≤ 44°, 0.8 ≤ z ≤ 0.825 m, all within limits", (0.8, 0.825), 44, tilted=True),
@@ -252,6 +252,8 @@ def caption(number: int) -> str:
 def _reach(what: str, values: xr.DataArray, tilt: xr.DataArray, limit: float, unit: str, form: str) -> str:
     """Say how far values go on our grid, and inside which tilt they stay below the paper's maximum."""
     most, nearest = float(values.max()), float(tilt.where(values > limit).min())
+    if most <= limit:
+        return f"On it {what} reaches {most:{form}}{unit}, nowhere the paper's {limit:g}{unit}."
     return f"On it {what} reaches {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it stays below the paper's {limit:g}{unit}."
 
 

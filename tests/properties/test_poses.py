@@ -205,7 +205,7 @@ def test_unreachable_poses():
     error = caught.value
     assert error.mobility == 3 and "mobility 3" in str(error)
     worst = max(error.residuals, key=lambda name: max(error.residuals[name]))
-    assert worst in ("spherical_2", "spherical_3") and worst in str(error)
+    assert worst in ("spherical_1", "spherical_2", "spherical_3") and worst in str(error)
     assert error.residual == max(max(pair) for pair in error.residuals.values()) > 1e-3
     number = f"{error.residuals[worst][0]:.3g}"
     assert number in str(error)
@@ -298,7 +298,7 @@ def test_a_batch_of_nothing_but_far_poses():
         ({"platform": {"z": 0.5, "rx": 0, "roll": 0}}, "'roll'.*rx"),
         ({"platform": {"z": 0.5, "rx": 0, "tilt": 0}}, "'tilt'"),
         ({"platform": {"z": 0.5, "azimuth": 0, "rx": 0}, "orientation": "tilt_torsion"}, "'rx'"),
-        ({"platform": {"x": 0, "y": 0, "z": 0.5}}, "do not determine.*z, rx, ry do$"),
+        ({"platform": {"x": 0.001, "y": 0, "z": 0.5}}, "do not determine.*z, rx, ry do$"),
         ({"platform": {"z": 0.5, "rz": 0, "rx": 0}}, "do not determine"),
         ({"platform": {"z": 0.5, "rx": 0, "ry": 0}, "orientation": "XXY"}, "orientation 'XXY'"),
         ({"platform": {"z": 0.5, "rx": 0, "ry": 0}, "orientation": "Xyz"}, "orientation 'Xyz'"),
@@ -365,8 +365,8 @@ def test_limits_and_cones():
         np.testing.assert_array_equal(item.where, (item.value < item.lower - 1e-9) | (item.value > item.upper + 1e-9))
     tilted = one.assemble(platform={"z": 0.5, "rx": 1.0, "ry": 0})
     cones = {joint: item for joint, item in tilted.limits_exceeded.items() if joint.startswith("spherical_")}
-    assert {"spherical_2", "spherical_3"} & set(cones)
-    for k in (2, 3):  # the angle between rod and normal, by hand
+    assert cones
+    for k in (1, 2, 3):  # the angle between rod and normal, by hand
         angle = np.arccos(tilted.frame(f"rod_{k}")[:3, 2] @ tilted.platform_frame[:3, 2])
         assert (f"spherical_{k}" in cones) == (angle > np.radians(60))
         if f"spherical_{k}" in cones:

@@ -154,3 +154,18 @@ def test_the_paper_s_drive_force_is_that_at_the_base_end():
         force = found.paper_forces[f"limb_{number}"][f"f_{number}a"]
         assert force == pytest.approx(beam.section_wrenches[0, 0], rel=1e-12)
         assert abs(force) > abs(beam.section_wrenches[1, 0]) + 1e-3  # the rod's own weight
+
+
+def test_limits_of_the_3rps_are_symmetric():
+    """Turning a pose by 120° about the vertical exchanges the limbs, and changes no verdict on the limits."""
+    z, tilt, azimuth = np.linspace(0.2, 0.9, 8), np.radians([20, 35, 50, 60]), np.radians(np.arange(-180, 180, 15))
+
+    def verdicts(turn):
+        platform = {"z": z[:, None, None], "tilt": tilt[:, None], "azimuth": azimuth + turn}
+        pose = package_robots.robot("3rps").assemble(platform=platform, orientation="tilt_torsion", on_failure="nan")
+        return np.asarray(pose.status)
+
+    first = verdicts(0)
+    assert {ks.Status.OK, ks.Status.LIMIT_EXCEEDED} == set(first.ravel())
+    for turn in (2 * np.pi / 3, -2 * np.pi / 3):
+        np.testing.assert_array_equal(verdicts(turn), first)

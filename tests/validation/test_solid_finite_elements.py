@@ -224,10 +224,10 @@ def test_square_rods_are_refused(tmp_path):
         solid.rods_of(configuration)
 
 
-def test_heavy_joints_are_refused(tmp_path):
-    inertia = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
-    ball = f'<link name="ball_1_x"><inertial><mass value="1"/>{inertia}</inertial></link>'
-    configuration = rewritten(tmp_path, '<link name="ball_1_x"/>', ball)
+def test_what_hangs_on_a_rod_is_refused(tmp_path):
+    clamp = '<joint name="clamp" type="fixed"><parent link="rod_1"/><child link="lamp"/></joint>'
+    lamp = f'{clamp}<link name="lamp"><inertial><mass value="1"/></inertial></link></robot>'
+    configuration = rewritten(tmp_path, "</robot>", lamp)
     with pytest.raises(solid.NotSolidError, match="limb_1 carries more than its rod"):
         solid.rods_of(configuration)
 

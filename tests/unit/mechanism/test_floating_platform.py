@@ -10,27 +10,46 @@ import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.files.reader import parse_robot_text
 
+TEXT = (ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8")
 LOAD = [10, -20, 30, 1, 2, -3]
 
 
-def with_floating_platform(text: str) -> str:
-    """The 3RPS whose tree reaches the platform by a floating joint instead of limb 1."""
-    start, end = (text.index(f"====== {words} ====") for words in ("spherical joint of limb 1", "platform"))
-    start, end = (text.rindex("<!--", 0, place) for place in (start, end))
-    free = """<joint name="platform_pose" type="floating">
-      <parent link="base"/><child link="platform"/><origin xyz="0 0 ${home_height}"/>
-    </joint>
-    """
-    text = text[:start] + free + text[end:]
-    text = text.replace('<xacro:platform_ball i="2"', '<xacro:platform_ball i="1" azimuth="0"/>\n  <xacro:platform_ball i="2"')
-    return text.replace("spherical_1_x", "spherical_1")
+BALL = """<joint name="spherical_1_x" type="revolute">
+    <parent link="rod_1"/><child link="ball_1_x"/><origin xyz="0 0 0" rpy="0 ${home_lean} 0"/><axis xyz="1 0 0"/>
+    <limit effort="0" velocity="2"/>
+  </joint>
+  <link name="ball_1_x"/>
+  <joint name="spherical_1_y" type="revolute">
+    <parent link="ball_1_x"/><child link="ball_1_y"/><axis xyz="0 1 0"/><limit effort="0" velocity="2"/>
+  </joint>
+  <link name="ball_1_y"/>
+  <joint name="spherical_1_z" type="revolute">
+    <parent link="ball_1_y"/><child link="socket_1"/><axis xyz="0 0 1"/><limit effort="0" velocity="2"/>
+  </joint>
+  <link name="socket_1"/>
+  <joint name="socket_1_to_platform" type="fixed">
+    <parent link="socket_1"/><child link="platform"/><origin xyz="${-platform_radius} 0 0"/>
+  </joint>
+"""
+
+
+def through_limb_1() -> str:
+    """The 3RPS whose tree reaches the platform through limb 1, whose ball is three revolutes, instead of the floating joint."""
+    text = TEXT
+    start = text.index('<joint name="platform_pose"')
+    text = text[:start] + BALL + text[text.index("</joint>", start) + len("</joint>") :]
+    for old, new in (
+        ('<xacro:platform_ball i="1" azimuth="0"/>', ""),
+        ('to="spherical_${i}"', "to=\"${'spherical_1_x' if i == 1 else 'spherical_%d' % i}\""),
+    ):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    return text
 
 
 @pytest.fixture(scope="module")
 def pair():
-    text = with_floating_platform((ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8"))
-    assert 'type="floating"' in text and 'end="spherical_1"' in text
-    return ks.load_robot("3rps"), ks.Robot(parse_robot_text(text, str(ROBOTS / "3rps.urdf.xacro")))
+    return ks.Robot(parse_robot_text(through_limb_1(), str(ROBOTS / "3rps.urdf.xacro"))), ks.load_robot("3rps")
 
 
 @pytest.mark.parametrize(
@@ -78,10 +97,9 @@ def test_it_is_no_limb_and_no_drive(pair):
     robot = pair[1]
     assert list(ks.analyze(robot.assemble()).limbs) == ["limb_1", "limb_2", "limb_3"]
     assert [limb.is_serial for limb in robot.topology.limbs] == [True] * 3
-    text = with_floating_platform((ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8"))
     with pytest.raises(ks.RobotFileError, match="'platform_pose' is floating and cannot be driven"):
         parse_robot_text(
-            text.replace('<joint name="prismatic_1"/>', '<joint name="platform_pose"/>'), str(ROBOTS / "3rps.urdf.xacro")
+            TEXT.replace('<joint name="prismatic_1"/>', '<joint name="platform_pose"/>'), str(ROBOTS / "3rps.urdf.xacro")
         )
 
 

@@ -128,7 +128,7 @@ def test_lines_say_status_shape_and_main_numbers():
     assert f"length {1e3 * float(beam.length):.1f} mm, axial force {lowest:.1f} to {highest:.1f} N, stress" in repr(beam)
     assert "–" in repr(lost.limbs["limb_1"]) and "–" in repr(lost.beams["rod_1"])
     description = robot.description
-    counts = f"{len(description.links)} links, {len(description.joints)} joints, 2 loops, 3 beams, 3 actuators"
+    counts = f"{len(description.links)} links, {len(description.joints)} joints, 3 loops, 3 beams, 3 actuators"
     assert repr(description) == f"<RobotDescription '3rps' from '3rps.urdf.xacro': {counts}>"
 
 
@@ -175,7 +175,7 @@ def test_tables_for_notebooks():
     beam = dict(Cells(one.beams["rod_1"]._repr_html_()).rows)
     assert beam["largest deflection"] == f"{1e9 * np.linalg.norm(one.beams['rod_1'].deflections, axis=-1).max():.1f} nm"
     shown = {row[0]: row[1:] for row in Cells(robot.description._repr_html_()).rows}
-    assert shown["loops"] == ["2", "spherical_2 and spherical_3"] and shown["platform"] == ["1", "platform"]
+    assert shown["loops"] == ["3", "spherical_1, spherical_2 and spherical_3"] and shown["platform"] == ["1", "platform"]
     assert [row[0] for row in Cells(one.beams._repr_html_()).rows] == ["rod_1", "rod_2", "rod_3"]
 
 
