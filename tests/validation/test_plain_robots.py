@@ -5,11 +5,12 @@ A few of them here; all of them with ``KINETOSTATICS_ALL_URDFS=1``, which takes 
 
 import os
 import re
+import shlex
 
 import numpy as np
 import pinocchio as pin
 import pytest
-from plain_robots import PAGE, STIFFNESS, example, files, plain_robot
+from plain_robots import FOLDER, PAGE, STIFFNESS, example, files, plain_robot
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
@@ -37,6 +38,31 @@ def test_three_files_are_no_robots() -> None:
 def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
     (shown,) = re.findall(r"<!-- extension -->\n```xml\n(.*?)```", TEXT, re.DOTALL)
     assert shown == example()
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
+def test_commands_that_are_offered_and_advised_work(file, tmp_path, monkeypatch, capsys) -> None:
+    """First those that name a platform, if there is more than one; then those that make the robot elastic."""
+    monkeypatch.chdir(tmp_path)
+
+    def said(command: list[str]) -> list[list[str]]:
+        assert main(command) in (0, 2)
+        text = capsys.readouterr()
+        return [shlex.split(line)[1:] for line in (text.out + text.err).splitlines() if line.startswith("  kinetostatics ")]
+
+    commands = said(["analyze", str(FOLDER / file)])
+    assert commands
+    named = commands[0][0] == "analyze"
+    for found in (said(command) for command in commands) if named else [commands]:
+        for command in found:
+            assert main(command) == 0
+        if found:
+            capsys.readouterr()
+            assert main(["check", found[1][1]]) == 0
+            assert "stubby" not in capsys.readouterr().out
+        else:
+            assert file == "iris_description/robots/iris.urdf"
 
 
 @pytest.mark.few(1)

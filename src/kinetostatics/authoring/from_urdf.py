@@ -72,7 +72,7 @@ def extend_robot(
             the link's ``<inertial>`` says; without one, what its material weighs.
         joint_stiffness: stiffnesses of actuators [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
             the comments.
-        yaml: a ``robot.yaml`` of Gepetto's.
+        yaml: a ``robot.yaml`` of Gepetto's; None: that of the same name beside the source, if it has loops.
         types: the joints that close another tool's loops, ``{loop: type}`` with the types of ``<loop>``, or one type for all
             of which the source does not say it.
         axes: ``{loop: (x, y, z)}``, the joint's axis in the loop's frame on its predecessor; for universal two of them, the
@@ -170,8 +170,12 @@ def _loops(
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
+    warnings: list[str] = []
     if yaml is None:
-        return source, [*onshape.read(source), *isaac.read(source)], Actuators(None, transmissions), []
+        yaml = None if root.named("loop") else gepetto.beside(path)
+        if yaml is None:
+            return source, [*onshape.read(source), *isaac.read(source)], Actuators(None, transmissions), []
+        warnings = [f"{yaml}: the loops are those of this file, which stands beside the URDF."]
     said = gepetto.read(source, yaml)
     loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
     if not loops:
@@ -180,7 +184,7 @@ def _loops(
     if said.retyped:
         retyped = _source(path, gepetto.retype(source, said.retyped))
         source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, Actuators(named, transmissions, said.driven_note), list(said.warnings)
+    return source, loops, Actuators(named, transmissions, said.driven_note), [*warnings, *said.warnings]
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
@@ -241,7 +245,7 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
     if elastic == SUGGESTED:
         wanted = {link: "" for link in suggested}
         if not wanted:
-            raise ArgumentError("elastic: no link of the file has the data of a beam; name links")
+            raise ArgumentError(f"elastic: no link of the file has the data of a beam; {_tip(description) or 'name links'}")
     elif isinstance(elastic, str):
         raise ArgumentError(
             f"elastic is {elastic!r}; it is {SUGGESTED!r}, or sections by link: {{'upper_arm': 'tube 60mm 50mm steel'}}"
@@ -260,7 +264,7 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
     if rest:
         result += (
             f"\n  <!-- Links that could be beams, as tubes of {MATERIAL} with the link's mass and a wall of {WALL:g} of their\n"
-            "       diameter: measure your own, and take the beam out of its comment. -->\n"
+            "       diameter, but not too thick for beam theory: measure your own, and take the beam out of its comment. -->\n"
         )
         for span in (candidates[link] for link in rest):
             remark = f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg"
@@ -293,6 +297,8 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
     """Return the text of the chosen beam."""
     if link not in description.links:
         raise ArgumentError(f"elastic: no link {link!r}: {near_names(link, description.links)}")
+    if link == description.platform and (tip := _tip(description)):
+        raise ArgumentError(f"elastic: {tip}")
     if link not in candidates:
         between = ", ".join(map(repr, candidates)) or "none"
         raise ArgumentError(
@@ -307,6 +313,19 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
     if span.mass <= 0:
         more += f' density="{MATERIALS[section.material][2]:g}"'
     return _element(span, section.material, f"<{section.shape} {sizes}/>", more)
+
+
+def _tip(description: RobotDescription) -> str:
+    """Say how a platform that a moving joint carries gets an end, if it is one: the platform itself is rigid."""
+    joint = next((item for item in description.joints.values() if item.child == description.platform), None)
+    if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
+        return ""
+    link = quoted(description.platform)
+    return (
+        f"{description.platform!r} is the platform, which is rigid; end it in a link of its own, which then is the platform: "
+        f'<link name="tool"/><joint name="tool_joint" type="fixed"><parent link={link}/><child link="tool"/>'
+        '<origin xyz="X Y Z"/></joint>'
+    )
 
 
 def _element(span: Span, material: str, section: str, more: str = "") -> str:

@@ -11,23 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.authoring.section_words import MATERIALS
+from kinetostatics.checks.input_warnings import STUBBY, WIRE
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 
-#: Wall of the tubes that are suggested, as part of their outer diameter, their material, and how slender they must be.
-WALL, MATERIAL, SLENDER = 0.1, "aluminium", 2.0
+#: Wall of the tubes that are suggested, as part of their outer diameter, their material, and how slender a tube of the link's
+#: mass, in which motors count, must be.
+WALL, MATERIAL, SLENDER = 0.1, "aluminium", 1.5
 #: Two axes are parallel if the sine between them is smaller.
 PARALLEL = 1e-3
 
 
 @dataclass(frozen=True)
 class Span:
-    """A link between two joints on the way from base to platform.
+    """A link between two joints on the way from base to platform, or between the last of them and the platform.
 
     Attributes:
         link: its name.
-        start, end: the joints that move at its ends, towards the base and towards the platform; empty: its only ones.
+        start, end: the joints at its ends, towards the base and towards the platform; empty: its only ones.
         along: unit vector from one to the other at the zero pose, in the link's frame.
         axis: of the revolute or prismatic joint ``start``, in the link's frame.
         length: distance of the two joints at the zero pose [m].
@@ -51,15 +53,24 @@ class Span:
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m] of the tube with the link's mass, to two digits; None without mass, or if it is stubby."""
+        """Outer and inner diameter [m] of the tube with the link's mass, but no thicker than ``check`` takes beams to be.
+
+        They have two digits. None without mass, or where that tube is much thicker.
+        """
         if self.mass <= 0:
             return None
         area = self.mass / (MATERIALS[MATERIAL][2] * self.length)
         outer = math.sqrt(area / (math.pi * WALL * (1 - WALL)))
-        if self.length < SLENDER * outer:
+        if not SLENDER * outer <= self.length <= WIRE * outer:
             return None
-        outer = float(f"{outer:.2g}")
+        outer = min(float(f"{outer:.2g}"), _rounded_down(self.length / STUBBY))
         return outer, float(f"{(1 - 2 * WALL) * outer:.6g}")
+
+
+def _rounded_down(value: float) -> float:
+    """Return a positive number with two digits, which is not larger."""
+    digit: float = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{math.floor(value / digit * (1 + 1e-12)) * digit:.2g}")
 
 
 def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
@@ -82,15 +93,18 @@ def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
     """Return the links between any two joints that move and follow one another from base to platform, by name.
 
-    Of several links that are fixed to one another it is the heaviest. Of a robot with loops all links that two joints or loops
-    hold. ``frames`` are those of the links at the zero of all joints, (4, 4) matrices.
+    The last one ends at the fixed joint of the platform's link, if it has one. Of several links that are fixed to one another
+    it is the heaviest, but never the platform. Of a robot with loops all links that two joints or loops hold. ``frames`` are
+    those of the links at the zero of all joints, (4, 4) matrices.
     """
     if description.loops:
         return _between_two(description)
     passed = way(description)
-    moving = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
+    ends = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
+    if ends and ends[-1] < len(passed) - 1:
+        ends.append(len(passed) - 1)
     found: dict[str, Span] = {}
-    for first, last in itertools.pairwise(moving):
+    for first, last in itertools.pairwise(ends):
         links = [joint.child if down else joint.parent for joint, down in passed[first:last]]
         link = max(links, key=lambda name: description.links[name].mass)
         start, end = passed[first][0], passed[last][0]

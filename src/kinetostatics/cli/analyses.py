@@ -11,6 +11,7 @@ from kinetostatics.cli.answers import answer
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of
 from kinetostatics.cli.options import check_files, given_of, value_of
+from kinetostatics.cli.rigid import rigid_advice
 from kinetostatics.cli.typed_values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError
@@ -32,12 +33,15 @@ def _analyze(args: argparse.Namespace) -> int:
     """Print the analysis."""
     with waiting("analyzing"):
         options = loads_of(args)
-        configuration, warnings = pose_of(load_robot(args), args)
+        robot = load_robot(args)
+        configuration, warnings = pose_of(robot, args)
         result = ANALYZE.called()(configuration, **options)
         axes, tool = value_of("hinge_axis", args) or {}, value_of("tool", args)
         report = (result if tool is None else result.at_point(tool)).report(hinge_axes=axes)
         if not (args.full or args.json):
             report = report.only(*args.only) if args.only else report.brief()
+        if not args.json:
+            warnings = [*rigid_advice(robot, args, options), *warnings]
     answer(report.to_dict() if args.json else report, warnings)
     return 0
 

@@ -90,7 +90,7 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
         warnings.append(f"{root.place}: the file names no platform; it is {found[0]!r}, the only link at an end of its tree.")
         return found[0]
     if not found:
-        raise root.error("the robot has no platform: no joint of this file moves a link")
+        raise root.error('the robot has no platform, and no joint moves a link that <platform link="…"/> could name')
     raise PlatformMissingError(root.place.file, root.place.line, found[:OFFERED])
 
 
@@ -121,7 +121,8 @@ def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, 
     """
     others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:
-        warnings.append(f"{path}: the file has no <transmission>; its joints that move count as driven, all {len(others)}.")
+        moving = f"all {len(others)} joints that move count" if others[1:] else f"the joint that moves, {others[0]!r}, counts"
+        warnings.append(f"{path}: the file has no <transmission>; {moving} as driven.")
     elif others:
         warnings.append(f"{path}: joints without a <transmission> count as driven like the others: {listed(others)}.")
     return (*driven, *others)

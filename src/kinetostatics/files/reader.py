@@ -14,6 +14,7 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.attribute_values import new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
+from kinetostatics.files.foreign.complete import unread_loops
 from kinetostatics.files.plain_urdf import all_driven, chosen_platform, file_name, first_base, known_link
 from kinetostatics.files.robot_element import extra_of_robot, robot_element
 from kinetostatics.files.rules import (
@@ -173,6 +174,10 @@ def describe(
     platform_element, base_element = _only(root, PLATFORM, links), _only(root, BASE, links)
     joints = with_right_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
+    if platform_element is None and not loops and (where := unread_loops(path, root, links)):
+        raise root.error(
+            f"the robot has loops of another tool ({where}); make a robot file with them: kinetostatics new --from {path}"
+        )
     if platform is None and platform_element is None and not loops:
         platform = chosen_platform(root, links, joints, warnings)
     if platform is not None:

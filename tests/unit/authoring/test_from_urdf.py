@@ -1,6 +1,7 @@
 """Plain URDFs, extended by a small xacro: what is written, that it loads, and that it sags as beams and springs do."""
 
 import re
+import shlex
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -65,6 +66,40 @@ def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
     assert result.twist[2] == pytest.approx(-(end + (slope + gear) * far), rel=1e-10)
     assert result.twist[4] == pytest.approx(slope + gear, rel=1e-10)
     assert set(result.source_contributions["beams"]) == {"upper"} and set(result.source_contributions["actuators"]) == {"two"}
+
+
+def test_a_one_link_arm_bends_between_its_joint_and_its_tool(tmp_path) -> None:
+    """A cantilever under a load at its end."""
+    path = tmp_path / "one.urdf"
+    tool = '<joint name="tip" type="fixed"><parent link="upper"/><child link="tool"/><origin xyz="0.6 0 0"/></joint>'
+    head = ARM[: ARM.index('  <link name="lower"')] + re.search(r'  <joint name="one".*\n', ARM)[0]
+    path.write_text(f'{head}<link name="tool"/>{tool}</robot>')
+    result = analyzed(ks.extend_robot(path, elastic={"upper": "tube 60mm 50mm steel"}))
+    section = ks.sections.Tube.of(0.06, 0.05)
+    kappa = section.shear_coefficients(0.3)[0]
+    bent = 100 * 0.6**3 / (3 * 210e9 * section.I_y) + 100 * 0.6 / (kappa * 210e9 / 2.6 * section.area)
+    assert result.twist[2] == pytest.approx(-bent, rel=1e-10) and set(result.beams) == {"upper"}
+    path.write_text(f"{head}</robot>")
+    for elastic in ({"upper": "tube 60mm 50mm steel"}, "suggested"):
+        with pytest.raises(
+            ks.ArgumentError, match="'upper' is the platform, which is rigid; end it in a link of its own"
+        ) as caught:
+            ks.extend_robot(path, elastic=elastic)
+    said = re.search(r"<link .*</joint>", str(caught.value))[0].replace("X Y Z", "0.6 0 0")
+    path.write_text(f"{head}{said}</robot>")
+    assert analyzed(ks.extend_robot(path, elastic={"upper": "tube 60mm 50mm steel"})).twist[2] == pytest.approx(-bent, rel=1e-10)
+
+
+@pytest.mark.parametrize(("mass", "outer"), [(0.05, 0.01), (20.0, 0.12), (90.0, None)])
+def test_suggested_tubes_are_neither_stubby_nor_thicker_than_their_mass(mass, outer, arm) -> None:
+    arm.write_text(ARM.replace(WEIGHT.format(2), WEIGHT.format(mass)))
+    if outer is None:
+        with pytest.raises(ks.ArgumentError, match="no link of the file has the data of a beam"):
+            ks.extend_robot(arm, platform_link="tool", elastic="suggested")
+        return
+    robot = ks.extend_robot(arm, platform_link="tool", elastic="suggested")
+    assert robot.description.beams["upper"].section.outer_diameter == outer
+    assert not [text for text in robot.warnings if "beam upper" in text]
 
 
 def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_path) -> None:
@@ -259,3 +294,38 @@ def test_a_joint_on_the_way_that_is_no_drive_stays_passive(arm) -> None:
     assert made.description.driven == ("two", "left_slide", "right_slide")
     both = ks.extend_robot(arm, platform_link="left", actuators=["two", "three", "one"])  # the left finger's slide is on its way
     assert both.description.driven == ("two", "three", "one", "right_slide")
+
+
+def test_a_rigid_robot_is_told_how_to_become_elastic_and_following_it_works(arm, tmp_path, monkeypatch, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    pose = [
+        "--platform-link",
+        "tool",
+        "--actuators",
+        "one=10deg",
+        "two=-20deg",
+        "three=0",
+        "--load",
+        "0",
+        "0",
+        "-100",
+        "0",
+        "0",
+        "0",
+    ]
+    assert main(["analyze", "arm.urdf", *pose]) == 0
+    first, *commands = capsys.readouterr().out.splitlines()[:3]
+    assert first.startswith("! nothing is elastic, so nothing sags")
+    assert commands[0].endswith("--elastic suggested --joint-stiffness suggested --out arm_elastic.urdf.xacro")
+    for command in commands:
+        assert main(shlex.split(command)[1:]) == 0
+    assert "nothing is elastic" not in capsys.readouterr().out
+    assert main(["analyze", "arm.urdf", *pose]) == 0
+    assert "arm_elastic_2.urdf.xacro" in capsys.readouterr().out
+    for text, option in ((r'effort="\d+"', "elastic"), (r'<mass value="[\d.]+"', "joint-stiffness")):
+        arm.write_text(re.sub(text, re.sub(r'".*"', '"0"', text), ARM))
+        assert main(["analyze", "arm.urdf", *pose]) == 0
+        assert f"--platform-link tool --{option} suggested --out" in capsys.readouterr().out
+    arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
+    assert main(["analyze", "arm.urdf", *pose]) == 0
+    assert "links get a <beam>, actuators a <joint_stiffness>" in capsys.readouterr().out

@@ -265,6 +265,29 @@ def test_command_prints_without_out(capsys, monkeypatch):
     assert parse_robot_text(text, "here").loops["closedloop1"].successor == "rod_2"
 
 
+def test_the_yaml_beside_a_urdf_is_taken_and_said_and_loops_of_others_are_not_overlooked(capsys, tmp_path):
+    source = ["--from", str(GEPETTO[0]), "--platform-link", "tool"]
+    assert cli.main(["new", *source]) == 0
+    taken = capsys.readouterr()
+    assert f"{GEPETTO[1]}: the loops are those of this file" in taken.err
+    assert cli.main(["new", *source, "--yaml", str(GEPETTO[1])]) == 0
+    assert capsys.readouterr().out == taken.out
+    for name, file in (("five_bar_gepetto.yaml", GEPETTO[0]), ("<loop_joint>", FOUR_BAR), ("'closing_tool_1'", FIVE_BAR)):
+        for links in ([], ["--platform-link", "crank_1"]):
+            assert cli.main(["analyze", str(file), *links]) == 2
+            said = capsys.readouterr().err
+            assert "loops of another tool" in said and name in said and f"kinetostatics new --from {file}" in said
+    other = written(tmp_path, GEPETTO[0].read_bytes(), "five_bar.urdf")
+    written(tmp_path, "gains: 3\n", "five_bar.yaml")
+    assert ks.load_robot(other, platform_link="tool").description.driven == (
+        "motor_1",
+        "passive_1",
+        "motor_2",
+        "passive_2",
+        "closedloop1_A",
+    )
+
+
 def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     """The included file could not be changed, so there is no include; comments on loops and actuators are the same."""
     out = tmp_path / "robot.urdf"
@@ -385,7 +408,7 @@ def test_types_that_the_source_leaves_out(tmp_path):
     """Loaders differ in what a missing ``type`` means; a ``<loop_joint>`` without a type means nothing."""
     yaml = written(tmp_path, GEPETTO[1].read_text().replace("type: ['6d']\n", ""))
     assert asked(GEPETTO[0], yaml, platform_link="tool")[1] == ["types"]
-    source = written(tmp_path, FOUR_BAR.read_text().replace(' type="revolute">\n    <link1', ">\n    <link1"), "robot.urdf")
+    source = written(tmp_path, FOUR_BAR.read_text().replace(' type="revolute">\n    <link1', ">\n    <link1"), "isaac.urdf")
     assert asked(source, platform_link="coupler", actuators=["drive"])[1] == ["types"]
     assert asked(source, platform_link="coupler", actuators=["drive"], types={"closure": "planar"})[1] == ["axes"]
 

@@ -11,8 +11,9 @@ import numpy as np
 from kinetostatics.description.elements import Loop, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.foreign import onshape
+from kinetostatics.files.foreign import gepetto, onshape
 from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.files.xml import XmlElement
 from kinetostatics.math.arrays import Array
 
 _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
@@ -72,6 +73,15 @@ def complete(
     if missing:
         raise ArgumentError(f"{source.path} does not say everything; give also {'; '.join(missing)}")
     return tuple(closed), driven, [*warnings, *filter(None, (_turned(source, loop) for loop in closed))]
+
+
+def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
+    """Return where a URDF has loops of another tool, which only a file made from it would have; empty if it has none."""
+    if yaml := gepetto.beside(path):
+        return yaml
+    if root.named("loop_joint"):
+        return "<loop_joint>"
+    return next((f"the link {link!r}" for link in links if onshape.FRAME.fullmatch(link)), "")
 
 
 def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:

@@ -23,6 +23,7 @@ https://github.com/Gepetto/toolbox-parallel-robots do with them:
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import takewhile
@@ -135,6 +136,15 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
         raise RobotFileError(f"the file cannot be read: {error.strerror or error}", file) from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # characters that YAML does not allow; lists in themselves
         raise RobotFileError(f"this is not YAML: {shortened(' '.join(str(error).split()))}", file) from None
+
+
+def beside(path: str) -> str | None:
+    """Return the YAML with ``closed_loop`` that has the name of a URDF and stands beside it, None if there is none."""
+    file = f"{os.path.splitext(path)[0]}.yaml"
+    try:
+        return file if re.search(rb"^closed_loop\s*:", read_file(file), re.MULTILINE) else None
+    except (OSError, RobotFileError):
+        return None
 
 
 # ---- what the keys say ------------------------------------------------------------------------------------------------------
