@@ -79,12 +79,12 @@ KNOWN_NAMES = (
     KnownName(
         "Tripteron", "3-[P]RRR", "a limb along each of X, Y and Z: three translations", _CARTESIAN, ("isoglide", "isoglide3")
     ),
-    KnownName("3-CRR", "3-[C]RR", "the same on cylindrical guides: three translations", _CARTESIAN),
+    KnownName("3-CRR", "3-[C]RR", "arms on cylindrical guides along X, Y and Z: three translations", _CARTESIAN),
     KnownName("Orthoglide", "3-[P]R(4R)R", "parallelograms on three rails: three translations", _CARTESIAN),
     KnownName("five-bar", "[R]RR+[R]R", "two arms: a point in a plane", _PLANAR, ("5r", "rrrrr", "double scara", "dextar")),
     KnownName("planar 3-RRR", "3-[R]RR", "three arms: two translations and a rotation in a plane", _PLANAR),
-    KnownName("planar 3-RPR", "3-R[P]R", "the same with telescopes", _PLANAR),
-    KnownName("planar 3-PRR", "3-[P]RR", "the same with carriages", _PLANAR),
+    KnownName("planar 3-RPR", "3-R[P]R", "three telescopes: two translations and a rotation in a plane", _PLANAR),
+    KnownName("planar 3-PRR", "3-[P]RR", "three carriages: two translations and a rotation in a plane", _PLANAR),
     KnownName(
         "spherical 3-RRR", "3-[R]RR", "three rotations about a point, an Agile Eye", _SPHERICAL, ("agile eye", "spherical")
     ),

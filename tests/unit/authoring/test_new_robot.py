@@ -108,7 +108,8 @@ def test_names_are_listed(capsys):
 def test_each_name_makes_a_robot_that_its_actuators_hold(known):
     robot = ks.new_robot(known.name)
     assert parse_architecture(known.architecture).text == known.architecture
-    assert robot.mobility.platform == len(robot.description.driven) and not robot_facts(robot).problems
+    assert robot.mobility.platform == len(robot.description.driven)
+    assert not robot_facts(robot).problems and not robot.description.warnings
     assert ks.analyze(robot.assemble(), load=[10, 20, -500, 1, 2, 3]).status == ks.Status.OK
 
 
