@@ -19,7 +19,6 @@ from kinetostatics.arguments import check
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
-from kinetostatics.engine.record import wrenches_of
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index, chunks
@@ -33,7 +32,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.limb_ranks import groups_of_poses
-from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads
+from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.statics.solution import Solution

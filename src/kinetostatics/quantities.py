@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_UNITS, Kind
 from kinetostatics.statics.joint_wrenches import actuator_forces
 from kinetostatics.statics.link_loads import sum_of
@@ -90,6 +90,32 @@ def _spring_forces(robot: RobotStatics, solution: Solution) -> Array:
 def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
     forces = actuator_forces(robot, solution)
     return np.stack([forces[name] for name in robot.description.driven]) if forces else np.empty((0, solution.o.shape[1]))
+
+
+def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
+    """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
+    return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
+
+
+def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
+    """Return what is picked of each group (k, g, N), limb by limb (Σ k, N); NaN where wrenches are not those of the labels."""
+    rows = [np.empty((0, solution.o.shape[1]))]
+    for group in robot.groups:
+        for limb, mine in zip(group.limbs, getattr(group, labels), strict=True):
+            number, position = solution.places[limb.name]
+            item = solution.statics[number]
+            nothing = np.full((len(mine), solution.o.shape[1]), np.nan)
+            rows.append(
+                nothing if item.group.at_one_pose else np.where(item.degenerate[position], np.nan, pick(number)[:, position])
+            )
+    return np.concatenate(rows)
+
+
+def _intensities(robot: RobotStatics, solution: Solution) -> Array:
+    def pick(k: int) -> Array:
+        return np.where(solution.undetermined[k], np.nan, solution.intensities[k].sum(axis=1))
+
+    return _of_limbs(robot, solution, "labels", pick)
 
 
 _COMPONENT, _MATRIX, _ACTUATOR = ("component",), ("component", "component_2"), ("actuator",)
@@ -188,6 +214,17 @@ QUANTITIES: Mapping[str, Entry] = {
 #: The functions that compute a quantity from the equilibrium, by name of the quantity.
 COMPUTED: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
     name: entry.of for name, entry in QUANTITIES.items() if entry.of is not None
+}
+#: All that is taken of the equilibrium, each (…components, N).
+OF_EQUILIBRIUM: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
+    **COMPUTED,
+    "intensities": _intensities,
+    "attached_intensities": lambda robot, s: _of_limbs(robot, s, "attached_labels", lambda k: s.statics[k].W_g),
+    "singular": lambda robot, solution: solution.singular,
+    "indeterminate": lambda robot, solution: solution.indeterminate,
+    "basis_degenerate": lambda robot, solution: solution.basis_degenerate,
+    "doubtful": lambda robot, solution: solution.doubtful,
+    "usual": _is_usual,
 }
 #: The quantities of a Dataset by their names there, in its order.
 VARIABLES: Mapping[str, Entry] = {entry.variable: entry for entry in QUANTITIES.values() if entry.variable}

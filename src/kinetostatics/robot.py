@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import warn
-from kinetostatics.buckling.members import Members
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
@@ -27,10 +26,11 @@ from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
 from kinetostatics.mechanism.topology import analyze_topology
 from kinetostatics.statics.robot_statics import RobotStatics, make_statics
-from kinetostatics.statics.small_motions import SmallMotions
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+    from kinetostatics.buckling.members import Members
 
 
 def load_robot(
@@ -147,7 +147,9 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def members(self) -> Members:
         """Members (collinear beams that buckle together) and their limbs."""
-        return Members(SmallMotions(self.statics))
+        from kinetostatics.buckling.members import Members
+
+        return Members(self.statics)
 
     def assemble(
         self,

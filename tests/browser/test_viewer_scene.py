@@ -76,7 +76,7 @@ def test_joints_stay_connected(result):
     connections = result.robot.mechanism.connections
     checked = 0
     for joint in find_joints(poses):
-        if joint.beam is not None or any(connections[name].kind == "prismatic" for name in joint.joints):
+        if joint.beam is not None or any(connections[name].type.name == "prismatic" for name in joint.joints):
             continue
         for name in joint.joints:
             for link in (connections[name].predecessor, connections[name].successor):

@@ -131,7 +131,7 @@ def test_the_same_as_plain_values(name):
 
 def _moves(name, joint, shown):
     """Whether a joint moves, or is a weld that is shown because it stands at the base or the platform."""
-    return robot(name).mechanism.connections[joint].kind != "fixed" or joint in shown
+    return robot(name).mechanism.connections[joint].type.name != "fixed" or joint in shown
 
 
 @pytest.mark.parametrize("name", ROBOTS)

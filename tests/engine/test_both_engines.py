@@ -21,10 +21,9 @@ from tapes import computed
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
-from kinetostatics.engine.pose_record import OF_EQUILIBRIUM
-from kinetostatics.engine.record import wrenches_of
 from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
+from kinetostatics.quantities import OF_EQUILIBRIUM
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces, wrenches_of
 from kinetostatics.statics.springs import solve_with_springs
 
 COUNT, FIRST = 300, int(os.environ.get("KINETOSTATICS_FIRST_ROBOT", "0"))

@@ -26,7 +26,7 @@ def test_the_key_of_kept_code_tells_all_that_is_recorded(monkeypatch):
     sys.setprofile(note)
     try:
         pose_record(PoseModel.of(robot.solver, ready, robot.actuator_coordinates), ["twist"], (example.x, *example_of(ready)[1:]))
-        newton_record(robot.solver, robot.actuator_coordinates, example, 0)
+        newton_record(robot.solver, robot.actuator_coordinates, example)
     finally:
         sys.setprofile(None)
     assert {"statics", "kinematics", "limbs"} <= folders <= {*code._SOURCES, "layout"}

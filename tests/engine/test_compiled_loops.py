@@ -61,17 +61,16 @@ def test_both_engines_reach_the_same_poses(name, kind, orientation, box, monkeyp
 
 
 def solver_of(robot):
-    analysis = robot.mobility_analysis
-    prescribed = analysis.without_idle_dofs(robot.actuator_coordinates)
+    prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
     example = robot.generic_poses.take(np.array([0]))
-    return CompiledSolver(robot.solver, prescribed, analysis.local_dofs(prescribed), example), prescribed
+    return CompiledSolver(robot.solver, prescribed, example), prescribed
 
 
 def test_where_the_record_does_not_hold_numpy_corrects():
     """Beside half a turn the logarithm of a rotation takes another way, which a guard tells."""
     robot = robot_named("planar_3rrr")
     solver = robot.assemble(platform={"x": 0.0, "y": 0.0, "rz": 0.1}, engine="compiled") and next(
-        item.made for (given, _), item in programs._LOOPS[robot].items() if given.angles
+        item.made for given, item in programs._LOOPS[robot].items() if given.angles
     )
     prescribed = solver._own
     start = robot.zero_poses.take(np.zeros(3, dtype=np.intp))
@@ -157,10 +156,10 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
     monkeypatch.setattr(loops, "_FUNCTIONS", functions)
     _, prescribed = solver_of(robot)
     example = robot.generic_poses.take(np.array([0]))
-    assert CompiledSolver.kept(robot.solver, prescribed, 0, example) is not None
+    assert CompiledSolver.kept(robot.solver, prescribed, example) is not None
     other = robot_named("planar_3rrr")
-    given = other.mobility_analysis.without_idle_dofs(other.actuator_coordinates)
-    assert CompiledSolver.kept(other.solver, given, 0, other.generic_poses.take(np.array([0]))) is None
+    given = other.mobility_analysis.with_dofs(other.actuator_coordinates)
+    assert CompiledSolver.kept(other.solver, given, other.generic_poses.take(np.array([0]))) is None
 
 
 def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
@@ -170,10 +169,10 @@ def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
     monkeypatch.setattr(loops.CompiledSolver, "__init__", lambda self, solver, *_: made.append(vars(self).update(vars(solver))))
     monkeypatch.setattr(loops.CompiledSolver, "kept", classmethod(lambda *_: made.append("looked")))
     chosen = programs.compiled_loops("auto")
-    given = robot.actuator_coordinates, 0
+    given = robot.actuator_coordinates
     for _ in range(20):
-        assert chosen(robot, *given, 999) is robot.solver and made == []
-    assert chosen(robot, *given, 9_999) is robot.solver and made == ["looked"]
-    assert chosen(robot, *given, 10_000) is not robot.solver and made == ["looked", None]
-    assert chosen(robot, *given, 1) is not robot.solver and made == ["looked", None]  # it is in memory
-    assert programs.compiled_loops("numpy")(robot, *given, 10**9) is robot.solver
+        assert chosen(robot, given, 999) is robot.solver and made == []
+    assert chosen(robot, given, 9_999) is robot.solver and made == ["looked"]
+    assert chosen(robot, given, 10_000) is not robot.solver and made == ["looked", None]
+    assert chosen(robot, given, 1) is not robot.solver and made == ["looked", None]  # it is in memory
+    assert programs.compiled_loops("numpy")(robot, given, 10**9) is robot.solver

@@ -21,8 +21,7 @@ def own_folder(monkeypatch, tmp_path):
 
 
 def compiled(robot, convention):
-    prescribed, local = prescribed_of(robot, convention)
-    return CompiledSolver(robot.solver, prescribed, local, robot.generic_poses.take(np.array([0])))
+    return CompiledSolver(robot.solver, prescribed_of(robot, convention), robot.generic_poses.take(np.array([0])))
 
 
 def drop_guards(monkeypatch, folder):
@@ -100,16 +99,16 @@ def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
 def test_one_pose_is_found_in_one_go_where_newton_arrives_without_doubt(given):
     """From open loops, from where Newton's method passes singular poses; with one actuator the other is a local freedom."""
     robot, random, N = robot_named("five_bar"), np.random.default_rng(0), 300
-    prescribed = PrescribedCoordinates(robot.actuator_coordinates.columns[:given])
-    solver = CompiledSolver(robot.solver, prescribed, 2 - given, robot.generic_poses.take(np.array([0])))
+    prescribed = PrescribedCoordinates(robot.actuator_coordinates.columns[:given], local_dofs=2 - given)
+    solver = CompiledSolver(robot.solver, prescribed, robot.generic_poses.take(np.array([0])))
     start = robot.zero_poses.take(np.zeros(N, dtype=np.intp))
     start.x[:] = robot.solver.tree.integrate(start.x, random.uniform(-0.8, 0.8, (4, N)))
     target = robot.solver.values(prescribed, start) + random.uniform(-0.3, 0.3, (given, N))
-    found, good = robot.solver.newton(prescribed, start, target, 2 - given)
+    found, good = robot.solver.newton(prescribed, start, target)
     sure = good if given == 1 else good & robot.solver.surely_on_one_side(prescribed, start, found)
     assert 10 < sure.sum() < N - 10 and (given == 1 or np.any(good & ~sure))
     for k in range(N):
-        one = solver.in_one_go(prescribed, start.take(np.array([k])), target[:, k : k + 1], 2 - given)
+        one = solver.in_one_go(prescribed, start.take(np.array([k])), target[:, k : k + 1])
         assert (one is not None) == sure[k]
         if one is not None:
             np.testing.assert_allclose(one.x[:, 0], found.x[:, k], rtol=0, atol=1e-10)

@@ -37,16 +37,16 @@ CASES = [
 @pytest.mark.parametrize(("name", "convention"), CASES)
 def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     robot = package_robots.robot(name)
-    prescribed, local = prescribed_of(robot, convention)
+    prescribed = prescribed_of(robot, convention)
     state, target = beside(robot, prescribed, robot.generic_poses)
     N, example = target.shape[1], state.take(np.array([0]))
-    parameters = structure_of(robot.solver, prescribed, local).values
+    parameters = structure_of(robot.solver, prescribed).values
     _, gradient = robot.solver.system(prescribed, state, target)
     condition = np.max(np.linalg.cond(np.moveaxis(gradient, 2, 0))) if gradient.size else 1.0
 
-    record = newton_record(robot.solver, prescribed, example, local)
+    record = newton_record(robot.solver, prescribed, example)
     before, shrunk = np.full(N, np.inf), np.full(N, SHRINKING)
-    wanted = robot.solver.correct(prescribed, state, target, local, before, shrunk, np.zeros(N, dtype=bool))
+    wanted = robot.solver.correct(prescribed, state, target, before, shrunk, np.zeros(N, dtype=bool))
     inputs = [
         np.concatenate([state.x, state.c, [before, shrunk, np.ones(N), np.zeros(N), np.ones(N)]]),
         np.append(target, np.zeros((1, N)), axis=0),
@@ -56,13 +56,13 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     assert np.max(np.abs(found[: len(numbers)] - numbers)) < 1e-14 * condition**2
     np.testing.assert_array_equal(found[len(numbers) :], [wanted.going, wanted.done, np.ones(N), wanted.going])
 
-    record = place_record(robot.solver, prescribed, example, local)
+    record = place_record(robot.solver, prescribed, example)
     q, frames, residual = robot.solver.place(state.x)
     found = evaluate(record.tape, [state.x], parameters, [*record.numbers, *record.truths]).astype(float)
     numbers = np.concatenate([q, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), residual, np.ones((1, N))])
     assert np.max(np.abs(found - numbers)) < 1e-13
 
-    record = start_record(robot.solver, prescribed, example, local)  # also where turns farther than half a turn are wanted
+    record = start_record(robot.solver, prescribed, example)  # also where turns farther than half a turn are wanted
     for turned, shorter in ((0.0, True), (4.0, True), *([(4.0, False)] if prescribed.angles else [])):
         first, c = robot.solver.line(prescribed, state, target + turned, shorter)
         inputs = [state.x, state.c, target + turned, np.full((1, N), float(shorter))]
@@ -73,10 +73,10 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
 def test_placements_are_parameters_of_the_loops():
     """A record made of one robot holds for another of the same structure: other placements."""
     one, other = (package_robots.robot("3rps", home_length=a) for a in (0.55, 0.6))
-    prescribed, local = prescribed_of(one, "XYZ")
+    prescribed = prescribed_of(one, "XYZ")
     state, _ = beside(other, prescribed, other.generic_poses)
-    record = place_record(one.solver, prescribed, one.generic_poses.take(np.array([0])), local)
-    first, second = (structure_of(robot.solver, prescribed, local) for robot in (one, other))
+    record = place_record(one.solver, prescribed, one.generic_poses.take(np.array([0])))
+    first, second = (structure_of(robot.solver, prescribed) for robot in (one, other))
     assert first.key == second.key and first.values.shape == second.values.shape
     assert first.key != Structure(one.statics).key
     residual = record.numbers[-one.equations.closures :]
@@ -90,6 +90,6 @@ def test_placements_are_parameters_of_the_loops():
 def test_code_on_disk_is_found_whatever_was_asked_of_the_coordinates_before():
     """Their hash is remembered, and another one in each process."""
     robot = package_robots.robot("3rps")
-    prescribed, local = prescribed_of(robot, "XYZ")
-    plain = structure_of(robot.solver, replace(prescribed), local).key
-    assert hash(prescribed) and structure_of(robot.solver, prescribed, local).key == plain
+    prescribed = prescribed_of(robot, "XYZ")
+    plain = structure_of(robot.solver, replace(prescribed)).key
+    assert hash(prescribed) and structure_of(robot.solver, prescribed).key == plain

@@ -58,8 +58,8 @@ def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
 def test_single_poses_never_wait_while_code_is_made(made):
     """As behind a live page."""
     robot = robot_of(cantilever())
-    code(robot, "numpy", 1)
-    with programs._program_of(programs._POSES, robot, (None, False))._lock:
+    code(robot, "auto", 1)
+    with programs._POSES[robot][None, False].lock:
         assert code(robot, "auto", 1) is None and made == []
 
 

@@ -3,9 +3,10 @@
 import numpy as np
 
 from kinetostatics.engine.pose_code import ANALYSIS, pose_model
-from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, pose_record
+from kinetostatics.engine.pose_record import pose_record
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.springs import solve_with_springs
 
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
@@ -106,10 +107,9 @@ def evaluated(robot, record, *given, stages=ANALYSIS):
 
 
 def prescribed_of(robot, convention):
-    """Return the actuators or the first coordinates of the platform that determine the pose, and how many freedoms are local."""
+    """Return the actuators or the first coordinates of the platform that determine the pose."""
     prescribed = robot.actuator_coordinates
     if convention is not None:
         orientation = orientation_named(convention)
         prescribed = prescribed_platform(choices(robot, orientation, (), robot.zero_poses)[0], orientation)
-    prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
-    return prescribed, robot.mobility_analysis.local_dofs(prescribed)
+    return robot.mobility_analysis.with_dofs(prescribed)

@@ -10,6 +10,7 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import BeamEnds, SmallMotions
 from kinetostatics.statics.solution import Solution
 
@@ -33,9 +34,8 @@ class Members:
         structure: the robot.
     """
 
-    def __init__(self, structure: SmallMotions) -> None:
-        self.structure = structure
-        model = structure.model
+    def __init__(self, model: RobotStatics) -> None:
+        self.structure = structure = SmallMotions(model)
         frames = model.zero_frames
         self._x = {name: frames.direction(beam.span.carrier, beam.axes[:, 0])[:, 0] for name, beam in model.beams.items()}
         spans = {name: beam.span for name, beam in model.beams.items()}

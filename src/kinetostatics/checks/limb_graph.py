@@ -50,7 +50,7 @@ class GraphReader:
         mimic = connections[0].mimic
         elastic = any(springs_of(self.mechanism, name) or name in drives_of(self.mechanism) for name in names)
         driven = connections[0].driven and mimic is None
-        return JointStep(label, names, compound.kind, driven, elastic, None if mimic is None else mimic.joint)
+        return JointStep(label, names, compound.type.name, driven, elastic, None if mimic is None else mimic.joint)
 
 
 @dataclass(eq=False)

@@ -78,7 +78,7 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
         for spring in (springs := springs_of(robot.mechanism, name)):
             linear, angular = np.diag(spring.linear), np.diag(spring.angular)
         if springs or drive is not None:
-            kind = robot.mechanism.connections[name].kind
+            kind = robot.mechanism.connections[name].type.name
             found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
     return found
 
@@ -91,7 +91,7 @@ def _stiffnesses(compliances: NDArray[np.float64]) -> tuple[float, float, float]
 def followers(robot: Robot) -> list[FollowerFacts]:
     """Return the joints that mimic others."""
     return [
-        FollowerFacts(item.name, item.kind, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
+        FollowerFacts(item.name, item.type.name, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
         for item in robot.mechanism.connections.values()
         if item.mimic is not None
     ]

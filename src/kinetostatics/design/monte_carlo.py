@@ -203,7 +203,6 @@ class ManyRobots:
         self._derivatives, self._robots, self._numbers, self._reach = derivatives, robots, numbers, reach
         self._robot: Robot = derivatives.robot
         self._prescribed = derivatives.prescribed
-        self._local = self._robot.mobility_analysis.local_dofs(self._prescribed)
         self._model = derivatives.model(self._robot.statics)
         self._names = tuple(name for name in WANTED if name in derivatives.outputs)
         own, nodes = self._model.taken_apart(all_vary=True).values, []
@@ -260,7 +259,7 @@ class ManyRobots:
             open_by = np.max(np.abs(found["residual"]), axis=0, initial=0.0)
             first = open_by if k == 0 else first
             good = np.broadcast_to(holds, N) & (open_by <= OPEN * first + 1e-10)
-            step = -least_squares(found["gradient"], found["residual"][:, None], self._local)[:, 0]
+            step = -least_squares(found["gradient"], found["residual"][:, None], self._prescribed.local_dofs)[:, 0]
             poses = solver.advance(self._prescribed, poses, step)
             if np.max(np.abs(step), initial=0.0) <= ROUNDING:
                 break

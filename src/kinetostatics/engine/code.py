@@ -18,8 +18,8 @@ from kinetostatics.layout.plain import Json
 from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
 
-#: Folders whose functions are recorded or compile.
-_SOURCES = ("buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
+#: Folders, and a module, whose functions are recorded or compile.
+_SOURCES = ("quantities.py", "buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
 BLOCK = 256
 #: The stage in which everything is computed, see :func:`kinetostatics.engine.llvm.module_of`.
@@ -205,6 +205,6 @@ def _versions() -> str:
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for folder in _SOURCES:
-        for path in sorted((root / folder).glob("*.py")):
+        for path in sorted((root / folder).glob("*.py")) or [root / folder]:
             digest.update(path.read_bytes())
     return f"{digest.hexdigest()} {np.__version__}"

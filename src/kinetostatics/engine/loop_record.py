@@ -21,16 +21,14 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 
 
-def structure_of(
-    solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None, *, all_vary: bool = False
-) -> Structure:
+def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape | None = None) -> Structure:
     """Return what a record depends on; see :class:`Structure`."""
-    return Structure((solver, prescribed, local), tape, all_vary=all_vary)
+    return Structure((solver, prescribed), tape)
 
 
-def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> Solver:
+def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape) -> Solver:
     """Return a solver's copy that records."""
-    copy: Solver = structure_of(solver, prescribed, local, tape).copy[0]
+    copy: Solver = structure_of(solver, prescribed, tape).copy[0]
     return copy
 
 
@@ -49,7 +47,7 @@ class Program:
     stages: tuple[int, ...] = ()
 
 
-def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next.
 
     Inputs are the state, that is x (nq'), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; and the prescribed coordinates
@@ -57,7 +55,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     pose is to be corrected again.
     """
     tape = Tape()
-    copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, tape)
     target, size = solver.values(prescribed, example), example.x.shape[0]
     flags = np.array([[0.1, 0.4, 1.0, 0.0, 1.0]]).T
     state = recorded_input(tape, 0, np.concatenate([example.x, example.c, flags]))
@@ -66,7 +64,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
 
     def computed() -> list[Array]:
         going, passing = more[GOING] != 0, given[-1] != 0
-        found = copy.correct(prescribed, poses, given[:-1], local, more[BEFORE], more[SHRUNK], passing)
+        found = copy.correct(prescribed, poses, given[:-1], more[BEFORE], more[SHRUNK], passing)
         holds = held(tape)
         again, good = going & found.going & holds, (more[GOOD] != 0) | (going & found.done)
         now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
@@ -78,10 +76,10 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     return Program(tape, tuple(numbers), (again,))
 
 
-def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.surely_on_one_side`; inputs are x and c of the first and of the second pose."""
     tape = Tape()
-    copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, tape)
     x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
 
     def computed() -> list[Array]:
@@ -91,7 +89,7 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     return Program(tape, (), tuple(recorded_rows(tape, computed)))
 
 
-def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.line`.
 
     Inputs are x and c of the pose where a line starts, the target (n,), and whether the shorter way is wanted (1,). The numbers
@@ -99,7 +97,7 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     record holds.
     """
     tape = Tape()
-    copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, tape)
     examples = example.x, example.c, solver.values(prescribed, example) + 0.1, np.ones((1, 1))
     x, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
 
@@ -111,21 +109,22 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     return Program(tape, tuple(numbers), (holds,))
 
 
-def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record how fast x changes with each given coordinate, see :mod:`kinetostatics.kinematics.velocities`.
 
     Inputs are x and c of a closed pose. The numbers are the rates, for one coordinate after the other; the truth value is whether
     the record holds.
     """
     tape = Tape()
-    copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, tape)
     x, c = recorded_input(tape, 0, example.x), recorded_input(tape, 1, example.c)
 
     def computed() -> list[Array]:
         poses = SolverState(x, c)
         gradient, rates = copy.rates(prescribed, poses, np.zeros((prescribed.size, 1)))
-        step = -least_squares(gradient, rates, local)
-        step = step - least_squares(gradient, rates + np.einsum("mnN,nkN->mkN", gradient, step), local)  # digits it has lost
+        step = -least_squares(gradient, rates, prescribed.local_dofs)
+        left = rates + np.einsum("mnN,nkN->mkN", gradient, step)  # in digits that the step has lost
+        step = step - least_squares(gradient, left, prescribed.local_dofs)
         v = with_given(copy, prescribed, freedom_rates(copy, prescribed, gradient, rates, step))
         return [*(row for k in range(prescribed.size) for row in copy.tree.rates(x, v[:, k])), held(tape)]
 
@@ -133,13 +132,13 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     return Program(tape, tuple(numbers), (holds,))
 
 
-def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.place`.
 
     The input is x, the numbers are q, rotations, positions and residual, and the truth value is whether the record holds.
     """
     tape = Tape()
-    copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, tape)
     x = recorded_input(tape, 0, example.x)
 
     def computed() -> list[Array]:

@@ -44,16 +44,16 @@ Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 _TRIED, _ALIKE = 1e-3, 1e-9
 
 
-def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.place`, with q and the residual before the frames, which not everybody wants."""
-    program, nq, closures = place_record(solver, prescribed, example, local), solver.mechanism.tree.nq, solver.equations.closures
+    program, nq, closures = place_record(solver, prescribed, example), solver.mechanism.tree.nq, solver.equations.closures
     frames = len(program.numbers) - closures
     numbers = (*program.numbers[:nq], *program.numbers[frames:], *program.numbers[nq:frames])
     return replace(program, numbers=numbers, stages=(nq + closures,))
 
 
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
-_Function: TypeAlias = tuple[str, Callable[[Solver, PrescribedCoordinates, SolverState, int], Program], int, int]
+_Function: TypeAlias = tuple[str, Callable[[Solver, PrescribedCoordinates, SolverState], Program], int, int]
 _FUNCTIONS: tuple[_Function, ...] = (
     ("newton", newton_record, 2, MOST_CORRECTIONS),
     ("place", _placed_record, 1, 0),
@@ -73,38 +73,37 @@ class CompiledSolver(Solver):
 
     is_compiled = True
 
-    def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
+    def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> None:
         """Find or make the code.
 
         Args:
             solver: whose corrections they are.
             prescribed: which coordinates are given.
-            local: number of freedoms that do not move the platform.
             example: one pose whose loops are closed.
 
         Raises:
             NotRecordedError: the equations do something that cannot be recorded.
         """
-        self._begin(solver, prescribed, local, example)
+        self._begin(solver, prescribed, example)
         if not self._codes(self._functions, self._is_right, llvm.LANES):
             raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
 
     @classmethod
-    def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> CompiledSolver | None:
+    def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> CompiledSolver | None:
         """Return the solver if its code is on disk."""
         item = cls.__new__(cls)
-        item._begin(solver, prescribed, local, example)
+        item._begin(solver, prescribed, example)
         return item if item._codes(item._functions, item._is_right) else None
 
-    def _begin(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
+    def _begin(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> None:
         vars(self).update(vars(solver))
-        self._solver, self._own, self._local, self._lock = solver, prescribed, local, threading.Lock()
+        self._solver, self._own, self._lock = solver, prescribed, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
-        structure = structure_of(solver, prescribed, local)
+        structure = structure_of(solver, prescribed)
         self._parameters, self._structure = structure.values, structure.key
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
         # where freedoms are local, nobody asks on which side of a singular pose one is
-        self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
+        self._functions = _FUNCTIONS[:2] if prescribed.local_dofs else _FUNCTIONS
 
     def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int = 0) -> list[Code]:
         """Return code of functions, from the disk, or unless ``lanes`` is 0 made now of so many; nothing if none is right.
@@ -112,7 +111,7 @@ class CompiledSolver(Solver):
         Raises:
             NotRecordedError: it is to be made, and the equations do something that cannot be recorded.
         """
-        given = self._solver, self._own, self._example, self._local
+        given = self._solver, self._own, self._example
         make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
         keys = [code_key(f"{what} {self._structure}") for what, *_ in functions]
         fits = lambda codes: all(code.table["sizes"] == self._sizes for code in codes) and is_right(codes)  # noqa: E731
@@ -121,11 +120,11 @@ class CompiledSolver(Solver):
     def _is_right(self, codes: list[Code]) -> bool:
         """Load code, and return whether its result near the example is that of NumPy."""
         self._newton, self._place = codes[:2]
-        self._side = None if self._local else codes[2]
+        self._side = None if self._own.local_dofs else codes[2]
         self.operations = int(self._newton.table["operations"])
         target = self.values(self._own, self._example) + _TRIED
         found, good, holds = self._corrected(self._example, target, None, None)
-        expected, reached = Solver.newton(self, self._own, self._example, target, self._local)
+        expected, reached = Solver.newton(self, self._own, self._example, target)
         if not (holds[0] and good[0] == reached[0]):
             return False
         if np.max(np.abs(found.x - expected.x), initial=np.max(np.abs(found.c - expected.c))) > _ALIKE:
@@ -184,18 +183,17 @@ class CompiledSolver(Solver):
         prescribed: PrescribedCoordinates,
         poses: SolverState,
         target: Array,
-        local: int = 0,
         before: Array | None = None,
         passing: NDArray[np.bool_] | None = None,
     ) -> tuple[SolverState, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; see :meth:`Solver.newton`."""
-        if prescribed != self._own or local != self._local or target.shape[1] == 0:
-            return super().newton(prescribed, poses, target, local, before, passing)
+        if prescribed != self._own or target.shape[1] == 0:
+            return super().newton(prescribed, poses, target, before, passing)
         found, good, holds = self._corrected(poses, target, before, passing)
         if not np.all(holds):
             rest = np.flatnonzero(~holds)
             some = (None if array is None else array[rest] for array in (before, passing))
-            careful, good[rest] = super().newton(prescribed, poses.take(rest), target[:, rest], local, *some)  # type: ignore[arg-type]
+            careful, good[rest] = super().newton(prescribed, poses.take(rest), target[:, rest], *some)  # type: ignore[arg-type]
             found.x[:, rest], found.c[:, rest] = careful.x, careful.c
         return found, good
 
@@ -217,11 +215,9 @@ class CompiledSolver(Solver):
         flags = state[size + 3 :, :N]
         return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[GOOD] != 0, flags[HOLDS] != 0
 
-    def in_one_go(
-        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, local: int = 0
-    ) -> SolverState | None:
+    def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
         """Return the pose at coordinates (n, 1) near one pose, see :meth:`Solver.in_one_go`."""
-        if prescribed != self._own or local != self._local:
+        if prescribed != self._own:
             return None
         with self._lock:
             moved, step = self._single
@@ -239,7 +235,7 @@ class CompiledSolver(Solver):
         functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
-        expected = self.in_one_go(self._own, self._example, target, self._local)
+        expected = self.in_one_go(self._own, self._example, target)
 
         def is_right(codes: list[Code]) -> bool:
             moved, step = self._step_of(codes)
@@ -259,7 +255,7 @@ class CompiledSolver(Solver):
         newton = Bound(codes[0], (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         sure = np.ones((1, n), dtype=bool)
         pair = first[:size], first[size:], poses.x, poses.c
-        side = None if self._local else Bound(codes[1], pair, self._parameters, np.empty((0, n)), sure)
+        side = None if self._own.local_dofs else Bound(codes[1], pair, self._parameters, np.empty((0, n)), sure)
 
         def step(start: Array, target: Array) -> bool:
             first[:] = moved[:] = start

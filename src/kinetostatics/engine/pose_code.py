@@ -10,12 +10,13 @@ import numpy as np
 
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
-from kinetostatics.engine.pose_record import OF_EQUILIBRIUM, Pose, PoseModel, outputs_at, pose_record
+from kinetostatics.engine.pose_record import Pose, PoseModel, outputs_at, pose_record
 from kinetostatics.engine.record import example_of
 from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.kinematics.joint_coordinates import JointCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
@@ -30,16 +31,12 @@ STABILITY = (("is_stable",),)
 
 
 class OutputPlace(NamedTuple):
-    """Where an output is: its shape without the poses, whether it is truths, and its first row among these or among numbers."""
+    """Where an output is: its shape without the poses, whether it is truths, its rows there or of numbers, and its stage."""
 
     shape: Sequence[int]
     truth: bool
-    first: int
-
-    @property
-    def rows(self) -> slice:
-        """All its rows."""
-        return slice(self.first, self.first + math.prod(self.shape))
+    rows: slice
+    stage: int
 
     def of(self, numbers: Array, truths: Mask) -> Number:
         """Return the array (*shape, N)."""
@@ -87,7 +84,7 @@ class PoseCode:
         """
         model, example = pose_model(robot, statics, stages, places)
         structure = model.taken_apart()
-        self._stages, self._parameters = stages, structure.values
+        self._parameters = structure.values
         self._sizes = [len(structure.values), *(len(array) for array in example)]
         self._key = code_key(f"poses {lanes} {stages} {structure.key}")
         expected = outputs_at(Pose(model, *example), [name for stage in stages for name in stage])
@@ -102,16 +99,15 @@ class PoseCode:
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])
-        self.places = {name: OutputPlace(*place) for name, place in code.table["places"].items()}
+        self.places = {
+            name: OutputPlace(shape, truth, slice(first, first + math.prod(shape)), stage)
+            for name, (shape, truth, first, stage) in code.table["places"].items()
+        }
         self._ends, self._truths = code.table["ends"], int(code.table["truths"])
         numbers, truths = self.computed(*example)
         found = {name: place.of(numbers, truths) for name, place in self.places.items()}
         closed = ("opening", "worst_equation")  # which are rounding
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
-
-    def stage_of(self, name: str) -> int:
-        """Return the stage in which an output is computed."""
-        return next(number for number, stage in enumerate(self._stages) if name in stage)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
         """Compute poses: what :meth:`OutputPlace.of` takes outputs from; the first row of truth values is where the record holds.
@@ -150,11 +146,11 @@ def compiled(
     record = pose_record(model, [name for stage in stages for name in stage], example)
     rows: tuple[list[int], list[int]] = [], [record.all_hold()]
     places, ends = {}, []
-    for stage in stages:
+    for number, stage in enumerate(stages):
         for name in stage:
             mine = record.rows[name]
             truth = bool(mine) and all(isinstance(record.tape.values[row], bool) for row in mine)
-            places[name] = OutputPlace(record.shapes[name], truth, len(rows[truth]))
+            places[name] = record.shapes[name], truth, len(rows[truth]), number
             rows[truth].extend(mine)
         ends.append(len(rows[0]))
     operations = sum(llvm.needed_by(record.tape, (*rows[0], *rows[1])))

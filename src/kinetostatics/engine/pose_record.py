@@ -26,7 +26,7 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.quantities import COMPUTED, QUANTITIES
+from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
 from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
@@ -138,33 +138,7 @@ class Pose:
         return np.concatenate([R.reshape(9, -1), o])
 
 
-def is_usual(robot: RobotStatics, solution: Solution) -> Mask:
-    """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
-    return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
-
-
-def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
-    """Return what is picked of each group (k, g, N), limb by limb (Σ k, N); NaN where wrenches are not those of the labels."""
-    rows = [np.empty((0, solution.o.shape[1]))]
-    for group in robot.groups:
-        for limb, mine in zip(group.limbs, getattr(group, labels), strict=True):
-            number, position = solution.places[limb.name]
-            item = solution.statics[number]
-            nothing = np.full((len(mine), solution.o.shape[1]), np.nan)
-            rows.append(
-                nothing if item.group.at_one_pose else np.where(item.degenerate[position], np.nan, pick(number)[:, position])
-            )
-    return np.concatenate(rows)
-
-
-def _intensities(robot: RobotStatics, solution: Solution) -> Array:
-    def pick(k: int) -> Array:
-        return np.where(solution.undetermined[k], np.nan, solution.intensities[k].sum(axis=1))
-
-    return _of_limbs(robot, solution, "labels", pick)
-
-
-#: What may be recorded of a pose, each (…components, N).
+#: What may be recorded of a pose besides :data:`OF_EQUILIBRIUM`, each (…components, N).
 OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "residual": lambda pose: pose.system[0],
     "gradient": lambda pose: pose.system[1],
@@ -175,17 +149,6 @@ OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "platform": Pose.platform,
     "is_stable": Pose.is_stable,
     "mass": lambda pose: pose.statics.weights.masses(pose.frames).sum(axis=0),
-}
-#: The same of the equilibrium.
-OF_EQUILIBRIUM: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
-    **COMPUTED,
-    "intensities": _intensities,
-    "attached_intensities": lambda robot, s: _of_limbs(robot, s, "attached_labels", lambda k: s.statics[k].W_g),
-    "singular": lambda robot, solution: solution.singular,
-    "indeterminate": lambda robot, solution: solution.indeterminate,
-    "basis_degenerate": lambda robot, solution: solution.basis_degenerate,
-    "doubtful": lambda robot, solution: solution.doubtful,
-    "usual": is_usual,
 }
 
 

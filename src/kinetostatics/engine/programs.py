@@ -6,7 +6,8 @@ import os
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Generic, TypeVar
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -33,51 +34,52 @@ VARIABLE = "KINETOSTATICS_ENGINE"
 READING, COMPILING = 1_000, 10_000
 
 Made = TypeVar("Made")
-Owner = TypeVar("Owner")
 Key = TypeVar("Key")
 
 
+@dataclass
 class _Program(Generic[Made]):
-    """One program of a robot: its code when it is in memory, or why there is none."""
+    """One program of a robot: its code when it is in memory, or why there never is any."""
 
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self.made: Made | None = None
-        self.reason: str | None = None
-
-    def answering(self, engine: str, poses: int, name: str, find: Callable[[bool], Made | None]) -> Made | None:
-        """Return the code if it is what answers a call.
-
-        Args:
-            engine: "auto" or "compiled".
-            poses: of the call.
-            name: of the robot.
-            find: returns the code if it is on disk; compiles it if not, where its argument says so.
-        """
-        from kinetostatics.engine.scalars import NotRecordedError
-
-        if self.made is None and self.reason is None and (engine == "compiled" or poses >= READING):
-            with self._lock, waiting(f"compiling what {name} needs, once on this computer"):
-                if self.made is None and self.reason is None:
-                    try:
-                        self.made = find(engine == "compiled" or poses >= COMPILING)
-                    except NotRecordedError as error:
-                        self.reason = str(error)
-        return self.made
+    made: Made | None = None
+    reason: str | None = None
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
 
-_POSES: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[LoadedPlaces | None, bool], _Program[PoseCode]]] = (
-    WeakKeyDictionary()
-)
-_LOOPS: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[PrescribedCoordinates, int], _Program[CompiledSolver]]] = (
-    WeakKeyDictionary()
-)
+_Programs: TypeAlias = WeakKeyDictionary[RobotKinematics, defaultdict[Key, _Program[Made]]]
+_POSES: _Programs[tuple[LoadedPlaces | None, bool], PoseCode] = WeakKeyDictionary()
+_LOOPS: _Programs[PrescribedCoordinates, CompiledSolver] = WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
-def _program_of(programs: WeakKeyDictionary[Owner, defaultdict[Key, _Program[Made]]], robot: Owner, key: Key) -> _Program[Made]:
+def _answering(
+    programs: _Programs[Key, Made],
+    robot: RobotKinematics,
+    key: Key,
+    engine: str,
+    poses: int,
+    find: Callable[[bool], Made | None],
+) -> _Program[Made]:
+    """Return one of a robot's programs, with its code if that is what answers a call.
+
+    Args:
+        programs, robot, key: which one.
+        engine: "auto" or "compiled".
+        poses: of the call.
+        find: returns the code if it is on disk; compiles it if not, where its argument says so.
+    """
     with _LOCK:
-        return programs.setdefault(robot, defaultdict(_Program))[key]
+        program = programs.setdefault(robot, defaultdict(_Program))[key]
+    if program.made is None and program.reason is None and (engine == "compiled" or poses >= READING):
+        from kinetostatics.engine.scalars import NotRecordedError
+
+        with program.lock, waiting(f"compiling what {robot.name} needs, once on this computer"):
+            if program.made is None and program.reason is None:
+                try:
+                    program.made = find(engine == "compiled" or poses >= COMPILING)
+                except NotRecordedError as error:
+                    program.reason = str(error)
+    return program
 
 
 def check_engine(engine: str) -> str:
@@ -119,13 +121,13 @@ def pose_code(
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None
-    return _poses_of(robot, statics, engine, poses, LoadedPlaces.of(applied), stability)[0]
+    return _poses_of(robot, statics, engine, poses, LoadedPlaces.of(applied), stability).made
 
 
 def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
     """Return a robot's compiled code, made now if need be; or why there is none."""
-    found, reason = _poses_of(robot, statics, "compiled", 1)
-    return found or str(reason)
+    program = _poses_of(robot, statics, "compiled", 1)
+    return program.made or str(program.reason)
 
 
 def _poses_of(
@@ -135,17 +137,14 @@ def _poses_of(
     poses: int,
     places: LoadedPlaces | None = None,
     stability: bool = False,
-) -> tuple[PoseCode | None, str | None]:
-    """Return the code that answers a call, and else why there never is any, if that is known."""
-    program = _program_of(_POSES, robot, (places, stability))
-
+) -> _Program[PoseCode]:
     def find(anew: bool) -> PoseCode | None:
         from kinetostatics.engine.pose_code import ANALYSIS, STABILITY, PoseCode
 
         found = PoseCode(robot, statics, STABILITY if stability else ANALYSIS, places, anew=anew)
         return found if found.is_there else None
 
-    return program.answering(engine, poses, robot.name, find), program.reason
+    return _answering(_POSES, robot, (places, stability), engine, poses, find)
 
 
 def compiled_loops(engine: str) -> SolverChoice:
@@ -157,8 +156,8 @@ def compiled_loops(engine: str) -> SolverChoice:
     if engine == "numpy":
         return by_numpy
 
-    def chosen(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
-        return _loops_of(robot, engine, prescribed, local, poses)[0] or robot.solver
+    def chosen(robot: RobotKinematics, prescribed: PrescribedCoordinates, poses: int) -> Solver:
+        return _loops_of(robot, engine, prescribed, poses).made or robot.solver
 
     return chosen
 
@@ -170,22 +169,15 @@ def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:
     """Return what closes a robot's loops at given actuators, compiled now if need be; or why that cannot be."""
-    analysis = robot.mobility_analysis
-    prescribed = analysis.without_idle_dofs(robot.actuator_coordinates)
-    found, reason = _loops_of(robot, "compiled", prescribed, analysis.local_dofs(prescribed), 1)
-    return found or str(reason)
+    program = _loops_of(robot, "compiled", robot.mobility_analysis.with_dofs(robot.actuator_coordinates), 1)
+    return program.made or str(program.reason)
 
 
-def _loops_of(
-    robot: RobotKinematics, engine: str, prescribed: PrescribedCoordinates, local: int, poses: int
-) -> tuple[CompiledSolver | None, str | None]:
-    """Return the code that answers a call, and else why there never is any, if that is known."""
-    program = _program_of(_LOOPS, robot, (prescribed, local))
-
+def _loops_of(robot: RobotKinematics, engine: str, prescribed: PrescribedCoordinates, poses: int) -> _Program[CompiledSolver]:
     def find(anew: bool) -> CompiledSolver | None:
         from kinetostatics.engine.loops import CompiledSolver
 
         example = robot.generic_poses.take(np.zeros(1, dtype=np.intp))
-        return (CompiledSolver if anew else CompiledSolver.kept)(robot.solver, prescribed, local, example)
+        return (CompiledSolver if anew else CompiledSolver.kept)(robot.solver, prescribed, example)
 
-    return program.answering(engine, poses, robot.name, find), program.reason
+    return _answering(_LOOPS, robot, prescribed, engine, poses, find)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -81,9 +81,3 @@ def _loads_at(places: LoadedPlaces, wrenches: Array) -> tuple[AppliedLoad, ...]:
     """Return loads whose wrenches (6 P, N) are one behind the other."""
     rows = iter(wrenches.reshape(-1, 6, wrenches.shape[1]))
     return tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in places.loads)
-
-
-def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
-    """Return the wrenches (6 P, N) of loads one behind the other, in a list; in an empty one if there are no loads."""
-    rows = [wrench for load in applied for wrench in load.wrenches.values()]
-    return [np.concatenate(rows)] if rows else []

@@ -17,7 +17,6 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
 from kinetostatics.functions.c_programs import Exported, Programs, asked_outputs, identifier
 from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference, Values
-from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.math.arrays import Array
@@ -133,7 +132,7 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
         "controlled": function.names,
         "searches": MOST,
         "absolute": {"residual_error": error_tolerance(function.robot.length)},
-        "rough": rough_residual(function.robot),
+        "rough": function.robot.rough_residual,
         "endless": _of_endless_actuators(parts),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,

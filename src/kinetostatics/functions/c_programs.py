@@ -28,7 +28,6 @@ from kinetostatics.engine.record_derivatives import tangent_record
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
@@ -100,7 +99,6 @@ class Line:
     Attributes:
         prefix: what the names of its functions in C begin with.
         prescribed: the coordinates.
-        local: number of freedoms that do not move the platform; they stay as they are.
         newton: a correction.
         side: whether there is a singular pose between two; None: that is not looked at.
         start: the coordinates where a line starts, if several mean the same.
@@ -110,7 +108,6 @@ class Line:
 
     prefix: str
     prescribed: PrescribedCoordinates
-    local: int
     newton: CProgram
     side: CProgram | None
     start: CProgram | None
@@ -120,19 +117,18 @@ class Line:
 
 def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Line:
     """Record what follows lines of given coordinates."""
-    prescribed = robot.mobility_analysis.without_idle_dofs(given)
-    local = robot.mobility_analysis.local_dofs(prescribed)
-    what = robot.solver, prescribed, example_at(robot, prescribed), local
-    numbers = structure_of(robot.solver, prescribed, local).values
+    prescribed = robot.mobility_analysis.with_dofs(given)
+    what = robot.solver, prescribed, example_at(robot, prescribed)
+    numbers = structure_of(robot.solver, prescribed).values
 
     def program(name: str, record: Program, *inputs: str) -> CProgram:
         return c_program(f"{prefix}{name}", record.tape, (*record.numbers, *record.truths), numbers, inputs)
 
     newton = program("newton", newton_record(*what), "state", "given")
-    side = None if local else program("side", side_record(*what), "x1", "c1", "x2", "c2")
+    side = None if prescribed.local_dofs else program("side", side_record(*what), "x1", "c1", "x2", "c2")
     start = program("line", start_record(*what), "x", "c", "aim", "shorter") if prescribed.angles else None
     impose = tuple(_imposed(robot, prescribed))
-    return Line(prefix, prescribed, local, newton, side, start, impose, longest_strides(robot.solver, prescribed))
+    return Line(prefix, prescribed, newton, side, start, impose, longest_strides(robot.solver, prescribed))
 
 
 def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
@@ -185,8 +181,8 @@ def _jacobian(
     line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
 ) -> CJacobian:
     """Record derivatives; the record of poses grows."""
-    what = robot.solver, line.prescribed, example_at(robot, line.prescribed), line.local
-    rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed, line.local).values
+    what = robot.solver, line.prescribed, example_at(robot, line.prescribed)
+    rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
     inputs = ("x", *LOADS)
     tangent = tangent_record(record.tape, record.all_rows(names), len(inputs))
@@ -361,7 +357,7 @@ class Programs:
             self.jacobian = _jacobian(self.line, robot, record, numbers, _pairs(function, self.c_names, *jacobian))
         first, c = robot.solver.origin(self.line.prescribed, begin)
         self.start = begin.x[:, 0], c[:, 0], first[:, 0]
-        names = actuator_names(robot.mechanism, robot.equations)
+        names = robot.actuator_names
         self.order = [names.index(name) for name in robot.description.driven]
         self.search = self.drives = None
         if compensates:

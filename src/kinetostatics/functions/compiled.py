@@ -78,13 +78,12 @@ class CompiledFunction:
     ) -> None:
         self._robot, self._names, self._given = robot, tuple(names), set(given)
         self._convention, self._by_actuators = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
-        self.prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
-        self._local = robot.mobility_analysis.local_dofs(prescribed)
-        solver = compiled_loops("compiled")(robot, prescribed, self._local, 1)
+        self.prescribed = prescribed = robot.mobility_analysis.with_dofs(prescribed)
+        solver = compiled_loops("compiled")(robot, prescribed, 1)
         if not isinstance(solver, CompiledSolver):
             raise NotRecordedError("the loops are not compiled")
         self._solver, self._stages = solver, ((*outputs, *_CLOSED),)
-        self._code, self._most = PoseCode(robot, robot.statics, self._stages, lanes=1), assembly.rough_residual(robot)
+        self._code, self._most = PoseCode(robot, robot.statics, self._stages, lanes=1), robot.rough_residual
         self._strides = longest_strides(solver, prescribed).tolist()
         several = prescribed.angles and prescribed.orientation is not None
         self.unique_below = self._convention.unique_below if several else math.inf
@@ -95,7 +94,7 @@ class CompiledFunction:
         self._places = [
             (name, place.rows, tuple(place.shape)) for name, place in self._code.places.items() if name not in _CLOSED
         ]
-        self._rows = tuple(self._code.places[name].first for name in _CLOSED)
+        self._rows = tuple(self._code.places[name].rows.start for name in _CLOSED)
         self._lock = threading.Lock()  # calls share their arrays
 
     def single(
@@ -155,8 +154,8 @@ class CompiledFunction:
     def _configuration(self, closed: _Closed) -> Configuration:
         """Return a pose with all that people may ask of it."""
         names, target = () if self._by_actuators else self._names, np.array(closed.target)[:, None]
-        how = (), np.ones(1, dtype=bool), self._convention, TOLERANCE, False, names
-        return assembly.closed_pose(self._robot, self._solver, self.prescribed, self._local, closed.poses, target, *how)
+        how = (), np.ones(1, dtype=bool), self._convention, TOLERANCE, False, (self._solver, self.prescribed, target), names
+        return assembly.closed_pose(self._robot, closed.poses, self._solver.place(closed.poses.x), *how)
 
     def together(
         self,

@@ -23,7 +23,6 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
@@ -148,7 +147,7 @@ class Derivatives:
     ) -> None:
         self.robot: Robot = robot_of(pose)
         self.pose, self.target, self.load, self.gravity = pose, target, load, gravity
-        self.prescribed = self.robot.mobility_analysis.without_idle_dofs(prescribed)
+        self.prescribed = self.robot.mobility_analysis.with_dofs(prescribed)
         self.outputs, self.tool = tuple(outputs), tool
         self.N = load.shape[1]
 
@@ -320,7 +319,7 @@ def derivatives_at(
         values = [configuration.platform[name] for name in known if name in configuration.prescribed]
     else:
         prescribed = robot.actuator_coordinates
-        values = [configuration.actuators[name] for name in actuator_names(robot.mechanism, robot.equations)]
+        values = [configuration.actuators[name] for name in robot.actuator_names]
     target = np.array([np.ravel(value) for value in values]).reshape(len(values), N)
     load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
     if not np.all(np.isfinite(load)):

@@ -24,7 +24,6 @@ from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, V
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
@@ -69,7 +68,7 @@ class Function:
         convention = orientation_named(orientation)
         if by_actuators:
             self.prescribed: PrescribedCoordinates = robot.actuator_coordinates
-            self.names = actuator_names(robot.mechanism, robot.equations)
+            self.names = robot.actuator_names
         else:
             self.prescribed = prescribed_platform(names, convention)
             self.names = [name for name in convention.pose_names if name in names]

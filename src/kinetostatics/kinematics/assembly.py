@@ -13,7 +13,6 @@ from kinetostatics.arguments import check
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import choices_text, prescribed_platform
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.path_following import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
@@ -25,19 +24,12 @@ from kinetostatics.math.orientation import Orientation, orientation_named, orien
 
 #: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
 SURELY_CLOSED = 1e-9
-#: Residual of a loop [m, rad] above which a pose gets one correction more, of a robot whose loops close exactly.
-_ROUGH = 1e-13
 
-#: Says which solver closes the loops of a robot at given coordinates, with so many local freedoms, of so many poses.
-SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int, int], Solver]
+#: Says which solver closes the loops of a robot at given coordinates of so many poses.
+SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int], Solver]
 
 
-def rough_residual(robot: RobotKinematics) -> float:
-    """Return the residual of a loop [m, rad] above which a pose gets one correction more."""
-    return _ROUGH + 2 * robot.length * robot.closing_error
-
-
-def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
+def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, poses: int) -> Solver:
     """Choose the robot's own solver."""
     return robot.solver
 
@@ -55,7 +47,8 @@ def assemble(
     """See :meth:`Robot.assemble`; ``chosen`` says which solver closes the loops."""
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
-    _check_on_failure(on_failure)
+    if on_failure is not None:
+        check("on_failure", on_failure)
     closure_tolerance = check("closure_tolerance", closure_tolerance)
     convention = orientation_named(orientation)
     if platform is not None:
@@ -63,7 +56,7 @@ def assemble(
         given: Mapping[str, ArrayLike] = platform
     else:
         given = dict.fromkeys(robot.description.driven, 0.0) if actuators is None else actuators
-        prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
+        prescribed, names = robot.actuator_coordinates, robot.actuator_names
         given = all_actuators(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
@@ -78,47 +71,22 @@ def assemble(
         if near.shape not in ((), shape):
             raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
         start = near.poses
-    prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
+    prescribed = robot.mobility_analysis.with_dofs(prescribed)
     origin = robot.zero_origin(prescribed) if near is None else None
-    local = robot.mobility_analysis.local_dofs(prescribed)
-    solver = chosen(robot, prescribed, local, target.shape[1])
-    poses, arrived, gone = follow(solver, prescribed, start, target, local, origin)
+    solver = chosen(robot, prescribed, target.shape[1])
+    poses, arrived, gone = follow(solver, prescribed, start, target, origin)
     if raising and not arrived.all():
         worst = np.array([np.argmin(arrived)])
         _say_unreachable(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
     given_names = () if platform is None else tuple(names)
-    return closed_pose(
-        robot, solver, prescribed, local, poses, target, shape, arrived, convention, closure_tolerance, raising, given_names
-    )
-
-
-def closed_pose(
-    robot: RobotKinematics,
-    solver: Solver,
-    prescribed: PrescribedCoordinates,
-    local: int,
-    poses: SolverState,
-    target: Array,
-    shape: tuple[int, ...],
-    arrived: NDArray[np.bool_],
-    convention: Orientation,
-    closure_tolerance: float,
-    raising: bool,
-    names: tuple[str, ...],
-) -> Configuration:
-    """Return where solved poses put everything, and which of them are reached."""
-
-    def again(which: NDArray[np.intp]) -> tuple[SolverState, Placed]:
-        found, _ = solver.newton(prescribed, poses.take(which), target[:, which], local)
-        return found, solver.place(found.x)
-
-    placed = solver.place(poses.x)
-    return _configuration(robot, poses, placed, shape, arrived, convention, closure_tolerance, raising, again, names)
+    how = shape, arrived, convention, closure_tolerance, raising
+    return closed_pose(robot, poses, solver.place(poses.x), *how, (solver, prescribed, target), given_names)
 
 
 def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: float, on_failure: str | None) -> Configuration:
     """See :meth:`Robot.configuration`."""
-    _check_on_failure(on_failure)
+    if on_failure is not None:
+        check("on_failure", on_failure)
     closure_tolerance = check("closure_tolerance", closure_tolerance)
     array = numbers("q", q)
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
@@ -129,10 +97,10 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: fl
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     parts = [robot.equations.placed(flat[:, part]) for part in chunks(flat.shape[1]) or [slice(0, 0)]]
-    return _configuration(robot, poses, joined(parts), shape, good, orientation_named(None), closure_tolerance, raising)
+    return closed_pose(robot, poses, joined(parts), shape, good, orientation_named(None), closure_tolerance, raising)
 
 
-def _configuration(
+def closed_pose(
     robot: RobotKinematics,
     poses: SolverState,
     placed: Placed,
@@ -141,17 +109,28 @@ def _configuration(
     convention: Orientation,
     closure_tolerance: float,
     raising: bool,
-    again: Callable[[NDArray[np.intp]], tuple[SolverState, Placed]] | None = None,
+    solved: tuple[Solver, PrescribedCoordinates, Array] | None = None,
     names: tuple[str, ...] = (),
 ) -> Configuration:
+    """Return poses with where they put everything, and which of them are reached.
+
+    Args:
+        robot: the robot.
+        poses, placed: the poses, and where they put everything.
+        shape, convention, closure_tolerance, names: see :class:`Configuration`.
+        arrived: which of them are what was asked for, if their loops are closed.
+        raising: whether the first that is not reached is an error.
+        solved: the solver that has found them, by which coordinates (n, N).
+    """
     q, frames, residual = placed
-    if again is not None:
+    if solved is not None:
         # the last correction of some poses was not quite as small as expected
         worst = np.abs(residual).max(axis=0, initial=0.0)
-        doubtful = arrived & (worst > rough_residual(robot))
+        doubtful = arrived & (worst > robot.rough_residual)
         if doubtful.any():
-            rough = np.flatnonzero(doubtful)
-            better, now = again(rough)
+            (solver, prescribed, target), rough = solved, np.flatnonzero(doubtful)
+            better, _ = solver.newton(prescribed, poses.take(rough), target[:, rough])
+            now = solver.place(better.x)
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
             q[:, rough], residual[:, rough] = now.q, now.residual
             frames.put(rough, now.frames)
@@ -325,8 +304,3 @@ def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], 
         raise CoordinatesError(f"the coordinates' shapes do not fit together: {sizes}") from None
     rows = [np.broadcast_to(array, shape).ravel() for array in arrays]
     return shape, np.array(rows).reshape(len(rows), int(np.prod(shape)))
-
-
-def _check_on_failure(value: str | None) -> None:
-    if value is not None:
-        check("on_failure", value)

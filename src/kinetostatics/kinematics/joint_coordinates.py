@@ -7,13 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import cross, dot
-from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
 
@@ -66,21 +63,3 @@ def _widened(lower: float, upper: float) -> Array:
     """Return the limits (2,), widened by rounding."""
     slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
     return np.array([lower - slack, upper + slack])
-
-
-def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:
-    """Return the driven joints in the order in which they are prescribed: those of the tree, then loops."""
-    loops = [loop.name for loop in equations.loops]
-    return sorted(mechanism.description.driven, key=lambda name: name in loops)
-
-
-def actuator_coordinates(mechanism: Mechanism, equations: LoopEquations) -> PrescribedCoordinates:
-    """Return the driven joints as the solver sees them."""
-    columns, loops = [], []
-    names = [loop.name for loop in equations.loops]
-    for name in mechanism.description.driven:
-        if name in names:
-            loops.append(names.index(name))
-        else:
-            columns.append(equations.joint_of_body[mechanism.body_of_joint[name]].first_v)
-    return PrescribedCoordinates(tuple(columns), tuple(loops))

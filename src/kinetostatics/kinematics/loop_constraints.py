@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kinetostatics.description.joint_types import Axes
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
@@ -211,11 +211,11 @@ class LoopEquations(Closures):
                 run = runs[joint.body]
                 placement = np.eye(4)
                 placement[:3, :3], placement[:3, 3] = run.orientation, run.centre
-                mine = TreeJoint("spherical", run.parent, joint.body, placement, (0.0, 0.0, 1.0), nq, nv)
+                mine = TreeJoint(JOINT_TYPES["spherical"], run.parent, joint.body, placement, (0.0, 0.0, 1.0), nq, nv)
                 theirs = [next(j for j in full.joints if j.body == body) for body in run.bodies]
                 self.runs.append((run, mine, theirs))
             else:
-                mine = TreeJoint(joint.kind, joint.parent, joint.body, joint.placement, joint.axis, nq, nv)
+                mine = TreeJoint(joint.type, joint.parent, joint.body, joint.placement, joint.axis, nq, nv)
                 same_here.extend(range(nq, nq + joint.nq))
                 same_there.extend(range(joint.first_q, joint.first_q + joint.nq))
             joints.append(mine)

@@ -50,8 +50,7 @@ class MobilityAnalysis:
         self.solver, self.rank_tolerance = solver, rank_tolerance
         self.poses = [generic.take(np.array([number])) for number in range(generic.x.shape[1])]
         self._fixes: dict[PrescribedCoordinates, bool] = {}
-        self._local: dict[PrescribedCoordinates, int] = {}
-        self._without_idle: dict[PrescribedCoordinates, PrescribedCoordinates] = {}
+        self._with_dofs: dict[PrescribedCoordinates, PrescribedCoordinates] = {}
 
     @cached_property
     def mobility(self) -> Mobility:
@@ -80,20 +79,19 @@ class MobilityAnalysis:
         moving = self._platform_map(pose)[:, columns] @ self._free_motions(prescribed, pose)[: len(columns)]
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
-    def local_dofs(self, prescribed: PrescribedCoordinates) -> int:
-        """Number of freedoms at generic poses with the prescribed coordinates fixed: local ones, if these place the platform."""
-        if prescribed not in self._local:
-            self._local[prescribed] = min(self._free_motions(prescribed, pose).shape[1] for pose in self.poses)
-        return self._local[prescribed]
+    def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
+        """Return coordinates that place the platform, with the freedoms that they leave at generic poses.
 
-    def without_idle_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Fix besides the freedoms that change neither loops nor what is prescribed: the spins of most rods."""
-        if prescribed not in self._without_idle:
+        Fixed besides are those that change neither loops nor what is prescribed: the spins of most rods. The others are local.
+        """
+        if prescribed not in self._with_dofs:
             gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]
             columns = self.solver.free_columns(prescribed)
             idle = columns[np.max(gradients, axis=(0, 1), initial=0.0)[: columns.size] < IDLE]
-            self._without_idle[prescribed] = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
-        return self._without_idle[prescribed]
+            held = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
+            left = min(self._free_motions(held, pose).shape[1] for pose in self.poses)
+            self._with_dofs[prescribed] = replace(held, local_dofs=left)
+        return self._with_dofs[prescribed]
 
     def platform_motions(self, pose: SolverState) -> Array:
         """Return an orthonormal basis (6, n) of the platform's scaled twists at o at one pose: what the loops leave it free."""

@@ -12,7 +12,6 @@ import math
 import numpy as np
 
 from kinetostatics.kinematics.assembly import configuration_at
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array
 from kinetostatics.status import Status
@@ -26,17 +25,16 @@ _PARTS, _MANY = (0.2, 0.6), 8
 def ordinary_poses(robot: RobotKinematics) -> Array:
     """Return Pinocchio's coordinates (nq, N) of the closed zero pose and of a few dozen poses within the limits."""
     zero = robot.model_q(robot.zero_poses)
-    names = actuator_names(robot.mechanism, robot.equations)
+    names = robot.actuator_names
     if not names:
         return zero
-    prescribed = robot.mobility_analysis.without_idle_dofs(robot.actuator_coordinates)
-    local = robot.mobility_analysis.local_dofs(prescribed)
+    prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
     start = robot.zero_origin(prescribed)[0]
     ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
     found = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
-        poses, good = robot.solver.newton(prescribed, poses, start + part * ways, local)
+        poses, good = robot.solver.newton(prescribed, poses, start + part * ways)
         poses, ways = poses.take(good), ways[:, good]
         found.append(robot.model_q(poses))
     reached = configuration_at(robot, np.hstack(found[1:]).T, np.inf, "nan")

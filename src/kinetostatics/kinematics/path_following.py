@@ -28,7 +28,6 @@ def follow(
     prescribed: PrescribedCoordinates,
     start: SolverState,
     target: Array,
-    local: int = 0,
     origin: tuple[Array, Array] | None = None,
 ) -> tuple[SolverState, NDArray[np.bool_], Array]:
     """Follow every pose's own straight line of prescribed coordinates, in chunks.
@@ -38,7 +37,6 @@ def follow(
         prescribed: which coordinates are given.
         start: one pose, or as many as there are targets.
         target: (n, N) coordinates.
-        local: number of freedoms that do not move the platform; they stay as they are.
         origin: what :meth:`Solver.origin` says of the start, if that is known already.
 
     Returns:
@@ -46,7 +44,7 @@ def follow(
     """
     N = target.shape[1]
     if len(chunks(N)) == 1:
-        return _follow_chunk(solver, prescribed, start, target, local, origin)
+        return _follow_chunk(solver, prescribed, start, target, origin)
     poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
 
@@ -55,7 +53,7 @@ def follow(
         known = origin
         if origin is not None and origin[0].shape[1] > 1:
             known = origin[0][:, part], origin[1][:, part]
-        found, arrived[part], gone[part] = _follow_chunk(solver, prescribed, mine, target[:, part], local, known)
+        found, arrived[part], gone[part] = _follow_chunk(solver, prescribed, mine, target[:, part], known)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
 
     in_threads(follow_chunk, chunks(N), solver.is_compiled)
@@ -67,7 +65,6 @@ def _follow_chunk(
     prescribed: PrescribedCoordinates,
     start: SolverState,
     target: Array,
-    local: int,
     origin: tuple[Array, Array] | None,
 ) -> tuple[SolverState, NDArray[np.bool_], Array]:
     N = target.shape[1]
@@ -76,12 +73,12 @@ def _follow_chunk(
     state = SolverState(for_each(start.x, N), c)
     strides = _strides(solver, prescribed, first, target)
     if N == 1 and np.max(strides, initial=0.0) <= 1:
-        moved = solver.in_one_go(prescribed, state, target, local)
+        moved = solver.in_one_go(prescribed, state, target)
         if moved is not None:
             return moved, np.ones(1, dtype=bool), np.ones(1)
     gone, steady, active = np.zeros(N), np.ones(N, dtype=bool), np.arange(N)
     if N > 1 and np.max(strides, initial=0.0) <= 1:  # hardly any takes more than one step
-        moved, good = _step(solver, prescribed, state, target, local)
+        moved, good = _step(solver, prescribed, state, target)
         if np.all(good):
             return moved, good, np.ones(N)
         state.x[:, good], state.c[:, good], gone[good] = moved.x[:, good], moved.c[:, good], 1.0
@@ -99,8 +96,8 @@ def _follow_chunk(
         guess, before = here, None
         if np.any(leaping := stride[active] > usual[active]):
             way = (trial - gone[active]) * (target[:, active] - first[:, active])
-            guess, before = _predicted(solver, prescribed, here, way, local, leaping)
-        moved, good = _step(solver, prescribed, here, goal, local, guess, before, trial < 1)
+            guess, before = _predicted(solver, prescribed, here, way, leaping)
+        moved, good = _step(solver, prescribed, here, goal, guess, before, trial < 1)
         if np.all(good) and np.all(trial == 1) and active.size == N:
             return moved, good, trial
         arrived = active[good]
@@ -146,27 +143,26 @@ def _step(
     prescribed: PrescribedCoordinates,
     here: SolverState,
     goal: Array,
-    local: int,
     guess: SolverState | None = None,
     before: Array | None = None,
     passing: NDArray[np.bool_] | None = None,
 ) -> tuple[SolverState, NDArray[np.bool_]]:
     """Return poses at ``goal``, corrected from ``here`` or a ``guess``, and which are there with no singular pose between."""
-    moved, good = solver.newton(prescribed, here if guess is None else guess, goal, local, before, passing)
-    if not local and np.all(good):
+    moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
+    if not prescribed.local_dofs and np.all(good):
         good = solver.on_one_side(prescribed, here, moved, goal)
-    elif not local:
+    elif not prescribed.local_dofs:
         good[good] = solver.on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
     return moved, good
 
 
 def _predicted(
-    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, way: Array, local: int, which: NDArray[np.bool_]
+    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, way: Array, which: NDArray[np.bool_]
 ) -> tuple[SolverState, Array]:
     """Return poses, some of them moved linearly by changes (n, N), and the sizes (N,) of these steps, infinite for the others."""
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
     some, shift = poses.take(which), way[:, which]
-    step = np.einsum("ijn,jn->in", solver.predictors(prescribed, some, np.zeros_like(shift), local), shift)
+    step = np.einsum("ijn,jn->in", solver.predictors(prescribed, some, np.zeros_like(shift)), shift)
     moved, before[which] = solver.advance(prescribed, some, step), np.maximum(solver.size(prescribed, step), 1e-3)
     guess.x[:, which], guess.c[:, which] = moved.x, moved.c
     return guess, before

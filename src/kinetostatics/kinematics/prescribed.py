@@ -22,6 +22,7 @@ class PrescribedCoordinates:
         angles: which orientation coordinates are given.
         orientation: their convention.
         fixed_dofs: freedoms of the tree along which no step goes.
+        local_dofs: number of freedoms that do not move the platform; they stay as they are.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """
 
@@ -31,25 +32,26 @@ class PrescribedCoordinates:
     angles: tuple[int, ...] = ()
     orientation: Orientation | None = None
     fixed_dofs: tuple[int, ...] = ()
+    local_dofs: int = 0
 
     def __hash__(self) -> int:
         return self._hash
 
     @cached_property
     def _hash(self) -> int:
-        return hash((self.columns, self.loops, self.positions, self.angles, self.orientation, self.fixed_dofs))
+        return hash((self.columns, self.loops, self.positions, self.angles, self.orientation, self.fixed_dofs, self.local_dofs))
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of given coordinates."""
         return self.first_angle + len(self.angles)
 
-    @property
+    @cached_property
     def first_angle(self) -> int:
         """Which of the targets is the first angle."""
         return len(self.columns) + len(self.loops) + len(self.positions)
 
-    @property
+    @cached_property
     def unknown_angles(self) -> tuple[int, ...]:
         """The orientation coordinates that the solver has to find, if any are given."""
         return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()

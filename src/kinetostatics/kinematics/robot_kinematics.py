@@ -30,12 +30,16 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
+#: Residual of a loop [m, rad] above which a pose gets one correction more, of a robot whose loops close exactly.
+_ROUGH = 1e-13
+
 
 class RobotKinematics:
     """The kinematics of a robot.
 
     Attributes:
-        description: the robot's.
+        name: its name in the file.
+        description: what the file says.
         mechanism: bodies and connections.
         topology: limbs, and what is attached to base and platform.
         equations: of the loops.
@@ -45,13 +49,9 @@ class RobotKinematics:
         self.mechanism: Mechanism = mechanism
         self.topology: Topology = topology
         self.description: RobotDescription = mechanism.description
+        self.name: str = mechanism.description.name
         self.equations = LoopEquations(mechanism)
         self._origins: dict[PrescribedCoordinates, tuple[Array, Array]] = {}
-
-    @property
-    def name(self) -> str:
-        """Its name in the file."""
-        return self.description.name
 
     # ---- sizes ----------------------------------------------------------------------------------------------------------
 
@@ -86,7 +86,7 @@ class RobotKinematics:
         closest = worst_gaps_text(self.equations, gaps)
         return AssemblyError(zero_pose.wrong_zero_text(self.mechanism, self.zero_loop_gaps, self.size, closest), gaps)
 
-    @property
+    @cached_property
     def _zero(self) -> tuple[SolverState, float]:
         """The closed zero pose, and the scaled residual with which it closes.
 
@@ -97,7 +97,7 @@ class RobotKinematics:
             raise self._unclosable
         return self._closed_zero
 
-    @property
+    @cached_property
     def zero_poses(self) -> SolverState:
         """The closed zero pose, from which all others are reached."""
         return self._zero[0]
@@ -183,6 +183,11 @@ class RobotKinematics:
         """Residual of the loops at the zero pose and near it [scaled m, rad]: rounding errors of computation or file."""
         return self._generic[1]
 
+    @cached_property
+    def rough_residual(self) -> float:
+        """Residual of a loop [m, rad] above which a pose gets one correction more."""
+        return _ROUGH + 2 * self.length * self.closing_error
+
     @property
     def rank_tolerance(self) -> float:
         """Relative singular value below which a direction counts as dependent; above the rounding errors of the file."""
@@ -206,9 +211,18 @@ class RobotKinematics:
     # ---- coordinates ------------------------------------------------------------------------------------------------------
 
     @cached_property
+    def actuator_names(self) -> list[str]:
+        """The driven joints in the order in which they are prescribed: those of the tree, then loops."""
+        loops = [loop.name for loop in self.equations.loops]
+        return sorted(self.description.driven, key=lambda name: name in loops)
+
+    @cached_property
     def actuator_coordinates(self) -> PrescribedCoordinates:
         """The driven joints as the solver sees them."""
-        return joint_coordinates.actuator_coordinates(self.mechanism, self.equations)
+        loops = [loop.name for loop in self.equations.loops]
+        bodies = [self.mechanism.body_of_joint[name] for name in self.description.driven if name not in loops]
+        columns = tuple(self.equations.joint_of_body[body].first_v for body in bodies)
+        return PrescribedCoordinates(columns, tuple(loops.index(name) for name in self.description.driven if name in loops))
 
     def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
         """Return hints at coordinates of actuators or platform [m, rad] that look like millimetres or degrees."""

@@ -188,13 +188,10 @@ class Solver:
                 gradient[at:, f:] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.unknown_angles)]
         return residuals, gradient
 
-    def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, local: int = 0) -> Array:
-        """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses.
-
-        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
-        """
+    def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
+        """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
-        return np.nan_to_num(-least_squares(gradient, rates, local))
+        return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
         """Return how the scaled residuals change: by scaled steps (m, free columns and unknown angles, N), and by each
@@ -266,13 +263,12 @@ class Solver:
         prescribed: PrescribedCoordinates,
         poses: SolverState,
         target: Array,
-        local: int = 0,
         before: Array | None = None,
         passing: NDArray[np.bool_] | None = None,
     ) -> tuple[SolverState, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
 
-        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
+        ``before`` (N,) are the sizes of
         the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to
         others, as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
 
@@ -291,7 +287,7 @@ class Solver:
             everyone = active.size == N
             here = result if everyone else result.take(active)
             on_the_way = None if passing is None else passing[active]
-            found = self.correct(prescribed, here, target if everyone else target[:, active], local, before, shrunk, on_the_way)
+            found = self.correct(prescribed, here, target if everyone else target[:, active], before, shrunk, on_the_way)
             if everyone:
                 result = found.poses
             else:
@@ -302,9 +298,7 @@ class Solver:
                 break
         return result, good
 
-    def in_one_go(
-        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, local: int = 0
-    ) -> SolverState | None:
+    def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
         """Return the pose at coordinates (n, 1) near one pose, as :meth:`newton` and :meth:`on_one_side` find it.
 
         None where it is not found in one go and beyond doubt, or no quicker than by these two.
@@ -316,7 +310,6 @@ class Solver:
         prescribed: PrescribedCoordinates,
         poses: SolverState,
         target: Array,
-        local: int,
         before: Array,
         shrunk: Array,
         passing: NDArray[np.bool_] | None,
@@ -326,7 +319,7 @@ class Solver:
         ``shrunk`` (N,) is by how much the last correction was smaller than that before.
         """
         residual, gradient = self.system(prescribed, poses, target)
-        step = -least_squares(gradient, residual[:, None], local)[:, 0]
+        step = -least_squares(gradient, residual[:, None], prescribed.local_dofs)[:, 0]
         size = self.size(prescribed, step)
         with np.errstate(invalid="ignore", over="ignore"):
             ratio = size / before

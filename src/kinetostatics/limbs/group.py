@@ -159,7 +159,7 @@ class LimbGroup:
     def signature(self) -> tuple[object, ...]:
         """Key that limbs of one group share."""
         return (
-            tuple((compound.kind, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
+            tuple((compound.type, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
             tuple(element.signature for element in self.elements[0]),
             tuple(map(tuple, self.spring_cut_signs.tolist())),
             self.spring_elements,

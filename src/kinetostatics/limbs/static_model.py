@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 from kinetostatics.description.robot_description import RobotDescription
@@ -41,7 +42,7 @@ class StaticModel(ShortRepr):
     rank_tolerance: float
     closing_error: float
 
-    @property
+    @cached_property
     def description(self) -> RobotDescription:
         """The robot's description."""
         return self.mechanism.description

@@ -57,7 +57,8 @@ def in_threads(
         most: threads at most, those that the function starts included; None: see :func:`threads`.
     """
     parts = list(parts)
-    number = min(most or threads(), len(parts)) if wanted and not getattr(_here, "alone", False) else 1
+    apart = wanted and len(parts) > 1 and not getattr(_here, "alone", False)
+    number = min(most or threads(), len(parts)) if apart else 1
     if number < 2:
         before = getattr(_here, "alone", False)
         _here.alone = before or most == 1

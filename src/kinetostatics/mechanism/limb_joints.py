@@ -20,7 +20,7 @@ class CompoundJoint:
     """A joint of a limb; revolutes in turn that meet in a point are one universal or spherical joint.
 
     Attributes:
-        kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
+        type: its type, ``universal`` or ``spherical`` of runs.
         label: its name in reports.
         joints: names of its joints.
         passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
@@ -30,7 +30,7 @@ class CompoundJoint:
         shift: how far along its last joint's axis its centre lies from that joint's origin [m].
     """
 
-    kind: str
+    type: JointType
     label: str
     joints: tuple[str, ...]
     passive: bool
@@ -38,11 +38,6 @@ class CompoundJoint:
     edge: int
     has_centre: bool
     shift: float = 0.0
-
-    @property
-    def type(self) -> JointType:
-        """Its type."""
-        return JOINT_TYPES[self.kind]
 
     @property
     def has_point(self) -> bool:
@@ -101,7 +96,7 @@ def compound_joints(
             if connection is not None and not connection.type.is_fixed:
                 dofs, name = freedoms_of(mechanism, connection, edge.sign), connection.name
                 passive, fixed = any(dof.passive for dof in dofs), has_centre(mechanism, connection)
-                compounds.append(CompoundJoint(connection.kind, name, (name,), passive, dofs, position, fixed))
+                compounds.append(CompoundJoint(connection.type, name, (name,), passive, dofs, position, fixed))
         if limb.ends[position]:
             flush()
     flush()
@@ -193,7 +188,7 @@ def _compound_of_run(
     body, frame = sides(first_edge, first)[0]
     shift, last_shift = meeting if meeting is not None else (0.0, 0.0)
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
-    kind = ("revolute", "universal", "spherical")[len(run) - 1]
+    kind = JOINT_TYPES[("revolute", "universal", "spherical")[len(run) - 1]]
     dofs = [
         Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run

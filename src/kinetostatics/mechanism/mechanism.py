@@ -37,7 +37,7 @@ class Connection:
     """A joint or loop between two links.
 
     Attributes:
-        name, kind: its name and URDF type.
+        name, type: its name and type.
         predecessor, successor: the links; of a tree joint the parent and the child.
         predecessor_body, successor_body: the bodies with which they move.
         predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
@@ -51,7 +51,7 @@ class Connection:
     """
 
     name: str
-    kind: str
+    type: JointType
     predecessor: str
     successor: str
     predecessor_body: int
@@ -67,11 +67,6 @@ class Connection:
     is_loop: bool
     place: Place
     mimic: Mimic | None = None
-
-    @property
-    def type(self) -> JointType:
-        """Its type."""
-        return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:
         """Return the link on the other side."""
@@ -149,7 +144,9 @@ def _connection(
     mimic: Mimic | None = None,
 ) -> Connection:
     axes, limits = (np.array(item.axis), np.array(axis2)), (item.lower, item.upper)
-    return Connection(item.name, item.type, *sides, *axes, *limits, cone, driven, isinstance(item, Loop), item.place, mimic)
+    return Connection(
+        item.name, JOINT_TYPES[item.type], *sides, *axes, *limits, cone, driven, isinstance(item, Loop), item.place, mimic
+    )
 
 
 class Mechanism:
@@ -202,7 +199,7 @@ class Mechanism:
             joint, number = description.joints[name], model.joints[body]
             axis = (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis  # as Pinocchio moves it
             placement, first = np.array(model.jointPlacements[body].homogeneous), (int(number.idx_q), int(number.idx_v))
-            joints.append(TreeJoint(joint.type, int(model.parents[body]), body, placement, axis, *first))
+            joints.append(TreeJoint(JOINT_TYPES[joint.type], int(model.parents[body]), body, placement, axis, *first))
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
         for item in self.tree.joints:  # those that follow others belong elsewhere when all others are at zero

@@ -101,7 +101,7 @@ def constraint_models(
             continue
         if not _closes(loop) and welds is None:
             raise ArgumentError(
-                f"Pinocchio has no constraint for the {loop.kind} loop {loop.name!r}: use configuration.loop_model(), "
+                f"Pinocchio has no constraint for the {loop.type.name} loop {loop.name!r}: use configuration.loop_model(), "
                 "which makes such a loop a run of joints of the tree"
             )
         own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
+from kinetostatics.description.joint_types import Axes, JointType
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, Mask, is_filled, zeros_for
@@ -23,25 +23,20 @@ from kinetostatics.math.screws import unit_twist
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """One moving joint: its ``kind``, the numbers of the bodies it joins, its placement and axis in the parent body.
+    """One moving joint: its type, the numbers of the bodies it joins, its placement and axis in the parent body.
 
     ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their
     coordinates are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin) about its axis z, a floating one
     (x, y, z, quaternion); spherical has a quaternion (x, y, z, w).
     """
 
-    kind: str
+    type: JointType
     parent: int
     body: int
     placement: Array
     axis: tuple[float, float, float]
     first_q: int
     first_v: int
-
-    @property
-    def type(self) -> JointType:
-        """Its type."""
-        return JOINT_TYPES[self.kind]
 
     @property
     def nq(self) -> int:
@@ -230,7 +225,7 @@ class Tree:
         self.column_rotates = np.zeros(nv, dtype=bool)
         for joint in joints:
             depth[joint.body] = depth[joint.parent] + 1
-            levels.setdefault((int(depth[joint.body]), joint.kind), []).append(joint)
+            levels.setdefault((int(depth[joint.body]), joint.type.name), []).append(joint)
             columns = slice(joint.first_v, joint.first_v + joint.nv)
             self.moves[joint.body] = self.moves[joint.parent]
             self.moves[joint.body, columns] = True

@@ -153,9 +153,9 @@ def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
     names = [name for name in wrenches if name not in inner]
     forces, moments = sizes(wrenches[name] for name in names)
     kinds = [
-        f"{whole[name].kind}, {len(whole[name].joints)} revolutes"
+        f"{whole[name].type.name}, {len(whole[name].joints)} revolutes"
         if name in whole
-        else mechanism.connections[name].kind + ", driven" * mechanism.connections[name].driven
+        else mechanism.connections[name].type.name + ", driven" * mechanism.connections[name].driven
         for name in names
     ]
     return [

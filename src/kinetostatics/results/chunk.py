@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.engine.pose_code import PoseCode
-from kinetostatics.engine.pose_record import OF_EQUILIBRIUM
 from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import Solution
 
-#: Number of poses in a chunk.
+if TYPE_CHECKING:
+    from kinetostatics.engine.pose_code import PoseCode
+
+#: Poses of which all that is quick is computed at once.
 _FEW = 512
 
 
@@ -30,7 +33,7 @@ class Chunk:
         self.robot, self.solutions, self.sources = robot, tuple(solutions), solutions[0].sources
 
     def __getitem__(self, name: str) -> Array:
-        """Return an output (…, N), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
+        """Return an output (…, N), see :data:`kinetostatics.quantities.OF_EQUILIBRIUM`."""
         found = [OF_EQUILIBRIUM[name](self.robot.statics, solution) for solution in self.solutions]
         return np.asarray(found[0] if len(found) == 1 else np.concatenate(found, axis=-1))
 
@@ -66,20 +69,19 @@ class CompiledChunk(Chunk):
         self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
         self._stability = stability
         self._stage, self._found = -1, (np.empty((0, 0)), np.empty((0, 0), dtype=bool))
-        self._compute(int(given[0].shape[1] <= _FEW))
-        careful = ~self._found[1][0] | self._computed("doubtful")
+        careful = self._computed("doubtful", int(given[0].shape[1] <= _FEW))
+        careful = careful | ~self._found[1][0]
         if careful.any():
             careful &= np.all(np.isfinite(given[0]), axis=0)  # unreached poses are NaN
         self._which = np.flatnonzero(careful)
         self._careful = Chunk(robot, solve(self._which)) if self._which.size else None
 
-    def _compute(self, stage: int) -> None:
-        if stage > self._stage:
+    def _computed(self, name: str, least: int = 0) -> Array:
+        """Return an output (…, N), computed now if need be with all of its stage, or of a further one."""
+        place = self._code.places[name]
+        if (stage := max(place.stage, least)) > self._stage:
             self._found, self._stage = self._code.computed(*self._given, stage=stage), stage
-
-    def _computed(self, name: str) -> Array:
-        self._compute(self._code.stage_of(name))
-        return np.asarray(self._code.places[name].of(*self._found))
+        return np.asarray(place.of(*self._found))
 
     @cached_property
     def solutions(self) -> tuple[Solution, ...]:  # type: ignore[override]

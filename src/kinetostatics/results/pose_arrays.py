@@ -106,7 +106,7 @@ class PoseArrays:
         return found
 
     def _of(self, name: str) -> Array:
-        """Return an output (…, *dims), see :data:`kinetostatics.engine.pose_record.OF_EQUILIBRIUM`."""
+        """Return an output (…, *dims), see :data:`kinetostatics.quantities.OF_EQUILIBRIUM`."""
         values = self._batch.public(self._of_chunks(lambda chunk: chunk[name]))
         kind = QUANTITIES[name].moves_as
         return values if kind is None else self._moved(values, kind)

@@ -121,6 +121,12 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
     return found
 
 
+def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
+    """Return the wrenches (6 P, N) of loads one behind the other, in a list; in an empty one if there are no loads."""
+    rows = [wrench for load in applied for wrench in load.wrenches.values()]
+    return [np.concatenate(rows)] if rows else []
+
+
 def by_place(applied: Iterable[AppliedStatics]) -> dict[str, Array]:
     """Return the sum (6, N) of all wrenches at each place, about o."""
     found: dict[str, Array] = {}

@@ -73,7 +73,7 @@ def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Fra
     moved = [(drive, branch_joints(model, drive)) for drive in drives_of(model.mechanism).values()]
     springs = {edge.joint: springs_of(model.mechanism, edge.joint) for edge in model.topology.branch_edges if edge.joint}
     return RobotStatics(
-        **vars(model),
+        **{item.name: getattr(model, item.name) for item in fields(StaticModel)},
         groups=groups,
         open_branches=branches,
         joint_table=table,

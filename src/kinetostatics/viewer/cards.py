@@ -191,7 +191,7 @@ class Cards:
                 ]
             if name in self.actuators:
                 rows += self._actuator(name)
-        kind = " + ".join(dict.fromkeys(connections[name].kind for name in joint.joints)) + " joint"
+        kind = " + ".join(dict.fromkeys(connections[name].type.name for name in joint.joints)) + " joint"
         note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."
         return Card(kind + ", driven" * joint.driven, rows, note if rows else "")
 

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import package_robots
 
-from kinetostatics.kinematics.joint_coordinates import actuator_coordinates, actuator_names
 from kinetostatics.kinematics.loop_gaps import are_within, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 
 EQUATIONS = SimpleNamespace(couplings=SimpleNamespace(names=["belt", "gear"]))
 
@@ -46,8 +46,10 @@ def test_drives_of_the_tree_come_before_those_of_loops():
     mechanism = SimpleNamespace(description=description, body_of_joint={"t1": 5, "t2": 7})
     loops = [SimpleNamespace(name=name) for name in ("l1", "other", "l2")]
     equations = SimpleNamespace(loops=loops, joint_of_body={5: SimpleNamespace(first_v=11), 7: SimpleNamespace(first_v=13)})
-    assert actuator_names(mechanism, equations) == ["t2", "t1", "l2", "l1"]
-    found = actuator_coordinates(mechanism, equations)
+    robot = RobotKinematics.__new__(RobotKinematics)
+    robot.description, robot.mechanism, robot.equations = description, mechanism, equations
+    assert robot.actuator_names == ["t2", "t1", "l2", "l1"]
+    found = robot.actuator_coordinates
     assert (found.columns, found.loops) == ((13, 11), (2, 0))
 
 

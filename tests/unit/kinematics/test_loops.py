@@ -1,11 +1,13 @@
 """The equations of every type of loop: what they block, what they leave free, and their gradients."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import package_robots
 import pytest
 
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.kinematics.assembly import _configuration
+from kinetostatics.kinematics.assembly import closed_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.rotations import exponential
@@ -112,11 +114,12 @@ def test_poses_that_do_not_close_as_well_as_they_can_are_corrected_once_more():
     rough = exact.take(np.arange(exact.x.shape[1]))
     rough.x[:, 1] += 1e-11
 
-    def again(which):
-        asked.append(which.tolist())
-        return exact.take(which), machine.solver.place(exact.x[:, which])
+    def newton(prescribed, poses, target):
+        asked.append(target[0].tolist())
+        return exact.take(target[0]), None
 
-    placed = machine.solver.place(rough.x)
-    found = _configuration(machine, rough, placed, (3,), np.ones(3, dtype=bool), orientation_named(None), 1e-10, False, again)
+    how = (3,), np.ones(3, dtype=bool), orientation_named(None), 1e-10, False
+    solved = SimpleNamespace(newton=newton, place=machine.solver.place), None, np.arange(3)[None]
+    found = closed_pose(machine, rough, machine.solver.place(rough.x), *how, solved)
     assert asked == [[1]] and found.residual.max() < 1e-13 and np.all(found.poses.x == exact.x)
     assert np.all(found.frames.position == machine.solver.place(exact.x).frames.position)

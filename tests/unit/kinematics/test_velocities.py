@@ -14,7 +14,6 @@ from simple_machines import robot as robot_of
 import kinetostatics as ks
 from kinetostatics.description.elements import Mimic
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
-from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.orientation import orientation_named
@@ -48,9 +47,9 @@ ROBOTS = {
 
 def rates_of(robot, prescribed, pose):
     """Return the freedoms' rates (nv, n, 1) by each given coordinate."""
-    solver = robot.solver
+    solver, prescribed = robot.solver, robot.mobility_analysis.with_dofs(prescribed)
     gradient, rates = solver.rates(prescribed, pose.poses, solver.values(prescribed, pose.poses))
-    step = -least_squares(gradient, rates, robot.mobility_analysis.local_dofs(prescribed))
+    step = -least_squares(gradient, rates, prescribed.local_dofs)
     return with_given(solver, prescribed, freedom_rates(solver, prescribed, gradient, rates, step))
 
 
@@ -64,7 +63,7 @@ def test_coordinates_move_as_differences_of_poses_tell(name):
     robot, h = make(), 1e-6
     names = platform or robot.description.driven
     start = robot.assemble(**{"platform" if platform else "actuators": dict(zip(names, values, strict=True))})
-    ways = [("actuators", robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations), start.actuators)]
+    ways = [("actuators", robot.actuator_coordinates, robot.actuator_names, start.actuators)]
     if platform:
         given = dict(zip(platform, values, strict=True))
         ways.append(("platform", prescribed_platform(platform, orientation_named(None)), platform, given))

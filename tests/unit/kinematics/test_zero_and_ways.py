@@ -53,7 +53,7 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         origin = (origin[0][:, one], origin[1][:, one])
     seen = []
 
-    def follow(solver, prescribed, mine, target, local, known):
+    def follow(solver, prescribed, mine, target, known):
         seen.append(target.shape[1])
         count = target.shape[1]
         expected = target[0] if many_starts else np.zeros(1)
@@ -64,7 +64,7 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         return SolverState(np.stack([target[0], 2 * target[0]]), np.ones((3, count))), target[0] > 4, target[0] / 10
 
     monkeypatch.setattr(path_following, "_follow_chunk", follow)
-    poses, arrived, gone = path_following.follow(SimpleNamespace(is_compiled=many_origins), None, start, numbers[None], 0, origin)
+    poses, arrived, gone = path_following.follow(SimpleNamespace(is_compiled=many_origins), None, start, numbers[None], origin)
     assert len(seen) == 3 and sum(seen) == N and max(seen) <= 4
     np.testing.assert_array_equal(poses.x, [numbers, 2 * numbers])
     np.testing.assert_array_equal(poses.c, np.ones((3, N)))

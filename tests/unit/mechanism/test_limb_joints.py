@@ -43,7 +43,7 @@ X, Y, Z, OBLIQUE = "1 0 0", "0 1 0", "0 0 1", "1 1 1"
 )
 def test_hinges_that_meet_are_one_joint(axes, at, kinds):
     [group] = hinges(*axes, at=at).statics.groups
-    assert " ".join(item.kind for item in group.compounds[0]) == kinds
+    assert " ".join(item.type.name for item in group.compounds[0]) == kinds
 
 
 @pytest.mark.parametrize(("off", "count"), [("1e-10", 1), ("1e-8", 0)])

@@ -473,7 +473,7 @@ def test_hybrid_limbs_of_any_shape_are_explained(seed):
 
 
 def _moves(one, joint):
-    return one.mechanism.connections[joint].kind != "fixed"
+    return one.mechanism.connections[joint].type.name != "fixed"
 
 
 def test_tables_name_the_limbs_axes_as_the_paper_does():
