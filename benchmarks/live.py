@@ -34,9 +34,9 @@ def answers(name: str, engine: str, told: bool) -> str:
     robot = ks.load_robot(name)
     live = LiveRobot(robot.assemble(), lambda pose, load: ks.analyze(pose, load=load), load=[0, 0, -500, 0, 0, 0])
     live.compile(lambda: True)
-    kind = "platform" if live.coordinates else "actuators"
-    values = {item["coordinate"]: item["value"] for item in live.controls if item["kind"] == kind}
-    first = next(item for item in live.controls if item["kind"] == kind)
+    kind = "platform" if live.sliders.coordinates else "actuators"
+    controls = [item for item in live.first["live"]["controls"] if item["kind"] == kind]
+    values, first = {item["coordinate"]: item["value"] for item in controls}, controls[0]
     start, way = first["value"], STEP * (first["max"] - first["min"])
     seconds, text = [], ""
     for k in range(TIMES):

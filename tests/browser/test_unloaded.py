@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from browser_pages import move
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
+from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.unloaded import UnloadedPose
 
@@ -63,6 +65,27 @@ def test_the_free_motion_of_a_singular_pose(tmp_path):
     scene = describe_scene(shown)
     assert [(arrow.group, arrow.kind) for arrow in scene.arrows] == [("free motion", "force"), ("free motion", "moment")]
     assert "rotation" in scene.notes[0]
+
+
+def test_a_live_page_draws_a_singular_pose_and_analyses_the_next_one(tmp_path, visit):
+    """Sliders stay where they are when the message comes or goes, and so does the picture's frame."""
+    robot = ks.load_robot(planar(tmp_path))
+    with serve(robot.assemble(), lambda pose, load: ks.analyze(pose, load=load), load=[0.0] * 6) as server:
+        page = visit(server.url, (1000, 640), offline=False)
+        places = """[...document.querySelectorAll('#robot-controls input[type=range], #robot-stage')]
+            .map(e => (r => [r.left, r.top, r.width, r.height])(e.getBoundingClientRect()))"""
+        before = page.evaluate(places)
+        assert "the pose is singular" in page.inner_text("#robot-message") and page.evaluate("robot_page.scene.unloaded")
+        assert page.locator("#robot-twist input").count() == 1
+        move(page, "platform: rz [°]", 6.0)
+        page.wait_for_function("!robot_page.busy && robot_page.answers > 0")
+        assert "singular)" not in page.inner_text("#robot-message") and not page.evaluate("robot_page.scene.unloaded")
+        pose = robot.assemble(
+            platform={"x": float(robot.assemble().platform["x"]), "y": float(robot.assemble().platform["y"]), "rz": np.radians(6)}
+        )
+        expected = ks.analyze(pose, load=[0.0] * 6).twist
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected, rtol=1e-3, atol=1e-9)
+        assert page.evaluate(places) == before
 
 
 @pytest.mark.parametrize(

@@ -149,7 +149,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     from kinetostatics.viewer.live import serve
 
     loads = loads_of(args)
-    configuration, found = pose_of(load_robot(args), args)
+    start, message, found = _start(load_robot(args), args)
 
     def analyzed(pose: Configuration, **changed: Keyword) -> Result:
         result = analyze(pose, **{**loads, **changed})
@@ -157,13 +157,28 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
 
     at_o = args.point is None and args.frame in (None, "world")  # else the load moves with the platform, and sliders would not
     server = serve(
-        configuration,
+        start,
         analyzed,
         **given_of(("orientation", "closure_tolerance", "port"), args),
-        coordinates=tuple(parse_items("--platform", args.platform)),
+        coordinates=() if message else tuple(parse_items("--platform", args.platform)),
         load=loads.get("load", [0.0] * 6) if at_o else None,
+        message=message,
     )
     return server, found
+
+
+def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
+    """Return the pose that is asked for, or else the closed zero pose or the robot alone and why, and warnings."""
+    try:
+        pose, found = pose_of(robot, args)
+    except (AssemblyError, CoordinatesError) as error:
+        message = str(error)
+        try:
+            q = robot.model_q(robot.zero_poses)[:, 0]
+            return robot.configuration(q, **given_of(("closure_tolerance",), args)), message, [message]
+        except AssemblyError:
+            return robot, message, [message]
+    return pose, None, found
 
 
 def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:

@@ -9,9 +9,7 @@ length, before its body is read.
 from __future__ import annotations
 
 import contextlib
-import itertools
 import json
-import math
 import re
 import secrets
 import threading
@@ -23,21 +21,27 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.engine.programs import check_engine, compiled_statics
-from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
+from kinetostatics.exceptions import (
+    ArgumentError,
+    AssemblyError,
+    CoordinatesError,
+    KinetostaticsError,
+    RobotFileError,
+    StaticsError,
+)
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.plain import Json
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.results.result import Result
-from kinetostatics.robot import robot_of
+from kinetostatics.robot import Robot, robot_of
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.sliders import Sliders, written
+from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import link_visuals
 
-#: How far sliders without limits reach from where they start: part of the robot's size, and radians.
-REACH, TURN = 0.15, math.radians(30)
-#: Parts of the way to the rim of reach where a pose is tried: on the rim itself actuators and platform part company.
-NEARLY = (0.999, 0.99, 0.9)
 #: Names by which this machine may be asked, or else a page elsewhere could let its own name lead here.
 LOCAL_NAMES = ("127.0.0.1", "localhost")
 #: The longest question [bytes], and how long the server waits for the next part of a request [s].
@@ -47,72 +51,83 @@ LONGEST, PATIENCE = 1 << 16, 10
 class LiveRobot:
     """A pose that sliders change: of the actuators, of platform coordinates that determine the pose, and of the load.
 
+    A pose that cannot be analysed is shown without loads, and why.
+
     Attributes:
-        configuration: the last pose that could be analysed; the next one starts there.
+        configuration: the last pose; the next one starts there. None: the loops cannot be closed, and nothing has a slider.
         load: (6,) force and moment at o [N, N·m], or None where ``analyze`` has its own.
     """
 
     def __init__(
         self,
-        configuration: Configuration,
+        start: Configuration | Robot,
         analyze: Callable[..., Result],
         orientation: str | None = None,
         closure_tolerance: float = 1e-10,
         coordinates: Sequence[str] = (),
         load: ArrayLike | None = None,
+        message: str | None = None,
     ) -> None:
         """Start at a pose.
 
         Args:
-            configuration: one pose.
+            start: one pose; or a robot whose loops cannot be closed.
             analyze: how a pose is analysed: load and gravity are chosen there.
             orientation, closure_tolerance: as in :meth:`Robot.assemble`.
             coordinates: platform coordinates that get sliders; none: those that determine the pose best.
             load: (6,) at o [N, N·m], which gets sliders; ``analyze`` is given it as ``load=`` then.
+            message: told beside the first pose.
         """
-        if configuration.shape != ():
+        if isinstance(start, Configuration) and start.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
-        self.configuration, self.analyze = configuration, analyze
-        self.robot, self.orientation, self.closure_tolerance = robot_of(configuration), orientation, closure_tolerance
+        self.configuration = start if isinstance(start, Configuration) else None
+        self.robot = robot_of(start) if isinstance(start, Configuration) else start
+        self.analyze, self.orientation, self.closure_tolerance = analyze, orientation, closure_tolerance
         self.visuals = link_visuals(self.robot.description)
         self.load = None if load is None else np.array(load, dtype=float)
-        self.result = self._analyzed(configuration)
+        self.result: Result | UnloadedPose = UnloadedPose(start, message)
+        self.sliders: Sliders | None = None
+        if self.configuration is not None:
+            self.result = self._analyzed(self.configuration, self.load)
         self.scene = describe_scene(self.result, visuals=self.visuals)
-        self.size = self.scene.size
-        self.coordinates = tuple(coordinates) or self._determining()
-        self.controls = [self._actuator(name) for name in self.robot.description.driven]
-        self.controls += [self._platform(name) for name in self.coordinates]
-        if self.load is not None:
-            self.controls += [self._load(k, name, self.result) for k, name in enumerate(WRENCH_COMPONENTS)]
-        self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
-        self._control(self.scene, self.result)
+        self.like = None if self.scene.unloaded else self.scene  # whose meshes are shown
+        if message and message not in self.scene.notes:
+            self.scene.notes.insert(0, message)
+        if self.configuration is not None:
+            self.sliders = Sliders(self.configuration, orientation, coordinates, self.load, self.scene.size)
+        self._control(self.scene)
         self.first = self.scene.plain()
 
     def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
         """Return what of the scene changes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
 
         Notes and cards take as long as all the rest: they come along with ``"told": true``. ``"groups": [...]`` says which arrows
-        are wanted, if not all. ``"kind": "told"`` asks for everything again, of the last pose.
+        are wanted, if not all; ``"contributions": [...]`` what is shown: if there are others now, all of the scene is answered.
+        ``"kind": "told"`` asks for everything again, of the last pose.
         A pose that cannot be reached is answered with the last one on the straight way to it, and ``rim`` says why.
 
         Raises:
             KinetostaticsError: the pose cannot be analysed; the last one stays.
         """
-        kind = question["kind"]
-        if kind == "told":
-            return {**self._scene(self.result), **self._told()}
-        groups = question.get("groups")
-        answer = self._moved(kind, question["values"], None if groups is None else set(groups))
-        return {**answer, **self._told()} if question.get("told") else answer
+        kind, groups, rim = question["kind"], question.get("groups"), {}
+        if kind != "told":
+            rim = {"rim": self._move(kind, question["values"])}
+        if self.like is None and isinstance(self.result, Result):
+            self.like = self._scene(None)
+        scene = self._scene(None if groups is None else set(groups), self.like if isinstance(self.result, Result) else None)
+        if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
+            return {**self._scene(None).plain(), **rim}
+        told = self._told() if kind == "told" or question.get("told") or scene.unloaded else {}
+        return {**scene.moving(), **told, **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:
         """Have compiled code made of what answers take, as long as one may go on: until it is there NumPy answers."""
-        if check_engine("auto") == "numpy":
+        if check_engine("auto") == "numpy" or self.configuration is None:
             return
         asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
-        if self.coordinates:
-            present = self.configuration.platform_coordinates(self.orientation)
-            asked.insert(0, {"platform": {name: present[name] for name in self.coordinates}})
+        if self.sliders is not None and self.sliders.coordinates:
+            present = self.sliders.present(self.configuration, "platform")
+            asked.insert(0, {"platform": {name: present[name] for name in self.sliders.coordinates}})
         if go_on():
             compiled_statics(self.robot, self.robot.statics)
         for coordinates in asked:
@@ -120,31 +135,37 @@ class LiveRobot:
                 with contextlib.suppress(KinetostaticsError):
                     self._assembled(coordinates, engine="compiled")
 
+    def reach(self) -> Mapping[str, object]:
+        """Return where each slider ends at the present pose; nothing as soon as the pose is another one."""
+        pose = self.configuration
+        if pose is None or self.sliders is None:
+            return {}
+        found = self.sliders.reach(pose, lambda: self.configuration is pose)
+        return found if self.configuration is pose else {}
+
     def _told(self) -> dict[str, object]:
         return describe_scene(self.result, visuals=self.visuals).told()
 
-    def _moved(self, kind: str, shown: Mapping[str, float], groups: set[str] | None) -> dict[str, object]:
-        values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
-        if kind == "load" and self.load is not None:
-            before = self.load
-            self.load = np.array([values[name] for name in WRENCH_COMPONENTS])
-            try:
-                return self._scene(self._analyzed(self.configuration), groups)
-            except KinetostaticsError:
-                self.load = before
-                raise
-        configuration, rim = self.configuration, ""
-        try:
-            configuration = self._assembled({kind: values})
-        except AssemblyError as error:
-            configuration = self._rim(kind, values, error)
-            rim = self._rim_text(kind, values, configuration)
-        scene = self._scene(self._analyzed(configuration), groups)
-        self.configuration = configuration
-        return {**scene, "rim": rim}
+    def _move(self, kind: str, shown: Mapping[str, float]) -> str:
+        """Go to coordinates or a load; return what of them cannot be reached."""
+        assert self.sliders is not None and self.configuration is not None
+        values = {name: float(value) * self.sliders.factors[kind, name] for name, value in shown.items()}
+        configuration, load, rim = self.configuration, self.load, ""
+        if kind == "load":
+            load = np.array([values[name] for name in WRENCH_COMPONENTS])
+        else:
+            with contextlib.suppress(AssemblyError):
+                configuration = self._assembled({kind: values})
+            if configuration is self.configuration or configuration.limits_exceeded.keys() - self.configuration.limits_exceeded:
+                configuration, rim = self._rim(self.configuration, kind, values)
+        self.result, self.configuration, self.load = self._analyzed(configuration, load), configuration, load
+        return rim
 
-    def _analyzed(self, configuration: Configuration) -> Result:
-        return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
+    def _analyzed(self, configuration: Configuration, load: Array | None) -> Result | UnloadedPose:
+        try:
+            return self.analyze(configuration) if load is None else self.analyze(configuration, load=load)
+        except (StaticsError, CoordinatesError, RobotFileError) as error:
+            return UnloadedPose(configuration, str(error))
 
     def _assembled(self, asked: Mapping[str, Keyword], engine: str = "auto") -> Configuration:
         rules: dict[str, Keyword] = {
@@ -154,108 +175,35 @@ class LiveRobot:
         }
         return self.robot.assemble(**asked, **rules, engine=engine)
 
-    def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
-        """Return the last pose that is reached on the straight way to coordinates that are not; the present one if none is."""
-        present = (
-            self.configuration.platform_coordinates(self.orientation) if kind == "platform" else self.configuration.actuators
-        )
-        for part in ((error.reached or 0.0) * nearly for nearly in NEARLY):
-            if part > 0:
-                way = {name: float(present[name]) + part * (value - float(present[name])) for name, value in values.items()}
-                with contextlib.suppress(KinetostaticsError):
-                    return self._assembled({kind: way})
-        return self.configuration
+    def _rim(self, pose: Configuration, kind: str, values: Mapping[str, float]) -> tuple[Configuration, str]:
+        """Return the last good pose on the straight way to coordinates, and why it ends there; the present one if none is."""
+        assert self.sliders is not None
+        present = {name: float(self.sliders.present(pose, kind)[name]) for name in values}
+        ways = self.sliders.shortened({name: np.array([value - present[name]]) for name, value in values.items()}, kind)
+        (end,) = self.sliders.ends(pose, kind, ways)
+        reached = {name: present[name] + end.part * float(way[0]) for name, way in ways.items()}
+        rim = pose
+        with contextlib.suppress(AssemblyError):
+            rim = self._assembled({kind: reached})
+        moved = {name: self.sliders.factors[kind, name] for name, way in ways.items() if abs(float(way[0])) > 1e-6}
+        words = [
+            f"{name} stops at {written(float(self.sliders.present(rim, kind)[name]), factor)}" for name, factor in moved.items()
+        ]
+        return rim, f"{', '.join(words)}: {self.sliders.words(end)}"
 
-    def _rim_text(self, kind: str, values: Mapping[str, float], rim: Configuration) -> str:
-        """Return which coordinates stay short of what was asked, in the units and digits of their sliders."""
-        reached = rim.platform_coordinates(self.orientation) if kind == "platform" else rim.actuators
-        words = []
-        for name, unit in ((name, "mm" if self.factors[kind, name] == 1e-3 else "°") for name in values):
-            asked, there = (float(value) / self.factors[kind, name] + 0.0 for value in (values[name], reached[name]))
-            if abs(asked - there) > 0.05:
-                words.append(f"{name} = {asked:.1f} {unit} (the robot stops at {there:.1f} {unit})")
-        return f"cannot reach {', '.join(words)}" if words else "cannot reach this pose"
+    def _scene(self, groups: set[str] | None, like: Scene | None = None) -> Scene:
+        """Describe the present result; with meshes as they were, if they are not wanted again."""
+        scene = describe_scene(self.result, visuals=self.visuals, like=like, groups=groups)
+        self._control(scene)
+        return scene
 
-    def _scene(self, result: Result, groups: set[str] | None = None) -> dict[str, object]:
-        scene = describe_scene(result, visuals=self.visuals, like=self.scene, groups=groups)
-        self._control(scene, result)
-        self.result = result
-        return scene.moving()
-
-    def _control(self, scene: Scene, result: Result) -> None:
+    def _control(self, scene: Scene) -> None:
         """Let the sliders of a scene stand where its pose is."""
-        platform = result.configuration.platform_coordinates(self.orientation)
-        for control in self.controls:
-            kind, name = control["kind"], control["coordinate"]
-            if kind == "load":
-                value = result.load[WRENCH_COMPONENTS.index(name)]
-            else:
-                value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
-            control["value"] = float(value) / self.factors[kind, name]
-        scene.live = {"url": "analyze", "controls": [dict(control) for control in self.controls]}
-
-    # ---- sliders ----------------------------------------------------------------------------------------------------
-
-    def _determining(self) -> tuple[str, ...]:
-        """Return the platform coordinates that determine the pose best: those that the actuators move most independently."""
-        robot, pose, step = self.robot, self.configuration, 1e-4
-        actuators = list(robot.description.driven)
-        steps = np.eye(len(actuators)) * step
-        values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(actuators)}
-        present = pose.platform_coordinates(self.orientation)
-        try:
-            near = robot.assemble(
-                actuators=values, orientation=self.orientation, near=pose, closure_tolerance=self.closure_tolerance
-            )
-        except KinetostaticsError:
-            return ()
-        after = near.platform_coordinates(self.orientation)
-        rates = {name: (after[name] - present[name]) / step / (self.size / 2 if name in "xyz" else 1.0) for name in present}
-        if not actuators or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
-            return ()
-
-        def independence(names: tuple[str, ...]) -> float:
-            return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
-
-        sets = list(itertools.combinations(present, robot.mobility.platform))
-        best = max((independence(names) for names in sets), default=0.0)
-        good = [names for names in sets if independence(names) > 0.3 * best]
-        return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
-
-    def _actuator(self, name: str) -> dict[str, Json]:
-        connection = self.robot.mechanism.connections[name]
-        slides = connection.type.is_slide
-        value = float(self.configuration.actuators[name])
-        return self._slider("actuators", name, f"actuator: {name}", slides, value, connection.lower, connection.upper)
-
-    def _platform(self, name: str) -> dict[str, Json]:
-        value = float(self.configuration.platform_coordinates(self.orientation)[name])
-        return self._slider("platform", name, f"platform: {name}", name in "xyz", value, -math.inf, math.inf)
-
-    def _load(self, k: int, name: str, result: Result) -> dict[str, Json]:
-        """Return the slider of a component of the load: up to twice the given load, or to the robot's weight."""
-        assert self.load is not None
-        weight = float(np.nan_to_num(np.linalg.norm(result.base_wrench[:3] + result.load[:3])))
-        force = max(2 * float(np.abs(self.load[:3]).max()), weight, 100.0)
-        most = force if k < 3 else max(2 * float(np.abs(self.load[3:]).max()), 0.25 * force * self.size)
-        step = 10.0 ** math.floor(math.log10(most) - 2)
-        most = math.ceil(most / step) * step
-        return {
-            "kind": "load", "coordinate": name, "name": f"load: {name} [{'N' if k < 3 else 'N·m'}]", "factor": 1.0,
-            "value": float(self.load[k]), "min": -most, "max": most, "step": step,
-        }  # fmt: skip
-
-    def _slider(
-        self, kind: str, coordinate: str, title: str, is_length: bool, value: float, lower: float, upper: float
-    ) -> dict[str, Json]:
-        factor, unit, reach, step = (1e-3, "mm", REACH * self.size, 0.1) if is_length else (math.pi / 180, "°", TURN, 0.01)
-        low, high = max(lower, value - reach), min(upper, value + reach)
-        if not low < high:  # beyond its limits to begin with
-            low, high = value - reach, value + reach
-        return {
-            "kind": kind, "coordinate": coordinate, "name": f"{title} [{unit}]", "factor": factor, "value": value / factor,
-            "min": math.floor(low / factor + 1e-6), "max": math.ceil(high / factor - 1e-6), "step": step,
-        }  # fmt: skip
+        pose = self.result.configuration
+        scene.live = {
+            "url": "analyze",
+            "controls": [] if self.sliders is None or pose is None else self.sliders.at(pose, self.load),
+        }
 
 
 class LiveServer:
@@ -345,6 +293,8 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
         def _answer(self, question: bytes) -> str:
             try:
                 asked = json.loads(question)
+                if asked["kind"] == "reach":  # takes longer than an analysis, which does not wait for it
+                    return json.dumps(robot.reach(), allow_nan=False)
                 with lock:
                     answer = robot.answer(asked)
                 return json.dumps(answer, allow_nan=False)
@@ -370,7 +320,7 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
 
 
 def serve(
-    configuration: Configuration,
+    start: Configuration | Robot,
     analyze: Callable[..., Result],
     *,
     orientation: str | None = None,
@@ -378,16 +328,18 @@ def serve(
     coordinates: Sequence[str] = (),
     load: ArrayLike | None = None,
     port: int = 0,
+    message: str | None = None,
 ) -> LiveServer:
     """Serve a page whose sliders move the robot.
 
     Args:
-        configuration: the pose to start from.
+        start: the pose to start from; or a robot whose loops cannot be closed.
         analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
         orientation, closure_tolerance: as in :meth:`Robot.assemble`.
         coordinates: platform coordinates that get sliders; none: those that determine the pose best.
         load: (6,) force and moment at o, world axes [N, N·m]: it gets sliders, and ``analyze`` is called with ``load=`` what they
             say, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
         port: of 127.0.0.1; 0 for any that is free.
+        message: told beside the first pose.
     """
-    return LiveServer(LiveRobot(configuration, analyze, orientation, closure_tolerance, coordinates, load), port)
+    return LiveServer(LiveRobot(start, analyze, orientation, closure_tolerance, coordinates, load, message), port)

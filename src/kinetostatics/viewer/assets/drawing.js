@@ -53,6 +53,16 @@ class Robot {
     }
   }
 
+  /** Take everything of it out of the picture; check boxes stay as they are. */
+  remove() {
+    for (const name of PARTS) {
+      const path = [...this.root.split("/").filter(Boolean), name];
+      for (const child of Object.keys(viewer.scene_tree.find(path).children)) viewer.delete_path([...path, child]);
+    }
+    for (const { element, leader } of labels.filter(({ robot }) => robot === this)) for (const item of [element, leader]) item.remove();
+    labels.splice(0, labels.length, ...labels.filter(({ robot }) => robot !== this));
+  }
+
   /** The objects at the top of its part of meshcat's tree. */
   nodes() {
     return PARTS.map((name) => this.node(name));

@@ -9,6 +9,7 @@ const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const HANDLE_COLOURS = { x: "#d62728", y: "#2ca02c", z: "#1f77b4" };
 
 function buildLive() {
+  document.body.classList.add("live");
   const { live } = page.robots[0].scene, folds = { platform: "Move the platform", actuators: "Actuators", load: "Load at o" };
   for (const [kind, title] of Object.entries(folds)) {
     const mine = live.controls.filter((control) => control.kind === kind);
@@ -16,19 +17,91 @@ function buildLive() {
     const parent = fold(title);
     if (kind === "platform") make("p", parent, { className: "hint", textContent: "Drag the arrows and rings at o, or the sliders." });
     for (const c of mine) {
-      slider(parent, c.name, c.name.replace(/^[^:]*: /, ""), c.value, c.min, c.max, (x) => moveLive(c.name, x), (x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0));
+      const { input } = slider(parent, c.name, c.name.replace(/^[^:]*: /, ""), c.value, c.min, c.max, (x) => moveLive(c.name, x), (x) => inDigits(c, x));
+      input.addEventListener("change", () => lengthen(c.name));
+      if (c.reach) showReach(c.name, c);
     }
   }
+  for (const name of reaches.keys()) known.add(name);
+}
+
+/** A value of a slider, in the digits that mean something. */
+const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
+
+/** Messages stand over the picture, so that sliders stay where they are; of warnings the first line, until one opens them. */
+function writeMessage({ unloaded, notes }) {
+  const place = element("robot-message"), [words, warnings] = place.children;
+  words.textContent = [page.stop || page.error, ...(unloaded ? notes : [])].filter(Boolean).join("; ");
+  warnings.hidden = unloaded || !notes.length;
+  words.hidden = !words.textContent;
+  if (!warnings.hidden) {
+    const [summary, all] = warnings.children;
+    summary.textContent = notes.length > 1 ? `${notes.length} warnings: ${notes[0]}` : `warning: ${notes[0]}`;
+    all.innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
+  }
+  place.hidden = words.hidden && warnings.hidden;
+}
+
+// ---------------------------------------------------------------- how far sliders reach
+
+const reaches = new Map(); // name of a slider -> {reach: [low, high], ends: why it ends at each}
+const known = new Set(); // names of sliders whose reach is that of the present pose
+
+const controlOf = (name) => page.robots[0].scene.live.controls.find((c) => c.name === name);
+
+/** Colour the track of a slider beyond the robot's reach; its title tells why it ends there. */
+function showReach(name, { reach, ends }) {
+  const { input } = controls.get(name), c = controlOf(name), least = Number(input.min), span = Number(input.max) - least;
+  reaches.set(name, { reach, ends });
+  reach.forEach((value, k) => input.style.setProperty(k ? "--high" : "--low", ends[k] ? Math.min(Math.max((value - least) / span, 0), 1) : k ? 2 : -1));
+  input.title = ends.map((why, k) => why && `${k ? "up" : "down"} to ${inDigits(c, reach[k])}: ${why}`).filter(Boolean).reverse().join("\n");
+}
+
+/** The value within reach that is nearest to one that is wanted; `page.stop` tells why it is another. */
+function within(name, wanted) {
+  const { reach, ends } = (known.has(name) && reaches.get(name)) || { reach: [-Infinity, Infinity], ends: ["", ""] };
+  const end = wanted < reach[0] ? 0 : wanted > reach[1] ? 1 : null;
+  page.stop = null;
+  if (end === null || !ends[end]) return wanted;
+  const c = controlOf(name), [, label, unit] = name.match(/^[^:]*: (.*) \[(.*)\]$/);
+  const place = `${inDigits(c, reach[end])}${unit === "°" ? "" : "\u00a0"}${unit}`, stands = reach[1] - reach[0] < c.step;
+  page.stop = stands ? `${label} cannot change by itself here: ${ends[end]}` : `${label} ends at ${place}: ${ends[end]}`;
+  return reach[end];
+}
+
+/** Let a slider that is let go at an end of its track go on, where the robot reaches farther. */
+function lengthen(name) {
+  const { input } = controls.get(name), { reach } = reaches.get(name) || { reach: [Infinity, -Infinity] };
+  const value = Number(input.value), least = Number(input.min), most = Number(input.max), near = 0.02 * (most - least);
+  const spare = 0.05 * (reach[1] - reach[0]);
+  if (value - least < near && reach[0] < least) input.min = reach[0] - spare;
+  if (most - value < near && reach[1] > most) input.max = reach[1] + spare;
+  if (reaches.has(name)) showReach(name, reaches.get(name));
+}
+
+/** Ask where the sliders end at the present pose, which takes longer than an analysis; what is older than a slider is not shown. */
+async function askReach() {
+  const { live } = page.robots[0].scene, at = page.answers;
+  if (!reaches.size) return;
+  try {
+    const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify({ kind: "reach" }) });
+    const found = await answer.json();
+    if (asking || page.answers !== at || found.error) return;
+    for (const [name, reach] of Object.entries(found)) { showReach(name, reach); known.add(name); }
+  } catch { /* the next question tells that there is no answer */ }
 }
 
 /** A live slider or handle moved: ask for an analysis. One question at a time; of those of a kind that wait the newest wins. */
 async function moveLive(name, value) {
-  const { live } = page.robots[0].scene, moved = live.controls.find((c) => c.name === name), values = {};
-  moved.value = value;
+  const { live, contributions } = page.robots[0].scene, moved = controlOf(name), values = {}, held = within(name, value);
+  if (held !== value) controls.get(name).set(held);
+  if (held === moved.value && page.stop) { refresh(); return; }
+  moved.value = held;
+  for (const other of known) if (other !== name) known.delete(other);
   for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
   const told = selection.path !== null || state.quantity !== "deflection";
   const seen = [...page.robots[0].arrows].filter(([, { object }]) => visible(object)).map(([path]) => path.split("/")[1]);
-  waiting.set(moved.kind, { kind: moved.kind, values, told, groups: told ? null : [...new Set(seen)] });
+  waiting.set(moved.kind, { kind: moved.kind, values, told, contributions, groups: told ? null : [...new Set(seen)] });
   wake();
   if (asking) return;
   asking = true;
@@ -40,8 +113,9 @@ async function moveLive(name, value) {
       stale = asked.kind !== "told" && !asked.told;
       const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
       const body = await answer.json();
-      if (asked.kind !== "told") page.error = body.error || (body.rim ? `the rim of reach: ${body.rim}` : null);
+      if (asked.kind !== "told") page.error = body.error || body.rim || null;
       if (body.error) refresh(); else showAnswer(body);
+      if (asked.kind === "told" && !waiting.size && stillFits() && !isInPicture()) fit();
       page.answerTime = performance.now() - start;
     }
   } catch (error) {
@@ -51,17 +125,38 @@ async function moveLive(name, value) {
     asking = false;
     page.answers += 1;
   }
+  askReach();
 }
 
 /** Show a new scene, and the coordinates that follow from those that were moved, without asking again. */
 function showAnswer(description) {
-  const [robot] = page.robots;
-  robot.load(description);
-  for (const c of robot.scene.live.controls) {
-    if (waiting.has(c.kind)) c.value = waiting.get(c.kind).values[c.coordinate]; // the answer is older than the sliders
-    else controls.get(c.name).set(c.value);
+  if (description.meshes) replaceRobot(description); else page.robots[0].load(description);
+  for (const c of page.robots[0].scene.live.controls) {
+    if (waiting.has(c.kind)) { c.value = waiting.get(c.kind).values[c.coordinate]; continue; } // the answer is older than the sliders
+    const { input, set } = controls.get(c.name);
+    if (c.value < Number(input.min) || c.value > Number(input.max)) stretch(input, c);
+    set(c.value);
   }
   refresh();
+}
+
+/** Make a track longer, so that a value stands at its end. */
+function stretch(input, { name, value }) {
+  if (value < Number(input.min)) input.min = value;
+  if (value > Number(input.max)) input.max = value;
+  if (reaches.has(name)) showReach(name, reaches.get(name));
+}
+
+/** Show a robot with loads in place of one without, or the reverse; sliders and camera stay. */
+function replaceRobot(description) {
+  select(null);
+  page.robots[0].remove();
+  page.robots[0] = new Robot(description);
+  hideThickets(page.robots[0]);
+  setExaggeration(description.exaggeration);
+  buildTwist();
+  buildArrows();
+  setDark(page.dark);
 }
 
 // ---------------------------------------------------------------- the gizmo
@@ -136,8 +231,7 @@ function grab(event) {
     moved += handle.turns ? ((at - last + 540) % 360) - 180 : at - last;
     last = at;
     const wanted = value + moved;
-    if (wanted < Number(input.min)) input.min = wanted;
-    if (wanted > Number(input.max)) input.max = wanted;
+    stretch(input, { name: handle.control, value: within(handle.control, wanted) });
     controls.get(handle.control).set(wanted);
     moveLive(handle.control, wanted);
   };

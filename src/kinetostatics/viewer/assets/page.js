@@ -17,21 +17,26 @@ function setStage() {
   const key = new THREE.DirectionalLight(0xffffff, 0.45);
   key.position.set(1, -2, 4);
   viewer.set_object(["Lights", "Key"], key);
-  for (const robot of page.robots) for (const path of robot.scene.hidden) viewer.set_property((robot.root + path).split("/"), "visible", false);
+  for (const robot of page.robots) hideThickets(robot);
+}
+
+/** Switch off the groups of arrows that are many. */
+function hideThickets({ root, scene }) {
+  for (const path of scene.hidden) viewer.set_property((root + path).split("/"), "visible", false);
 }
 
 const page = window.robot_page = {
-  state, labels, robots: [], answers: 0, answerTime: 0, error: null, refreshTime: 0, ready: false, dark: false,
+  state, labels, robots: [], answers: 0, answerTime: 0, error: null, stop: null, refreshTime: 0, ready: false, dark: false,
   look, fit, showView, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
   get busy() { return asking; }, pointed: () => pointed && pointed.path,
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
 {
-  state.exaggeration = description.exaggeration.value;
   page.robots.push(new Robot(description));
   if (description.compare) {
-    state.exaggeration = Math.min(state.exaggeration, description.compare.exaggeration.value);
+    const { exaggeration } = description;
+    exaggeration.value = Math.min(exaggeration.value, description.compare.exaggeration.value);
     page.robots.push(new Robot(description.compare, "Compared/"));
     shareScales(page.robots);
     document.body.classList.add("comparing");

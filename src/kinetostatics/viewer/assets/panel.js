@@ -50,7 +50,7 @@ function slider(parent, name, label, value, min, max, changed, written) {
   return control;
 }
 
-const switches = []; // {paths, box}
+let switches = []; // {paths, box, set, isOn}
 
 /** A check box that shows and hides paths of meshcat's tree. */
 function treeSwitch(parent, label, paths, colour = null) {
@@ -77,18 +77,9 @@ function buildPanel() {
   const { scene } = page.robots[0];
   element("robot-title").textContent = scene.title;
   buildTools();
-  const e = scene.exaggeration, log = Math.log10, twist = element("robot-twist");
-  if (scene.unloaded) buildFreeMotions(twist);
-  else {
-    make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
-    make("table", twist, { id: "robot-total" });
-    const parts = make("details", twist);
-    make("summary", parts, { textContent: "Contributions and their shares" });
-    make("table", parts, { id: "robot-parts" });
-    buildShares(element("robot-parts"));
-  }
-
+  buildTwist();
   if (page.robots.length > 1) buildCompare(fold("Compare"));
+  if (scene.live) buildLive();
   const deformation = fold("Picture");
   const row = make("label", deformation, { className: "slider choice" });
   make("span", row, { textContent: "colour by" });
@@ -96,15 +87,11 @@ function buildPanel() {
   make("option", choice, { value: "deflection", textContent: "deflection" });
   const found = new Map(page.robots.flatMap((robot) => robot.scene.quantities).map((quantity) => [quantity.key, quantity.words]));
   for (const [key, words] of found) make("option", choice, { value: key, textContent: words });
-  slider(deformation, "exaggeration", "drawn ×", log(state.exaggeration), log(e.min), log(e.max), (x) => {
-    state.exaggeration = Math.pow(10, x);
-    refresh();
-  }, (x) => number(Math.pow(10, x)));
+  slider(deformation, "exaggeration", "drawn ×", 0, 0, 1, (x) => { state.exaggeration = Math.pow(10, x); refresh(); }, (x) => number(Math.pow(10, x)));
+  setExaggeration(scene.exaggeration);
   if (page.robots.some((robot) => robot.scene.stations.frames > 1)) buildPath(fold("Path"));
-  if (scene.live) buildLive();
-  const forces = fold(scene.unloaded ? "Free motions" : "Forces and moments"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
-  treeSwitch(forces, "all of these", ["Arrows"]);
-  for (const [group, colour] of groups) treeSwitch(forces, group, [`Arrows/${group}`], colour);
+  make("details", element("robot-controls"), { open: true, id: "robot-arrows" });
+  buildArrows();
   const shown = fold("Show", false);
   for (const [label, path] of [["robot at rest (pale)", "Rest"], ["deformed robot", "Deformed"], ["base", "Base"], ["axes", "Frames"], ["names", "Labels"], ["largest value", "Marks"]]) {
     treeSwitch(shown, label, [path]);
@@ -112,6 +99,39 @@ function buildPanel() {
   viewer.gui.domElement.removeAttribute("style");
   viewer.gui.open();
   fold("Scene: meshcat's own tree", false).appendChild(viewer.gui.domElement);
+}
+
+/** The platform's twist in numbers and its contributions; or without loads the free motions. */
+function buildTwist() {
+  const twist = element("robot-twist");
+  twist.replaceChildren();
+  if (page.robots[0].scene.unloaded) { buildFreeMotions(twist); return; }
+  make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
+  make("table", twist, { id: "robot-total" });
+  const parts = make("details", twist);
+  make("summary", parts, { textContent: "Contributions and their shares" });
+  make("table", parts, { id: "robot-parts" });
+  buildShares(element("robot-parts"));
+}
+
+/** Check boxes of the groups of arrows. */
+function buildArrows() {
+  const { scene } = page.robots[0], parent = element("robot-arrows"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
+  switches = switches.filter(({ box }) => !parent.contains(box));
+  parent.replaceChildren();
+  parent.hidden = !groups.size;
+  make("summary", parent, { textContent: scene.unloaded ? "Free motions" : "Forces and moments" });
+  const content = make("div", parent);
+  treeSwitch(content, "all of these", ["Arrows"]);
+  for (const [group, colour] of groups) treeSwitch(content, group, [`Arrows/${group}`], colour);
+}
+
+/** Draw displacements as large as a description has them, and let their slider reach as far. */
+function setExaggeration({ value, min, max }) {
+  const { input, set } = controls.get("exaggeration"), log = Math.log10;
+  state.exaggeration = value;
+  Object.assign(input, { min: log(min), max: log(max) });
+  set(log(value));
 }
 
 /** Two rows for each contribution: its name with the slider of its share, and what it does. */
@@ -127,7 +147,7 @@ function buildShares(table) {
 /** A slider for each free motion, of which the first is shown. */
 function buildFreeMotions(parent) {
   const { contributions } = page.robots[0].scene;
-  if (contributions.length) make("h2", parent, { textContent: "Free motion of the platform, actuators locked" });
+  if (contributions.length) make("h2", parent, { textContent: "Free motions, actuators locked" });
   contributions.forEach((name, k) => {
     state.shares.set(name, k ? 0 : 1);
     slider(parent, `share: ${name}`, name, k ? 0 : 1, -1, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
@@ -197,14 +217,14 @@ function closeAll() {
 function facts(robot) {
   const { scene } = robot, [i, j, w] = between(scene), told = scene.facts[w < 0.5 ? i : j];
   const [status] = told.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
-  return [...told.slice(0, -1), ...drawn, ...(status[1] === "OK" && !scene.live ? [] : [status])];
+  return [...told.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
 }
 
 function writePanel(scale) {
   const { scene } = page.robots[0], { displacement, rotation } = scene.units;
   if (!scene.unloaded) writeTwist(scene, displacement, rotation);
-  Object.assign(element("robot-message"), { textContent: page.error || "", hidden: !page.error }); // over the picture: sliders stay
-  element("robot-notes").innerHTML = scene.notes.slice(0, 3).map((note) => `<p>${escape(note)}</p>`).join("");
+  if (scene.live) writeMessage(scene);
+  else element("robot-notes").innerHTML = scene.notes.slice(0, 3).map((note) => `<p>${escape(note)}</p>`).join("");
   element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
     .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
   writeLegend(scale);

@@ -54,6 +54,11 @@ function look(x, y, z) {
   viewer.set_dirty();
 }
 
+/** Whether all of the robot is in the picture. */
+function isInPicture() {
+  return outline().every((p) => { p.project(viewer.camera); return Math.abs(p.x) < 1 && Math.abs(p.y) < 1; });
+}
+
 /** Bring everything into the picture, from where the camera looks. */
 function fit() {
   const d = viewer.camera.position.clone().sub(viewer.controls.target);

@@ -1,0 +1,177 @@
+"""Sliders of a live page: what they move, how their values are written, and where the robot's reach ends on them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kinetostatics.engine.programs import check_engine, compiled_loops
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.kinematics.reach import End, find_ends
+from kinetostatics.layout.plain import Json
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.screws import WRENCH_COMPONENTS
+from kinetostatics.robot import Robot, robot_of
+
+#: How far around a value that cannot change by itself its slider is drawn: part of the robot's size, and radians.
+AROUND, TURN = 0.15, math.radians(30)
+#: Part of a slider beyond each end of reach, where it is coloured.
+BEYOND = 0.05
+#: Part of the way to an end at which a slider stops: at a singular pose itself nothing can be analysed.
+NEARLY = 0.999
+#: What [m, rad] one of a slider's units is.
+MILLIMETRE, DEGREE = 1e-3, math.pi / 180
+
+
+class Sliders:
+    """The sliders of one robot, for actuators, platform coordinates that determine the pose, and a load.
+
+    Attributes:
+        coordinates: of the platform.
+        factors: what [m, rad, N, N·m] one of the shown units is, by kind ("platform", "actuators", "load") and coordinate.
+    """
+
+    def __init__(
+        self, pose: Configuration, orientation: str | None, coordinates: Sequence[str], load: Array | None, size: float
+    ) -> None:
+        """Make them for a pose from which they start; none of ``coordinates``: those that determine the pose best."""
+        self.robot, self.orientation, self.size = robot_of(pose), orientation, size
+        self.coordinates = tuple(coordinates) or determining(self.robot, pose, orientation, size)
+        kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.driven)}
+        self.factors = {(kind, name): self._factor(kind, name) for kind, names in kinds.items() for name in names}
+        ends = self.reach(pose)
+        self._controls = [self._slider(kind, name, ends, pose) for kind, name in self.factors]
+        if load is not None:
+            weight = 9.81 * float(self.robot.weights.masses(pose.frames).sum())
+            self._controls += [self._load(k, name, load, weight) for k, name in enumerate(WRENCH_COMPONENTS)]
+            self.factors |= {("load", name): 1.0 for name in WRENCH_COMPONENTS}
+
+    def at(self, pose: Configuration, load: Array | None) -> list[dict[str, Json]]:
+        """Return all sliders, standing where a pose and load are."""
+        values = {("load", name): value for name, value in zip(WRENCH_COMPONENTS, () if load is None else load, strict=False)}
+        for kind in ("platform", "actuators"):
+            values |= {(kind, name): value for name, value in self.present(pose, kind).items()}
+        keys = [(item["kind"], item["coordinate"]) for item in self._controls]
+        return [{**item, "value": float(values[key]) / self.factors[key]} for item, key in zip(self._controls, keys, strict=True)]
+
+    def present(self, pose: Configuration, kind: str) -> Mapping[str, Array]:
+        """Return the coordinates of a pose [m, rad]."""
+        return pose.platform_coordinates(self.orientation) if kind == "platform" else pose.actuators
+
+    def reach(self, pose: Configuration, go_on: Callable[[], bool] = lambda: True) -> dict[str, dict[str, Json]]:
+        """Return where each slider ends at a pose, in its units, and why, by its name; nothing where ``go_on`` says no."""
+        found: dict[str, dict[str, Json]] = {}
+        for kind in ("platform", "actuators"):
+            spans = self._spans(kind)
+            lines = [(name, sign * span) for name, span in spans.items() for sign in (-1, 1)]
+            ways = {name: np.array([way * (name == own) for own, way in lines]) for name in spans}
+            for (name, way), end in zip(lines, self.ends(pose, kind, ways, go_on), strict=False):
+                value = end.limit if end.joint == name else float(self.present(pose, kind)[name]) + end.part * way
+                own = found.setdefault(self._name(kind, name), {"reach": [], "ends": []})
+                own["reach"].append(value / self.factors[kind, name])
+                own["ends"].append(self.words(end))
+        return found
+
+    def ends(
+        self, pose: Configuration, kind: str, ways: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
+    ) -> list[End]:
+        """Return where lines from a pose end, see :func:`.find_ends`, a bit before what cannot be analysed."""
+        chosen = compiled_loops(check_engine("auto"))
+        ends = find_ends(pose, kind, ways, self.orientation, chosen, go_on)
+        return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
+
+    def shortened(self, ways: Mapping[str, Array], kind: str) -> dict[str, Array]:
+        """Return ways as far as ends are searched."""
+        most = max(float(np.max(np.abs(way))) / span for way, span in zip(ways.values(), self._spans(kind).values(), strict=True))
+        return {name: way / max(1.0, most) for name, way in ways.items()}
+
+    def _spans(self, kind: str) -> dict[str, float]:
+        """Return how far ends are searched: lengths as far as the robot is large, angles by half a turn [m, rad]."""
+        factors = {name: factor for (own, name), factor in self.factors.items() if own == kind}
+        return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
+
+    def words(self, end: End) -> str:
+        """Return why a line ends."""
+        if end.reason != "limit":
+            return REASONS[end.reason]
+        slides = self.robot.mechanism.connections[end.joint].type.is_slide
+        return f"limit of {end.joint}, {written(end.limit, MILLIMETRE if slides else DEGREE)}"
+
+    def _factor(self, kind: str, name: str) -> float:
+        slides = name in "xyz" if kind == "platform" else self.robot.mechanism.connections[name].type.is_slide
+        return MILLIMETRE if slides else DEGREE
+
+    def _name(self, kind: str, name: str) -> str:
+        word = "platform" if kind == "platform" else "actuator"
+        return f"{word}: {name} [{'mm' if self.factors[kind, name] == MILLIMETRE else '°'}]"
+
+    def _slider(self, kind: str, name: str, ends: Mapping[str, dict[str, Json]], pose: Configuration) -> dict[str, Json]:
+        title, factor = self._name(kind, name), self.factors[kind, name]
+        own, step = ends[title], 0.1 if factor == MILLIMETRE else 0.01
+        low, high = own["reach"]
+        beyond = [BEYOND * (high - low) * bool(why) for why in own["ends"]]
+        if high - low < 10 * step:
+            beyond = [AROUND * self.size / factor if factor == MILLIMETRE else TURN / factor] * 2
+        tick = 10.0 ** math.floor(math.log10(high - low + sum(beyond)) - 1)
+        return {
+            "kind": kind, "coordinate": name, "name": title, "step": step,
+            "min": tick * math.floor((low - beyond[0]) / tick + 1e-6), "max": tick * math.ceil((high + beyond[1]) / tick - 1e-6),
+            **own,
+        }  # fmt: skip
+
+    def _load(self, k: int, name: str, load: Array, weight: float) -> dict[str, Json]:
+        """Return the slider of a component of the load: up to twice the given load, or to the robot's weight."""
+        force = max(2 * float(np.abs(load[:3]).max()), weight, 100.0)
+        most = force if k < 3 else max(2 * float(np.abs(load[3:]).max()), 0.25 * force * self.size)
+        step = 10.0 ** math.floor(math.log10(most) - 2)
+        most = math.ceil(most / step) * step
+        title = f"load: {name} [{'N' if k < 3 else 'N·m'}]"
+        return {"kind": "load", "coordinate": name, "name": title, "step": step, "min": -most, "max": most}
+
+
+def written(value: float, factor: float) -> str:
+    """Return a length or an angle as sliders show it."""
+    unit = "\N{NO-BREAK SPACE}mm" if factor == MILLIMETRE else "°"
+    return f"{round(value / factor, 1) + 0.0:.6g}{unit}".replace("-", "\N{MINUS SIGN}")
+
+
+#: Why a slider ends, where it is not a joint's limit.
+REASONS = {
+    "": "",  # it goes on
+    "loops": "beyond that the robot cannot be assembled",
+    "singular": "singular there: with the actuators locked the platform could move",
+}
+
+
+def determining(robot: Robot, pose: Configuration, orientation: str | None, size: float) -> tuple[str, ...]:
+    """Return the platform coordinates that determine the pose best: those that the actuators move most independently.
+
+    At a singular pose, or without actuators, those that the platform's own motions move most independently.
+    """
+    step, actuators, tolerance = 1e-4, list(robot.description.driven), pose.closure_tolerance
+    steps = np.eye(len(actuators)) * step
+    values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(actuators)}
+    present = pose.platform_coordinates(orientation)
+    try:
+        near = robot.assemble(actuators=values, orientation=orientation, near=pose, closure_tolerance=tolerance)
+    except KinetostaticsError:
+        return best_choice(robot, orientation_named(orientation), pose.poses)
+    after = near.platform_coordinates(orientation)
+    rates = {name: (after[name] - present[name]) / step / (size / 2 if name in "xyz" else 1.0) for name in present}
+    if not actuators or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
+        return best_choice(robot, orientation_named(orientation), pose.poses)
+
+    def independence(names: tuple[str, ...]) -> float:
+        return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
+
+    sets = list(itertools.combinations(present, robot.mobility.platform))
+    best = max((independence(names) for names in sets), default=0.0)
+    good = [names for names in sets if independence(names) > 0.3 * best]
+    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
