@@ -7,6 +7,7 @@ from .compensation import compensate
 from .description.gauges import Gauge
 from .description.loads import LinkLoad, Payload
 from .design import optimize, pareto, sensitivities, tolerances
+from .dynamics.modes import modes
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
 from .files.writer import save_robot
@@ -46,6 +47,7 @@ __all__ = [
     "functions",
     "indices",
     "load_robot",
+    "modes",
     "new_robot",
     "optimize",
     "pareto",

@@ -102,6 +102,11 @@ ARGUMENTS: Mapping[str, Argument] = {
         choices=("world", "platform"),
         group="load",
     ),
+    "drives": Argument(
+        "text",
+        "whether actuators hold their coordinates or are free, as with open brakes (default: locked)",
+        choices=("locked", "free"),
+    ),
     "load_on": Argument(
         "",
         "force [N] and moment [N·m] on a link, at the point X Y Z of the link's frame (default: its origin), in the axes of the "

@@ -20,6 +20,7 @@ COMMANDS: Mapping[str, str] = {
     "check": "robots",
     "analyze": "analyses",
     "compensate": "analyses",
+    "modes": "analyses",
     "sweep": "sweep",
     "view": "view",
     "verify": "analyses",

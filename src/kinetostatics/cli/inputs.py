@@ -126,15 +126,20 @@ def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
         loads.setdefault(link, []).append(_link_load(link, texts))
     if loads:
         found["loads"] = loads
+    return found | payload_of(args)
+
+
+def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the payload that is given as :func:`kinetostatics.analyze` takes it."""
     mass, center = value_of("payload", args), value_of("payload_center", args)
     if mass is not None:
         from kinetostatics.description.loads import Payload
 
-        found["payload"] = Payload(mass, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)
-    elif center is not None or args.payload_link is not None:
+        return {"payload": Payload(mass, tuple(center or (0.0, 0.0, 0.0)), link=args.payload_link)}
+    if center is not None or args.payload_link is not None:
         option = "--payload-link" if center is None else "--payload-center"
         raise ArgumentError(f"{option} gives the position of a payload, but its mass is missing: --payload 5kg")
-    return found
+    return {}
 
 
 def _link_load(link: str, texts: list[str]) -> LinkLoad:

@@ -64,13 +64,20 @@ class Origin(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Inertia(ShortRepr):
-    """Moments of inertia about a link's centre of mass, which the statics do not need but Pinocchio's model has.
+    """Moments of inertia about a link's centre of mass, which vibrations and Pinocchio's model need, but not the statics.
 
     ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] along axes that ``rpy`` [rad] turns out of the link's.
     """
 
     moments: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     rpy: Vector = (0.0, 0.0, 0.0)
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """The (3, 3) inertia about the centre of mass along the link's axes [kg·m²]."""
+        xx, xy, xz, yy, yz, zz = self.moments
+        R = Origin(rpy=self.rpy).matrix[:3, :3]
+        return np.asarray(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
 
 
 @dataclass(frozen=True, repr=False)

@@ -5,7 +5,7 @@ Loads on a limb are treated like its weight: they cause attached wrenches and a 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -229,6 +229,20 @@ class LinkLoads:
                 mine[place] = mine.get(place, 0.0) + np.where(where, wrench, 0.0)
                 points.setdefault(item.name, {}).setdefault(place, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
+
+    def masses(self, frames: Frames) -> Iterator[tuple[str, Array, Array, Array]]:
+        """Yield the place of every mass, its centre (3, N), its mass (N,) [kg], 0 where it is elsewhere, and its axes (3, 3, N).
+
+        Raises:
+            ArgumentError: as of :meth:`at`.
+        """
+        for item in self.loads:
+            if item.mass is not None:
+                R, origin = _frame(self.robot, item.link, frames)
+                point = origin + np.einsum("ijn,jn->in", R, item.point)
+                link = self.robot.description.platform if item.link is None else item.link
+                for place, where in places_at(self.robot, item.name, link, frames, point).items():
+                    yield place, point, np.where(where, item.mass[0], 0.0), R
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:

@@ -1,0 +1,1 @@
+"""Dynamics of a robot about a pose: natural frequencies and modes."""

@@ -1,0 +1,104 @@
+"""Report of natural frequencies and modes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text
+from kinetostatics.layout.numbers import MISSING, NumberFormat, Units
+from kinetostatics.layout.plain import attributes
+from kinetostatics.layout.report import Report
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.reports.pose import actuator_coordinates, at_pose, count, platform_coordinates, state_title, status_names
+from kinetostatics.reports.sources import share as share_of
+from kinetostatics.results.modes import Modes
+
+HERTZ: Units = (("Hz", 1.0),)
+#: Parts of a table of energies, the largest first.
+MOST = 8
+#: Share of the energy below which a part has none.
+_NONE = 5e-4
+
+UNITS = {
+    "general": "SI: m, rad, Hz, kg; world axes, modal masses of 1 kg; null: no number, or fewer modes",
+    "twists": "[displacement m; rotation rad] of the platform at o",
+    "participation_factors": "translations [kg], rotations about o [kg·m]",
+    "effective_masses": "shares of all that moves, by direction x, y, z, rx, ry, rz",
+}
+
+
+def modes_report(modes: Modes) -> Report:
+    """Return the report of the modes of one pose, or of the ranges of their frequencies over a batch."""
+    title = [f"Natural frequencies of {modes.robot.name!r}: "]
+    if modes.shape == ():
+        title += [*state_title(modes.configuration), "; " + _frequencies(modes)]
+    else:
+        title += state_title(modes.configuration)
+    return Report(title, lambda: list(_sections(modes)), lambda: _data(modes))
+
+
+def _frequencies(modes: Modes) -> str:
+    form = NumberFormat.of(modes.frequencies[:1], HERTZ, digits=4)
+    return ", ".join(form(value) for value in modes.frequencies[:3]) + f"{', …' if modes.count > 3 else ''} {form.unit}"
+
+
+def _sections(modes: Modes) -> Iterator[ReportSection]:
+    if not np.any(modes.valid):
+        return
+    if modes.shape:
+        rows = [(f"mode {k + 1}", Number.range_of(modes.frequencies[..., k], HERTZ)) for k in range(modes.count)]
+        yield ReportSection("Ranges over the poses", [Table.of_rows(("", "frequency"), rows)], "modes")
+        return
+    places = {**platform_coordinates(modes.configuration), **actuator_coordinates(modes.configuration)}
+    where = ", ".join(f"{name} {at_pose(item)}" for name, item in places.items())
+    how = "locked" if modes.drives == "locked" else "free"
+    yield ReportSection("Pose", [Facts([("coordinates", where), ("actuators", how)])], "pose")
+    numbers = [str(k + 1) for k in range(modes.count)]
+    columns = [Column("mode", numbers), Column.of("frequency", list(modes.frequencies), HERTZ)]
+    columns += [
+        Column(name, [_per_cent(value) for value in modes.effective_masses[:, k]], "r") for k, name in enumerate(COMPONENTS)
+    ]
+    blocks: list[Block] = [Table(columns)]
+    if modes.zero_frequencies:
+        what = count(int(modes.zero_frequencies), "motion")
+        blocks.append(Text(f"Nothing resists {what}, of frequency zero, left out here."))
+    yield ReportSection("Modes, and their effective masses [%] along x, y, z and about axes through o", blocks, "modes")
+    for title, key, shares in (
+        ("Strain energy by part [%]: what to stiffen", "strain", modes.strain_energy_shares),
+        ("Kinetic energy by part [%]: what to make lighter", "kinetic", modes.kinetic_energy_shares),
+    ):
+        yield ReportSection(title, [_energies(shares, numbers)], key)
+
+
+def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
+    """Return the parts with the largest shares of the energy of any mode."""
+    sizes = {name: float(np.nan_to_num(np.max(share))) for name, share in shares.items()}
+    ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > _NONE]
+    rows: list[tuple[Cell, ...]] = []
+    number = len(ranked) if len(ranked) <= MOST + 1 else MOST
+    for name in ranked[:number]:
+        rows.append((name, *map(_per_cent, shares[name])))
+    if number < len(ranked):
+        rows.append(
+            (f"{len(ranked) - number} others", *map(_per_cent, np.sum([shares[name] for name in ranked[number:]], axis=0)))
+        )
+    return Table.of_rows(("part", *(f"mode {k}" for k in modes)), rows, wide=True)
+
+
+def _per_cent(share: float) -> str:
+    return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
+
+
+def _data(modes: Modes) -> dict[str, object]:
+    return {
+        "robot": modes.robot.name,
+        "units": UNITS,
+        "shape": modes.shape,
+        "status": status_names(modes.status),
+        **attributes(modes.configuration, ("platform", "actuators")),
+        **attributes(modes, ("drives", "frequencies", "zero_frequencies", "twists")),
+        **attributes(modes, ("participation_factors", "effective_masses", "strain_energy_shares", "kinetic_energy_shares")),
+    }

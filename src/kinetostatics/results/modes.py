@@ -1,0 +1,175 @@
+"""Natural frequencies and modes: shapes, participation by direction, shares of energy by part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.description.loads import Payload
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.layout.report import Reported
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.status import Status
+from kinetostatics.vibration.eigenpairs import modes_below
+from kinetostatics.vibration.mode_shapes import ModeShapes
+
+#: Points of a beam's centre line.
+STATIONS = 21
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(Reported, builder="reports.modes:modes_report"):
+    """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
+
+    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers. Every mode has a modal mass of 1 kg,
+    and the largest component of its platform's twist is positive.
+
+    Attributes:
+        configuration: the pose or poses.
+        count: number of modes of each.
+        drives: whether the actuators are "locked" or "free".
+        payload: what the robot carries, None if nothing.
+        chunks: the modes of the poses that have numbers, in their order.
+        valid: (N,) which poses have numbers.
+    """
+
+    configuration: Configuration
+    count: int
+    drives: str
+    payload: Payload | None
+    chunks: tuple[ModeShapes, ...]
+    valid: Mask
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return robot_of(self.configuration)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of all results."""
+        return self.configuration.shape
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED, UNREACHABLE, or SINGULAR where a telescope has no length."""
+        status, valid = self.configuration.status, self.valid.reshape(self.shape)
+        status = np.where(valid | (status == Status.UNREACHABLE), status, Status.SINGULAR).astype(np.int8)
+        status.setflags(write=False)
+        return status
+
+    @cached_property
+    def frequencies(self) -> Array:
+        """(…, count) natural frequencies, ascending [Hz]; infinite where there are fewer modes."""
+        return self._array((self.count,), lambda chunk: np.sqrt(chunk.pairs.square) / (2 * np.pi))
+
+    @cached_property
+    def zero_frequencies(self) -> Array:
+        """(…) number of motions that nothing resists, such as the spin of a strut between ball joints, which are left out."""
+        return self._array((), lambda chunk: chunk.pairs.free)
+
+    def count_below(self, frequency: ArrayLike) -> Array:
+        """Return the number (…) of natural frequencies below some, those of frequency zero left out.
+
+        They are counted by the signs of the eigenvalues of the dynamic stiffness (W. H. Wittrick and F. W. Williams, 1971).
+
+        Args:
+            frequency: (…) broadcast against the poses [Hz].
+
+        Raises:
+            ArgumentError: a frequency is not positive.
+        """
+        given = finite_numbers("frequency", frequency)
+        if np.any(given <= 0):
+            raise ArgumentError(f"frequency is {frequency!r}; it must be positive [Hz]")
+        square = (2 * np.pi * np.broadcast_to(given, self.shape).reshape(-1, 1)[self.valid]) ** 2
+        parts = iter(np.split(square, np.cumsum([len(chunk.pairs.square) for chunk in self.chunks])))
+        return self._array((), lambda chunk: modes_below(chunk.pairs.model, next(parts))[:, 0] - chunk.pairs.free)
+
+    # ---- shapes ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def twists(self) -> Array:
+        """(…, count, 6) twist of the platform at o, world axes [m, rad]."""
+        return self._array((self.count, 6), lambda chunk: chunk.of_body(chunk.motions.structure.platform, chunk.motions.o))
+
+    @cached_property
+    def link_twists(self) -> Mapping[str, Array]:
+        """(…, count, 6) twist of each rigid link at its own origin, world axes [m, rad]."""
+        if not self.chunks:
+            return ResultMapping({})
+        body_of, bodies = self.robot.mechanism.body_of, self.chunks[0].motions.structure.graph.bodies
+
+        def twist(chunk: ModeShapes, link: str, number: int) -> Array:
+            at, placement = body_of[link]
+            return chunk.of_body(chunk.motions.structure.graph.bodies[number], chunk.motions.frames.point(at, placement[:3, 3]))
+
+        return ResultMapping(
+            {
+                link: self._array((self.count, 6), lambda chunk, link=link, number=number: twist(chunk, link, number))  # type: ignore[misc]
+                for number, body in enumerate(bodies)
+                for link in body.rigid_links
+            }
+        )
+
+    @cached_property
+    def beam_lines(self) -> Mapping[str, Array]:
+        """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
+        names = self.robot.beams
+        return ResultMapping(
+            {
+                name: self._array((self.count, STATIONS, 6), lambda chunk, name=name: chunk.of_beam(name, STATIONS))  # type: ignore[misc]
+                for name in names
+            }
+        )
+
+    # ---- participation and energy ------------------------------------------------------------------------------------
+
+    @cached_property
+    def participation_factors(self) -> Array:
+        """(…, count, 6) participation factors ∫ φ · d dm of translations along x, y, z [kg] and rotations about o [kg·m]."""
+        return self._array((self.count, 6), lambda chunk: chunk.participation)
+
+    @cached_property
+    def effective_masses(self) -> Array:
+        """(…, count, 6) effective modal masses as shares of all that moves, by direction as the participation factors.
+
+        Those of all modes of a direction sum to the share of what is not held by the base itself, at most 1.
+        """
+
+        def shares(chunk: ModeShapes) -> Array:
+            total = np.einsum("nii->ni", chunk.inertia)[:, None]
+            return np.asarray(chunk.participation**2 / np.where(total > 0, total, np.nan))
+
+        return self._array((self.count, 6), shares)
+
+    @cached_property
+    def strain_energy_shares(self) -> Mapping[str, Array]:
+        """(…, count) share of the strain energy of each beam, elastic joint, actuator and spring: what to stiffen."""
+        return self._by_part(lambda chunk: chunk.strain_energy)
+
+    @cached_property
+    def kinetic_energy_shares(self) -> Mapping[str, Array]:
+        """(…, count) share of the kinetic energy of each beam, rigid link and the payload: what to make lighter."""
+        return self._by_part(lambda chunk: chunk.kinetic_energy)
+
+    def _by_part(self, of: Callable[[ModeShapes], Mapping[str, Array]]) -> Mapping[str, Array]:
+        names = of(self.chunks[0]) if self.chunks else {}
+        return ResultMapping(
+            {name: self._array((self.count,), lambda chunk, name=name: of(chunk)[name]) for name in names}  # type: ignore[misc]
+        )
+
+    def _array(self, dims: tuple[int, ...], of: Callable[[ModeShapes], NDArray[np.generic]]) -> Array:
+        """Return an array (…, *dims) of all poses, from those (n, *dims) of chunks."""
+        found = np.full((len(self.valid), *dims), np.nan)
+        if self.chunks:
+            found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])
+        return frozen(found.reshape(self.shape + dims))

@@ -1,0 +1,1 @@
+"""Exact dynamic stiffness of beams and robots, eigenvalues and modes."""

@@ -1,0 +1,222 @@
+"""Natural frequencies and modes, D(λ) u = 0: at the k-th λ the k-th smallest eigenvalue of D(λ) vanishes.
+
+Below the lowest frequency of its rods with clamped ends D is concave in λ, and the k-th root of its linearization K̃ − λ M̃ is not
+below that of D. Newton's method for the k-th root therefore descends to it from the bound of Rayleigh and Ritz, however close
+others are: no mode is missed, and none found twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.vibration.rods import Numbers
+from kinetostatics.vibration.vibration_model import VibrationModel
+
+#: Part of the largest stiffness, or mass, of equally scaled motions below which one has none.
+_NONE = 1e-11
+#: Relative change of λ at which Newton's method ends; the error left is its square.
+_CONVERGED = 1e-7
+_STEPS = 30
+#: Ratio to the largest λ that is looked for above which those of clamped rods must be.
+_MARGIN = 1.6
+#: Relative difference of λ below which modes belong to one eigenspace.
+_EQUAL = 1e-8
+#: Part of the largest motion below which one counts as none, or two as equal.
+_MOVES = 1e-4
+
+
+@dataclass(frozen=True)
+class Eigenpairs:
+    """The lowest modes of N poses.
+
+    Attributes:
+        square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes.
+        free: (N,) number of motions that nothing resists, of frequency zero, which are left out.
+        shapes: (N, m, n) modes in the coordinates of ``model``, with modal masses of 1 kg.
+        model: the robot, its beams divided as far as these modes need it.
+    """
+
+    square: Array
+    free: Index
+    shapes: Array
+    model: VibrationModel
+
+
+def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
+    """Return the lowest ``count`` modes."""
+    while True:
+        K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
+        spaces = list(_spaces(model, K, M))
+        square, free = np.empty((model.poses, count)), np.empty(model.poses, dtype=np.intp)
+        for space in spaces:
+            square[space.poses], free[space.poses] = space.bounds(K, M, count), space.free
+        divided = model.divided(_MARGIN * float(square.max(initial=0.0)))
+        if divided is None:
+            break
+        model = divided
+    shapes = np.zeros((model.poses, count, model.coordinates))
+    for space in spaces:
+        square[space.poses], shapes[space.poses] = space.exact(model.take(space.poses), square[space.poses])
+    return Eigenpairs(square, free, shapes, model)
+
+
+def modes_below(model: VibrationModel, square: Array) -> Index:
+    """Return the number (N, m) of modes below λ (N, m), with those of frequency zero: negative eigenvalues of D(λ)."""
+    while (divided := model.divided(_MARGIN * float(square.max(initial=0.0)))) is not None:
+        model = divided
+    found = np.zeros(square.shape, dtype=np.intp)
+    for poses, basis in model.closed_motions():
+        D = _Space(poses, basis, 0).restricted(model.take(poses).dynamic_stiffness(square[poses]))
+        found[poses] = np.sum(np.linalg.eigvalsh(_scaled(D)[0]) < 0, axis=-1)
+    return found
+
+
+@dataclass(frozen=True)
+class _Space:
+    """Poses of equally many independent motions Z y: loops stay closed, motions without stiffness and mass are left out.
+
+    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness.
+    """
+
+    poses: Index
+    basis: Array | None
+    free: int
+
+    def restricted(self, matrix: Numbers) -> Array:
+        """Return Zᵀ A Z of matrices (P, …, n, n)."""
+        if self.basis is None:
+            return matrix
+        Z = self.basis.reshape(len(self.basis), *(1,) * (matrix.ndim - 3), *self.basis.shape[1:])
+        return np.asarray(np.swapaxes(Z, -1, -2) @ matrix @ Z)
+
+    def bounds(self, K: Array, M: Array, count: int) -> Array:
+        """Return upper bounds (P, count) of λ by the method of Rayleigh and Ritz; infinite where there are fewer modes."""
+        K, M = self.restricted(K[self.poses]), self.restricted(M[self.poses])
+        found = np.full((len(K), count), np.inf)
+        mass = np.einsum("nii->n", M)
+        shift = np.einsum("nii->n", K) / np.where(mass > 0, mass, 1.0)
+        for _ in range(2):  # the second time near the lowest, where differences of λ and the shift are accurate
+            values = _roots(K, M, shift)[0][:, self.free : self.free + count]
+            found[:, : values.shape[1]] = values
+            shift = np.where(np.isfinite(found[:, 0]), found[:, 0], shift)
+        return found
+
+    def exact(self, model: VibrationModel, square: Array) -> tuple[Array, Array]:
+        """Return λ (P, m) and modes (P, m, n), from upper bounds of λ (P, m)."""
+        modes, finite = np.arange(square.shape[1]), np.isfinite(square)
+        square = np.where(finite, square, 1.0)
+        for _ in range(_STEPS):
+            K, M = (self.restricted(matrix) for matrix in model.pencil(square))
+            found = _roots(K, M, square)[0][:, modes, self.free + modes]
+            change = np.abs(found - square)[finite] / square[finite]
+            square = np.where(finite, found, 1.0)
+            if change.max(initial=0.0) < _CONVERGED:
+                break
+        at = np.array(square)  # at which modes of one eigenspace are computed together
+        for k in modes[1:]:
+            at[:, k] = np.where(at[:, k] - at[:, k - 1] < _EQUAL * at[:, k], at[:, k - 1], at[:, k])
+        K, M = (self.restricted(matrix) for matrix in model.pencil(at))
+        values, vectors = _roots(K, M, at, True)
+        if self.basis is not None:
+            vectors = self.basis[:, None] @ vectors
+        shapes = vectors[:, modes, :, self.free + modes].swapaxes(0, 1)
+        _align(shapes, vectors, np.abs(values - at[..., None]) < _EQUAL * at[..., None], self.free, model.platform)
+        return np.where(finite, square, np.inf), np.where(finite[..., None], shapes, np.nan)
+
+
+def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Array) -> None:
+    """Choose modes (N, m, n) in place, such that they are the same on every processor.
+
+    Of an eigenspace the first mode moves the platform farthest along the first direction along which it moves, the next one does
+    not move along it, and so on; where the platform is at rest, so do the coordinates. The largest component of the platform's
+    twist, or of the coordinates, is positive.
+
+    Args:
+        shapes: the modes.
+        vectors: (N, m, n, r) all modes at the λ of each.
+        equal: (N, m, r) which of them belong to its eigenspace.
+        free: number of modes of frequency zero, which come first.
+        platform: see :class:`VibrationModel`.
+    """
+    for pose, k in zip(*np.nonzero(equal.sum(axis=-1) > 1), strict=True):
+        mine = np.flatnonzero(equal[pose, k])
+        space = vectors[pose, k][:, mine]
+        along = np.concatenate([platform[pose] @ space[: platform.shape[2]], space])
+        turn = np.zeros((len(mine), 0))
+        for row in along:
+            rest = row - turn @ (turn.T @ row)
+            if np.linalg.norm(rest) > _MOVES * np.linalg.norm(along, axis=1).max() and turn.shape[1] < len(mine):
+                turn = np.concatenate([turn, (rest / np.linalg.norm(rest))[:, None]], axis=1)
+        shapes[pose, k] = space @ turn[:, free + k - mine[0]]
+    twists = np.einsum("nik,nmk->nmi", platform, shapes[..., : platform.shape[2]])
+    still = np.linalg.norm(twists, axis=-1) < _MOVES * np.linalg.norm(shapes, axis=-1)
+    rows = np.where(still[..., None], shapes, np.pad(twists, [(0, 0), (0, 0), (0, shapes.shape[2] - 6)]))
+    first = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=-1, keepdims=True), axis=-1)
+    shapes *= np.where(np.take_along_axis(rows, first[..., None], axis=-1) < 0, -1.0, 1.0)
+
+
+def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
+    """Yield the poses by the number of their independent motions and of those without stiffness."""
+    for poses, basis in model.closed_motions():
+        whole = _Space(poses, basis, 0)
+        missing = np.sum(np.linalg.eigvalsh(_scaled(whole.restricted(K[poses]))[0]) < _NONE, axis=1)
+        for free in np.unique(missing):
+            some = np.flatnonzero(missing == free)
+            space = _Space(poses[some], None if basis is None else basis[some], int(free))
+            yield from _with_mass(space, K[poses[some]], M[poses[some]]) if free else [space]
+
+
+def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
+    """Yield the poses by the number of motions that have neither stiffness nor mass, without these."""
+    K, M = space.restricted(K), space.restricted(M)
+    scaled, size = _scaled(K)
+    axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
+    free, stiff = axes[..., : space.free], axes[..., space.free :]
+    whole = np.einsum("pir,pi->pr", free**2, np.einsum("pii->pi", M))
+    free = free / np.sqrt(np.where(whole > 0, whole, 1.0))[:, None]
+    values, turn = np.linalg.eigh(np.swapaxes(free, 1, 2) @ M @ free)
+    missing = np.sum(values < _NONE, axis=1)
+    for number in np.unique(missing):
+        some = np.flatnonzero(missing == number)
+        if not number:
+            yield _Space(space.poses[some], None if space.basis is None else space.basis[some], space.free)
+            continue
+        basis = np.concatenate([(free[some] @ turn[some])[..., number:], stiff[some]], axis=2)
+        yield _Space(space.poses[some], basis if space.basis is None else space.basis[some] @ basis, space.free - int(number))
+
+
+def _scaled(matrix: Array) -> tuple[Array, Array]:
+    """Return symmetric matrices (…, n, n) scaled to diagonals of 1, and the roots (…, n) of their diagonals."""
+    size = np.sqrt(np.abs(np.einsum("...ii->...i", matrix)))
+    size = np.where(size > 0, size, 1.0)
+    return matrix / (size[..., :, None] * size[..., None, :]), size
+
+
+def _roots(K: Array, M: Array, shift: Array, modes: bool = False) -> tuple[Array, Array]:
+    """Return all λ (…, n) of K u = λ M u, ascending, infinite without mass, and modes (…, n, n) of modal masses 1.
+
+    Args:
+        K, M: (…, n, n), not negative.
+        shift: (…) a positive λ, near which they are most accurate.
+        modes: whether to compute modes, else these are not defined.
+    """
+    S, size = _scaled(K + shift[..., None, None] * M)
+    L = np.linalg.cholesky(S)
+    A = np.linalg.solve(L, M / (size[..., :, None] * size[..., None, :]))
+    A = np.linalg.solve(L, np.swapaxes(A, -1, -2))
+    vectors = A
+    if modes:
+        values, vectors = np.linalg.eigh(A)
+        vectors = np.linalg.solve(
+            np.swapaxes(L, -1, -2), vectors / np.sqrt(np.maximum(values, _NONE * values[..., -1:]))[..., None, :]
+        )
+        vectors = (vectors / size[..., :, None])[..., ::-1]
+    else:
+        values = np.linalg.eigvalsh(A)
+    values = values[..., ::-1]
+    with np.errstate(divide="ignore"):
+        return np.where(values > _NONE**2 * values[..., :1], 1 / values - shift[..., None], np.inf), vectors

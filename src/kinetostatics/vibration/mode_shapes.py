@@ -1,0 +1,129 @@
+"""Modes as motions of bodies and beams, their participation and energies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.statics.small_motions import PlacedMotions
+from kinetostatics.vibration.eigenpairs import Eigenpairs, eigenpairs
+from kinetostatics.vibration.vibration_model import Part, PlacedRod, vibration_model
+
+
+@dataclass(frozen=True)
+class ModeShapes:
+    """The lowest m modes of N poses, and the motions that their coordinates stand for."""
+
+    pairs: Eigenpairs
+    motions: PlacedMotions
+
+    def of_body(self, body: RigidBody, point: Array) -> Array:
+        """Return displacement of a point (3, N) of a body, and rotation, world axes (N, m, 6) [m, rad]."""
+        columns = self.motions.structure.columns[body]
+        turns, shifts = self.motions.moved(columns, body, point)
+        return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), self.pairs.shapes[..., list(columns)])
+
+    def of_beam(self, name: str, stations: int) -> Array:
+        """Return displacement and rotation along a beam's centre line, beam axes (N, m, stations, 6) [m, rad]."""
+        item, square = self.pairs.model.beams[name], self._finite
+        forces = [(u, (item.piece.dynamic_stiffness(square) @ u[..., None])[..., 0]) for u in self._pieces(item, name)]
+        found = np.empty((*square.shape, stations, 6))
+        for k, place in enumerate(np.linspace(0, item.pieces, stations)):
+            number = min(int(place), item.pieces - 1)
+            u, f = forces[number]
+            start = np.concatenate([u[..., :6], -f[..., :6]], axis=-1)
+            T = item.piece.transfer(square, (place - number) * item.piece.length)
+            found[..., k, :] = (T[..., :6, :] @ start[..., None])[..., 0]
+        return found
+
+    @cached_property
+    def participation(self) -> Array:
+        """Momentum (N, m, 6) of the modes per angular frequency, about o, world axes [kg, kg·m]: ∫ φ dm, ∫ r × φ dm."""
+        found = np.zeros((*self._finite.shape, 6))
+        for part in self.pairs.model.masses.values():
+            found += np.einsum("nij,nik,nmk->nmj", part.carried, part.matrix, self._local(part))
+        for name, item in self.pairs.model.beams.items():
+            D = item.piece.dynamic_stiffness(self._finite)
+            for k, u in enumerate(self._pieces(item, name)):
+                force = (D @ u[..., None])[..., 0] / -self._finite[..., None]
+                found += np.einsum("nij,nmi->nmj", _carried(item, k), force)
+        return found
+
+    @cached_property
+    def inertia(self) -> Array:
+        """Mass and inertia about o (N, 6, 6) of all that moves, as one rigid body [kg, kg·m, kg·m²]."""
+        zero = np.zeros((len(self._finite), 1))
+        found = np.zeros((len(zero), 6, 6))
+        for part in self.pairs.model.masses.values():
+            found += np.swapaxes(part.carried, 1, 2) @ part.matrix @ part.carried
+        for item in self.pairs.model.beams.values():
+            M = item.rod.pencil(zero)[1][:, 0]
+            found += np.swapaxes(item.carried, 1, 2) @ M @ item.carried
+        return found
+
+    @cached_property
+    def strain_energy(self) -> Mapping[str, Array]:
+        """Shares (N, m) of the strain energy by part: beams, elastic joints, actuators and springs."""
+        found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.springs.items()}
+        for name, item in self.pairs.model.beams.items():
+            K = item.piece.pencil(self._finite)[0]
+            found[f"beam {name}"] = self._energy_of(name, K)
+        return _shares(found)
+
+    @cached_property
+    def kinetic_energy(self) -> Mapping[str, Array]:
+        """Shares (N, m) of the kinetic energy by part: beams, links and payload."""
+        found = {name: _energy(self._local(part), part.matrix[:, None]) for name, part in self.pairs.model.masses.items()}
+        for name, item in self.pairs.model.beams.items():
+            found[f"beam {name}"] = self._energy_of(name, item.piece.pencil(self._finite)[1])
+        return _shares(found)
+
+    def _energy_of(self, name: str, matrix: Array) -> Array:
+        """Return u · A u (N, m) of all pieces of a beam."""
+        parts = [_energy(u, matrix) for u in self._pieces(self.pairs.model.beams[name], name)]
+        return np.sum(parts, axis=0)
+
+    @property
+    def _finite(self) -> Array:
+        """λ (N, m), 1 where there is no mode."""
+        return np.where(np.isfinite(self.pairs.square), self.pairs.square, 1.0)
+
+    def _local(self, part: Part) -> Array:
+        """Return the displacements (N, m, r) of a part."""
+        return np.einsum("nrk,nmk->nmr", part.motions, self.pairs.shapes[..., list(part.columns)])
+
+    def _pieces(self, item: PlacedRod, name: str) -> Iterator[Array]:
+        """Yield displacement and rotation of the ends of every piece of a beam, beam axes (N, m, 12)."""
+        model = self.pairs.model
+        for columns, motions in item.moved(model.first_along[name], model.size):
+            yield (motions[:, None] @ self.pairs.shapes[..., columns, None])[..., 0]
+
+
+def mode_shapes(motions: PlacedMotions, payload: Mapping[str, Part], count: int) -> ModeShapes:
+    """Return the lowest modes of N poses."""
+    model = vibration_model(motions)
+    return ModeShapes(eigenpairs(replace(model, masses={**model.masses, **payload}), count), motions)
+
+
+def _carried(item: PlacedRod, piece: int) -> Array:
+    """Return the displacements (N, 12, 6) of the ends of a piece when everything moves as one body."""
+    start, end = item.carried[:, :6], item.carried[:, 6:]
+    ends = (start + (end - start) * ((piece + k) / item.pieces) for k in (0, 1))
+    return np.concatenate(list(ends), axis=1)
+
+
+def _energy(u: Array, matrix: Array) -> Array:
+    """Return u · A u of displacements (N, m, r)."""
+    return np.asarray(np.einsum("nmr,nmr->nm", u, (matrix @ u[..., None])[..., 0]))
+
+
+def _shares(energies: Mapping[str, Array]) -> dict[str, Array]:
+    """Return parts of a whole."""
+    total = sum(energies.values(), np.zeros(()))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return {name: energy / total for name, energy in energies.items()}

@@ -1,0 +1,196 @@
+"""Exact dynamic stiffness of a uniform Timoshenko rod with rotary inertia.
+
+At the square λ = ω² of the angular frequency the state y (displacements and section forces) of a rod obeys y′ = A(λ) y, and the
+forces on its ends follow from the transfer matrix exp(A L) without discretization (W. H. Wittrick and F. W. Williams, Quarterly
+Journal of Mechanics and Applied Mathematics 24, 1971; S. P. Timoshenko, Vibration Problems in Engineering, section 55). The
+entries of the transfer matrix are entire functions of λ, computed by their power series, and λ may be complex.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.rotations import skew
+
+#: Real or complex numbers.
+Numbers: TypeAlias = NDArray[Any]
+
+#: Terms of the power series, for arguments of at most :data:`SERIES_LIMIT` wave lengths.
+_TERMS = 22
+#: Imaginary step of λ by which D is differentiated, relative to λ: its square vanishes against 1.
+_STEP = 1e-40
+#: First root of cos x cosh x = 1: the bending frequency of a clamped rod is its square times √(EI/μ)/L².
+_CLAMPED = 4.730040744862704
+
+
+@dataclass(frozen=True)
+class Rod:
+    """Uniform rods, arrays of any common shape.
+
+    Attributes:
+        length: [m].
+        compliances: (6,) of sections: 1/EA, 1/κGA along y and z [1/N]; 1/GJ, 1/EI about y and z [1/(N·m²)].
+        density: mass per length [kg/m].
+        gyration: (2,) squares of the radii of gyration about y and z, I_y/A and I_z/A [m²].
+        eccentricity: (3, …) arm from the centre line to the line of mass, in beam axes [m]; None: it lies on the centre line.
+    """
+
+    length: Array
+    compliances: Array
+    density: Array
+    gyration: Array
+    eccentricity: Array | None = None
+
+    def take(self, poses: Index) -> Rod:
+        """Return some of the rods, whose first axis, or second of the eccentricity, is that of poses."""
+        arm = None if self.eccentricity is None else self.eccentricity[:, poses]
+        return Rod(self.length[poses], self.compliances, self.density[poses], self.gyration, arm)
+
+    def clamped_square(self) -> Array:
+        """Return a lower bound of the lowest λ [1/s²] of the rod with clamped ends, by Dunkerley's formula."""
+        L, c, own = self.length, self.compliances, self.gyration
+        arm = 0.0 if self.eccentricity is None else np.sum(self.eccentricity**2, axis=0)
+        bending = L**4 / _CLAMPED**4 * max(c[4], c[5])
+        flexible = [c[0], c[1], c[2], c[3] * (own.sum() + arm)]  # each as of a string: π² / L²
+        slopes = max(c[4], c[5]) * (own.max() + arm) / 4  # rotary inertia
+        total = self.density * (bending + (sum(flexible) + slopes) * L**2 / np.pi**2)
+        with np.errstate(divide="ignore"):  # a rod without mass
+            return np.asarray(1 / (total if self.eccentricity is None else 2 * total))
+
+    def dynamic_stiffness(self, square: Numbers) -> Numbers:
+        """Return the dynamic stiffness (…, 12, 12) at λ (…) [1/s²].
+
+        Rows and columns: displacement and rotation of the start, then of the end, in beam axes; forces act on the rod.
+        """
+        return self._straight(square) if self.eccentricity is None else self._eccentric(square)
+
+    def pencil(self, square: Array) -> tuple[Array, Array]:
+        """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).
+
+        They are the stiffness and the mass of the shapes that rods have at λ; at λ = 0 of those under forces at their ends.
+        """
+        step = _STEP * np.maximum(square, 1.0)
+        D = self.dynamic_stiffness(square + 1j * step)
+        M = -D.imag / step[..., None, None]
+        return D.real + square[..., None, None] * M, M
+
+    def _straight(self, square: Numbers) -> Numbers:
+        c, L = self.compliances, self.length
+        whole = square * self.density
+        found = np.zeros((*np.broadcast_shapes(np.shape(L), np.shape(square)), 12, 12), dtype=np.result_type(square, L))
+        for first, flexibility, mass in ((0, c[0], 1.0), (3, c[3], self.gyration.sum())):
+            cosine, sine = _series(whole * mass * flexibility * L**2)
+            stiffness = 1 / (flexibility * L * sine)
+            found[..., first, first] = found[..., first + 6, first + 6] = stiffness * cosine
+            found[..., first, first + 6] = found[..., first + 6, first] = -stiffness
+        for shift, turn, shear, bend, about, sign in ((1, 5, c[1], c[5], 1, 1), (2, 4, c[2], c[4], 0, -1)):
+            ww, wp, pp, across, mixed, turned = _bending(whole * bend * L**4, shear / (bend * L**2), self.gyration[about] / L**2)
+            force, lever, moment = 1 / (bend * L**3), sign / (bend * L**2), 1 / (bend * L)
+            a, b, d, e = shift, turn, shift + 6, turn + 6
+            found[..., a, a] = found[..., d, d] = ww * force
+            found[..., a, b] = found[..., b, a] = wp * lever
+            found[..., d, e] = found[..., e, d] = -wp * lever
+            found[..., b, b] = found[..., e, e] = pp * moment
+            found[..., a, d] = found[..., d, a] = across * force
+            found[..., a, e] = found[..., e, a] = mixed * lever
+            found[..., b, d] = found[..., d, b] = -mixed * lever
+            found[..., b, e] = found[..., e, b] = turned * moment
+        return found
+
+    def _eccentric(self, square: Numbers) -> Numbers:
+        """The same of a rod whose mass lies beside the centre line, so that stretching, torsion and bending are coupled."""
+        T = self.transfer(square, self.length)
+        ahead = np.linalg.inv(T[..., :6, 6:])
+        found = np.empty_like(T)
+        found[..., :6, :6] = ahead @ T[..., :6, :6]
+        found[..., :6, 6:] = -ahead
+        found[..., 6:, :6] = np.swapaxes(-ahead, -1, -2)
+        found[..., 6:, 6:] = T[..., 6:, 6:] @ ahead
+        return found
+
+    def transfer(self, square: Numbers, length: Array) -> Numbers:
+        """Return the transfer matrix (…, 12, 12) at λ (…) over a length (…) [m].
+
+        Rows and columns: displacement, rotation, and force and moment of the outer part on the inner one, in beam axes.
+        """
+        shape = np.broadcast_shapes(np.shape(length), np.shape(square))
+        mass = np.zeros((*shape, 6, 6))
+        mass[..., :3, :3] = np.eye(3)
+        mass[..., 3:, 3:] = np.diag([self.gyration.sum(), *self.gyration])
+        if self.eccentricity is not None:
+            arm = np.broadcast_to(np.moveaxis(skew(self.eccentricity), (0, 1), (-2, -1)), (*shape, 3, 3))
+            mass[..., :3, 3:], mass[..., 3:, :3] = -arm, arm
+            mass[..., 3:, 3:] -= arm @ arm
+        A = np.zeros((*shape, 12, 12), dtype=np.result_type(square, length))
+        A[..., 1, 5], A[..., 2, 4] = 1.0, -1.0  # u′ = θ × e_x + c n
+        A[..., :6, 6:] = np.diag(self.compliances)
+        A[..., 6:, :6] = -(square * self.density)[..., None, None] * mass
+        A[..., 10, 8], A[..., 11, 7] = 1.0, -1.0  # m′ = −e_x × n − λ …
+        size = np.broadcast_to(self.length, shape)
+        force, one = 1 / (max(self.compliances[4:]) * size**2), np.ones(shape)
+        units = np.stack([size] * 3 + [one] * 3 + [force] * 3 + [force * size] * 3, axis=-1)
+        T = _exponential(A * np.broadcast_to(length, shape)[..., None, None] * units[..., None, :] / units[..., :, None])
+        return T * units[..., :, None] / units[..., None, :]
+
+
+def _series(x: Numbers) -> tuple[Numbers, Numbers]:
+    """Return cos √x and sin √x / √x."""
+    cosine, sine = np.ones_like(x), np.ones_like(x)
+    for n in range(_TERMS, 0, -1):
+        cosine = 1 - x / ((2 * n - 1) * 2 * n) * cosine
+        sine = 1 - x / (2 * n * (2 * n + 1)) * sine
+    return cosine, sine
+
+
+def _bending(x: Numbers, s: Array, r: Array) -> tuple[Numbers, ...]:
+    """Return the entries of the dynamic stiffness of bending over EI/L³, EI/L² and EI/L.
+
+    Deflection at the start by itself, by the slope there; slope by itself; deflection at the start by that at the end, by the
+    slope at the end; slope at the start by that at the end.
+
+    Args:
+        x: λ μ L⁴ / EI.
+        s: EI / (κGA L²).
+        r: ρI / (μ L²).
+    """
+    p, q = (s + r) * x, s * r * x**2 - x  # A⁴ + p A² + q = 0
+    # A²ⁿ = a + b A²; exp(A) = C0 + C1 A + C2 A² + C3 A³
+    a, b = np.ones_like(q), np.zeros_like(q)
+    C0, C1, C2, C3 = a, a, b, b
+    over = 1.0
+    for n in range(1, _TERMS + 1):
+        a, b = -q * b, a - p * b
+        over /= 2 * n * (2 * n - 1)
+        C0, C2 = C0 + a * over, C2 + b * over
+        C1, C3 = C1 + a * (over / (2 * n + 1)), C3 + b * (over / (2 * n + 1))
+    shear, turn = C1 - s * x * C3, C1 - r * x * C3
+    ww, pp = C0 - s * x * C2, C0 - r * x * C2  # by displacements at the start
+    wp, pw = turn - s * x * C3, x * C3
+    wq, wm = s * shear - C3, C2  # by forces at the start
+    D = wq * turn + wm**2
+    return (
+        (turn * ww - wm * pw) / D,
+        (turn * wp - wm * pp) / D,
+        (wm * wp + wq * pp) / D,
+        -turn / D,
+        wm / D,
+        -wq / D,
+    )
+
+
+def _exponential(A: Numbers) -> Numbers:
+    """Return exp(A) (…, n, n) by scaling, power series and squaring."""
+    squarings = max(0, int(np.ceil(np.log2(np.abs(A).sum(axis=-1).max(initial=1e-9)))))
+    scaled = A / 2**squarings
+    found = term = np.broadcast_to(np.eye(A.shape[-1]), A.shape).astype(A.dtype)
+    for n in range(1, _TERMS):
+        term = term @ scaled / n
+        found = found + term
+    for _ in range(squarings):
+        found = found @ found
+    return found

@@ -1,0 +1,308 @@
+"""Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
+
+The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or several in line, so that
+their frequencies with clamped ends are above those that are computed. Below these the number of negative eigenvalues of D(λ) is
+the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
+Mathematics 24, 1971).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.weights import link_inertias
+from kinetostatics.statics.small_motions import PlacedMotions
+from kinetostatics.statics.springs import placed_springs
+from kinetostatics.vibration.rods import Numbers, Rod
+
+#: Singular value of what closes loops, relative to the largest, below which a row depends on the others.
+_DEPENDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mass, or a spring, at N poses.
+
+    Attributes:
+        columns: the coordinates that move it.
+        motions: (N, r, k) its displacements per coordinate.
+        matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] on these.
+        carried: (N, r, 6) its displacements when the whole robot moves as one body: translations, and rotations about o.
+    """
+
+    columns: tuple[int, ...]
+    motions: Array
+    matrix: Array
+    carried: Array
+
+    def take(self, poses: Index) -> Part:
+        """Return the part at some poses."""
+        return Part(self.columns, self.motions[poses], self.matrix[poses], self.carried[poses])
+
+    def of_coordinates(self) -> Array:
+        """Return the matrix (N, k, k) on its coordinates."""
+        return np.asarray(np.swapaxes(self.motions, 1, 2) @ self.matrix @ self.motions)
+
+
+@dataclass(frozen=True)
+class PlacedRod:
+    """A beam at N poses.
+
+    Attributes:
+        columns: the coordinates that move its ends.
+        motions: (N, 12, k) displacement and rotation of start and end per coordinate, beam axes.
+        carried: (N, 12, 6) the same when the whole robot moves as one body, see :class:`Part`.
+        rod: the beam.
+        pieces: number of equal rods in line that it is divided into.
+    """
+
+    columns: tuple[int, ...]
+    motions: Array
+    carried: Array
+    rod: Rod
+    pieces: int = 1
+
+    @property
+    def piece(self) -> Rod:
+        """One of the rods in line."""
+        return replace(self.rod, length=self.rod.length / self.pieces)
+
+    def take(self, poses: Index) -> PlacedRod:
+        """Return the beam at some poses."""
+        return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
+
+    def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
+        """Yield for every piece the coordinates that move its ends, and displacements and rotations of these (…, 12, k).
+
+        Args:
+            first: the first of the coordinates of points between the pieces.
+            size: the robot's characteristic length [m], times which rotations are coordinates.
+        """
+        own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
+        inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
+        nodes: list[tuple[Sequence[int], Array]] = [
+            (self.columns, self.motions[:, :6]),
+            *inner,
+            (self.columns, self.motions[:, 6:]),
+        ]
+        if self.pieces == 1:
+            yield list(self.columns), self.motions
+            return
+        for (before, start), (after, end) in pairwise(nodes):
+            motions = np.zeros((max(len(start), len(end)), 12, len(before) + len(after)))
+            motions[:, :6, : len(before)], motions[:, 6:, len(before) :] = start, end
+            yield [*before, *after], motions
+
+
+@dataclass(frozen=True)
+class VibrationModel:
+    """A robot at N poses, with n coordinates of rigid bodies and joints.
+
+    Attributes:
+        masses: rigid links by name, and the payload.
+        springs: elastic joints, actuators and springs by name.
+        beams: all beams by name.
+        closure: (N, c, n) rows that vanish where loops of joints are closed.
+        platform: (N, 6, n) twist of the platform at o per coordinate, rotations times ``size``.
+        size: the robot's characteristic length [m].
+    """
+
+    masses: Mapping[str, Part]
+    springs: Mapping[str, Part]
+    beams: Mapping[str, PlacedRod]
+    closure: Array
+    platform: Array
+    size: float
+
+    @property
+    def poses(self) -> int:
+        """Number N of poses."""
+        return len(self.closure)
+
+    @property
+    def coordinates(self) -> int:
+        """Number of coordinates, with those of points along divided beams."""
+        return self.closure.shape[2] + 6 * sum(item.pieces - 1 for item in self.beams.values())
+
+    def take(self, poses: Index) -> VibrationModel:
+        """Return the model at some poses."""
+        return VibrationModel(
+            {name: item.take(poses) for name, item in self.masses.items()},
+            {name: item.take(poses) for name, item in self.springs.items()},
+            {name: item.take(poses) for name, item in self.beams.items()},
+            self.closure[poses],
+            self.platform[poses],
+            self.size,
+        )
+
+    def divided(self, square: float) -> VibrationModel | None:
+        """Return the model with one piece more of every beam whose clamped frequency is not above λ [1/s²]; None: all are."""
+        lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
+        low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
+        if not low:
+            return None
+        beams = {name: replace(item, pieces=item.pieces + (name in low)) for name, item in self.beams.items()}
+        return replace(self, beams=beams)
+
+    @cached_property
+    def _constant(self) -> tuple[Array, Array]:
+        """Stiffness and mass (N, n, n) of all but beams."""
+        n = self.closure.shape[2]
+        found = np.zeros((2, self.poses, n, n))
+        for matrix, parts in zip(found, (self.springs, self.masses), strict=True):
+            for part in parts.values():
+                matrix[np.ix_(range(self.poses), part.columns, part.columns)] += part.of_coordinates()
+        return found[0], found[1]
+
+    @cached_property
+    def first_along(self) -> Mapping[str, int]:
+        """The first coordinate of points between the pieces of each beam."""
+        more = np.cumsum([0, *(6 * (item.pieces - 1) for item in self.beams.values())])
+        return dict(zip(self.beams, (self.closure.shape[2] + more).tolist(), strict=False))
+
+    def dynamic_stiffness(self, square: Numbers) -> Numbers:
+        """Return D (N, m, …) at λ (N, m) [1/s²], by all coordinates twice [N/m]."""
+        K, M = self._constant
+        rods = {name: item.piece.dynamic_stiffness(square) for name, item in self.beams.items()}
+        return self._assembled(K[:, None] - square[..., None, None] * M[:, None], rods)
+
+    def pencil(self, square: Array) -> tuple[Array, Array]:
+        """Return K̃ and M̃ (N, m, …) at λ (N, m), see :meth:`Rod.pencil`."""
+        rods = {name: item.piece.pencil(square) for name, item in self.beams.items()}
+        K, M = (
+            self._assembled(np.repeat(constant[:, None], square.shape[1], axis=1), {name: item[k] for name, item in rods.items()})
+            for k, constant in enumerate(self._constant)
+        )
+        return K, M
+
+    def _assembled(self, constant: Numbers, rods: Mapping[str, Numbers]) -> Numbers:
+        """Return matrices (N, m, …) of all coordinates from those of rigid bodies and joints, and of single rods."""
+        n = constant.shape[-1]
+        found = np.zeros((*constant.shape[:2], self.coordinates, self.coordinates), dtype=constant.dtype)
+        found[..., :n, :n] = constant
+        poses = [range(size) for size in constant.shape[:2]]
+        for name, item in self.beams.items():
+            for columns, motions in item.moved(self.first_along[name], self.size):
+                found[np.ix_(*poses, columns, columns)] += np.swapaxes(motions, 1, 2)[:, None] @ rods[name] @ motions[:, None]
+        return found
+
+    def closed_motions(self) -> list[tuple[Index, Array | None]]:
+        """Return poses, and a basis (P, …, r) of the motions that leave all loops closed there; None: of all motions."""
+        if not self.closure.shape[1]:
+            return [(np.arange(self.poses), None)]
+        _, values, axes = np.linalg.svd(self.closure)
+        ranks = np.sum(values > _DEPENDENT * values.max(axis=1, keepdims=True), axis=1)
+        found: list[tuple[Index, Array | None]] = []
+        n = self.closure.shape[2]
+        for rank in np.unique(ranks):
+            poses = np.flatnonzero(ranks == rank)
+            basis = np.zeros((len(poses), self.coordinates, self.coordinates - rank))
+            basis[:, :n, : n - rank] = np.swapaxes(axes[poses, rank:], 1, 2)
+            basis[:, n:, n - rank :] = np.eye(self.coordinates - n)
+            found.append((poses, basis))
+        return found
+
+
+def vibration_model(motions: PlacedMotions) -> VibrationModel:
+    """Return the masses and elastic parts of a robot at N poses."""
+    structure, placed = motions.structure, _Placement(motions)
+    N, n = motions.o.shape[1], len(structure.freedoms)
+    closure = [np.zeros((N, 0, n)), *placed.closure()]
+    beams = {item.name: placed.rod(item.name, (item.inner, item.outer)) for item in structure.beams}
+    size, body = structure.model.length, structure.platform
+    platform = np.zeros((N, 6, n))
+    platform[:, :, list(structure.columns[body])] = placed.moved(structure.columns[body], body, motions.o)
+    platform[:, 3:] *= size
+    return VibrationModel(dict(placed.masses()), dict(placed.springs()), beams, np.concatenate(closure, axis=1), platform, size)
+
+
+def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
+    """Return a mass (N, 6, 6) on a body about a point (3, N) of it, world axes."""
+    columns, placed = motions.structure.columns[body], _Placement(motions)
+    return Part(columns, placed.moved(columns, body, point), matrix, placed.carried(point))
+
+
+@dataclass(frozen=True)
+class _Placement:
+    """The parts of a robot at N poses."""
+
+    motions: PlacedMotions
+
+    def closure(self) -> Iterator[Array]:
+        """Yield rows (N, c, n) that vanish where a loop of joints is closed, or a joint follows the actuator that it mimics."""
+        structure, N = self.motions.structure, self.motions.o.shape[1]
+        for columns, rows in self.motions.gaps():
+            found = np.zeros((N, 6, len(structure.freedoms)))
+            found[:, :, list(columns)] = rows.transpose(2, 0, 1)
+            yield found
+        for item in structure.followers:
+            row = np.zeros((N, 1, len(structure.freedoms)))
+            row[:, 0, item.column], row[:, 0, item.master] = 1.0, -item.times
+            yield row
+
+    def masses(self) -> Iterator[tuple[str, Part]]:
+        structure, frames = self.motions.structure, self.motions.frames
+        mechanism, names = structure.model.mechanism, structure.model.weights.names
+        inertias = link_inertias(mechanism.model)
+        for body, number in structure.weights:
+            inertia, at = inertias[names[number]], mechanism.body_of[names[number]][0]
+            R = frames.rotation[:, :, at].transpose(2, 0, 1)
+            matrix = np.zeros((len(R), 6, 6))
+            matrix[:, :3, :3] = inertia.mass * np.eye(3)
+            matrix[:, 3:, 3:] = R @ inertia.inertia @ np.swapaxes(R, 1, 2)
+            if structure.columns[body]:
+                yield names[number], mass_at(self.motions, body, frames.point(at, inertia.lever), matrix)
+
+    def springs(self) -> Iterator[tuple[str, Part]]:
+        structure, N = self.motions.structure, self.motions.o.shape[1]
+        for joint in structure.joints:
+            values = [0.0 if (item := structure.freedoms[k]) is None else item.stiffness for k in joint.columns]
+            if any(values):
+                scale = [structure.model.length if k in structure.turning else 1.0 for k in joint.columns]
+                motions = np.broadcast_to(np.diag(1 / np.array(scale)), (N, len(scale), len(scale)))
+                matrix = np.broadcast_to(np.diag(values), motions.shape)
+                yield joint.connection.name, Part(joint.columns, motions, matrix, np.zeros((N, len(scale), 6)))
+        for spring in placed_springs(structure.model, self.motions.frames):
+            for first, here in spring.places[0].items():
+                for second, there in spring.places[1].items():
+                    bodies = structure.body_at[first], structure.body_at[second]
+                    columns, placed = structure.columns_of(*bodies), zip(bodies, spring.points, strict=True)
+                    start, end = (self.moved(columns, body, point)[:, :3] for body, point in placed)
+                    matrix = np.moveaxis(spring.tangent * (here & there), 2, 0)
+                    yield f"spring {spring.name}", Part(columns, end - start, matrix, np.zeros((N, 3, 6)))
+
+    def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
+        structure, frames = self.motions.structure, self.motions.frames
+        beam, columns = structure.model.beams[name], structure.columns_of(*bodies)
+        axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0].transpose(2, 1, 0)
+        turned = np.zeros((len(axes), 12, 12))
+        for k in range(0, 12, 3):
+            turned[:, k : k + 3, k : k + 3] = axes
+        placed = list(zip(bodies, beam.ends(frames), strict=True))
+        moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
+        carried = np.concatenate([self.carried(point) for _, point in placed], axis=1)
+        section, length = beam.span.beam.section, beam.length(frames)
+        gyration = np.array([section.I_y, section.I_z]) / section.area
+        arm = None if beam.centre is None else (axes @ beam.lever(frames).T[..., None])[..., 0].T[..., None]
+        rod = Rod(length[:, None], beam.compliances, beam.line_density(length)[:, None], gyration, arm)
+        return PlacedRod(columns, turned @ moved, turned @ carried, rod)
+
+    def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
+        """Return displacement of a point (3, N) and rotation of its body per coordinate (N, 6, k)."""
+        turns, shifts = self.motions.moved(columns, body, point)
+        return np.ascontiguousarray(np.concatenate([shifts, turns]).transpose(2, 0, 1))
+
+    def carried(self, point: Array) -> Array:
+        """Return displacement of a point (3, N) and rotation where everything moves as one body (N, 6, 6)."""
+        found = np.zeros((point.shape[1], 6, 6))
+        found[:] = np.eye(6)
+        found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.motions.o)[:, None]).transpose(2, 0, 1)
+        return found
