@@ -49,7 +49,7 @@ def largest_ratio(spec, load, gravity=(0, 0, 0), pieces=6):
 
 def ratio_of(mechanism, answer, load, gravity):
     """Return the largest ratio of a mechanism whose equilibrium is known; its beams have no shear."""
-    frame, K, C, _ = answer.system
+    frame, K, C, *_ = answer.system
     n = len(K)
     G = np.zeros((n, n))
     at = {node: slice(6 * node, 6 * node + 6) for node in range(len(frame.positions))}

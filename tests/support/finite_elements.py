@@ -185,7 +185,7 @@ class Answer:
     inward: set = field(default_factory=set)
     backward: set = field(default_factory=set)
     rings: set = field(default_factory=set)
-    system: tuple = ()  # the frame, stiffness, constraints, and forces on nodes: for buckling_elements
+    system: tuple = ()  # frame, stiffness, constraints, forces on nodes, constraints and compliance by joint
 
 
 class Frame:
@@ -415,5 +415,6 @@ def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 
         sections[name] = np.array([-put[1], put[0]] if backward else [-put[0], put[1]])
     return Answer(
         u[:6], x[:6, 1:7] / size, wrenches, displaced, sections, bool(np.abs(dropped[:6]).max(initial=0.0) > 1e-7),
-        unbalanced, contradiction, float(gap), sure, frame.inward, frame.backward, frame.rings, (frame, K, C, full[:n, 0]),
+        unbalanced, contradiction, float(gap), sure, frame.inward, frame.backward, frame.rings,
+        (frame, K, C, full[:n, 0], rows, springs),
     )  # fmt: skip

@@ -123,11 +123,17 @@ class Modes(Reported, builder="reports.modes:modes_report"):
     @cached_property
     def beam_lines(self) -> Mapping[str, Array]:
         """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
-        names = self.robot.beams
+
+        def line(chunk: ModeShapes, name: str) -> Array:
+            beam, frames = self.robot.beams[name], chunk.motions.frames
+            axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0]
+            found = chunk.of_beam(name, STATIONS)
+            return np.einsum("ijn,nmskj->nmski", axes, found.reshape(*found.shape[:-1], 2, 3)).reshape(found.shape)
+
         return ResultMapping(
             {
-                name: self._array((self.count, STATIONS, 6), lambda chunk, name=name: chunk.of_beam(name, STATIONS))  # type: ignore[misc]
-                for name in names
+                name: self._array((self.count, STATIONS, 6), lambda chunk, name=name: line(chunk, name))  # type: ignore[misc]
+                for name in self.robot.beams
             }
         )
 

@@ -176,7 +176,9 @@ def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
     free, stiff = axes[..., : space.free], axes[..., space.free :]
-    whole = np.einsum("pir,pi->pr", free**2, np.einsum("pii->pi", M))
+    masses = np.einsum("pii->pi", M)
+    masses = masses + _NONE * masses.max(axis=1, keepdims=True)
+    whole = np.einsum("pir,pi->pr", free**2, masses)
     free = free / np.sqrt(np.where(whole > 0, whole, 1.0))[:, None]
     values, turn = np.linalg.eigh(np.swapaxes(free, 1, 2) @ M @ free)
     missing = np.sum(values < _NONE, axis=1)

@@ -1,0 +1,96 @@
+"""Exact dynamic stiffness of rods against closed forms, and against the general transfer matrix."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.vibration.rods import Rod
+
+E, NU, RHO, SIDE, LENGTH = 200e9, 0.3, 8000.0, 2.0, 10.0
+AREA, INERTIA = SIDE**2, SIDE**4 / 12
+SHEAR = 5 / 6 * E / (2 * (1 + NU)) * AREA
+TORSION = 0.1406 * SIDE**4 * E / (2 * (1 + NU))
+COMPLIANCES = 1 / np.array([E * AREA, SHEAR, SHEAR, TORSION, E * INERTIA, 0.7 * E * INERTIA])
+GYRATION = np.array([INERTIA, 0.7 * INERTIA]) / AREA
+
+
+def rod(eccentricity=None, length=LENGTH):
+    return Rod(np.array(length), COMPLIANCES, np.array(RHO * AREA), GYRATION, eccentricity)
+
+
+@pytest.mark.parametrize("hertz", [0.0, 0.01, 5.0, 30.0, 55.0])
+def test_both_ways_agree(hertz):
+    """The closed forms of straight rods and the exponential of the coupled state matrix."""
+    square = np.array((2 * np.pi * hertz) ** 2)
+    straight, coupled = rod().dynamic_stiffness(square), rod(np.zeros(3)).dynamic_stiffness(square)
+    assert np.abs(straight - coupled).max() < 1e-12 * np.abs(straight).max()
+    for found in (straight, rod(np.array([0.3, -0.2, 0.4])).dynamic_stiffness(square)):
+        assert np.abs(found - found.T).max() < 1e-12 * np.abs(found).max()
+
+
+@pytest.mark.parametrize("eccentricity", [None, np.array([0.3, -0.2, 0.4])])
+def test_mass_is_the_derivative(eccentricity):
+    square, item = np.array(3e4), rod(eccentricity)
+    K, M = item.pencil(square)
+    h = 1.0
+    by_differences = (item.dynamic_stiffness(square - h) - item.dynamic_stiffness(square + h)) / (2 * h)
+    assert np.abs(M - by_differences).max() < 1e-6 * np.abs(M).max()
+    assert np.abs(K - square * M - item.dynamic_stiffness(square)).max() < 1e-12 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("eccentricity", [None, np.array([0.3, -0.2, 0.4])])
+def test_rods_in_line_are_one(eccentricity):
+    """Two halves, the point between them eliminated, have the dynamic stiffness of the whole."""
+    square = np.array(4e4)
+    whole, half = rod(eccentricity).dynamic_stiffness(square), rod(eccentricity, LENGTH / 2).dynamic_stiffness(square)
+    both = np.zeros((18, 18))
+    both[:12, :12] += half
+    both[6:, 6:] += half
+    outer, inner = [*range(6), *range(12, 18)], range(6, 12)
+    left = both[np.ix_(outer, outer)] - both[np.ix_(outer, inner)] @ np.linalg.solve(
+        both[np.ix_(inner, inner)], both[np.ix_(inner, outer)]
+    )
+    assert np.abs(left - whole).max() < 1e-11 * np.abs(whole).max()
+
+
+def test_rigid_motions_have_the_rods_inertia():
+    """At λ = 0 a rod that moves as a whole has its mass, and about its start the moments of inertia of a prism."""
+    eccentricity, carried = np.array([0.3, -0.2, 0.4]), np.zeros((12, 6))
+    carried[:6] = carried[6:] = np.eye(6)
+    carried[7, 5], carried[8, 4] = LENGTH, -LENGTH
+    M = carried.T @ rod(eccentricity).pencil(np.array(0.0))[1] @ carried
+    mass, centre = RHO * AREA * LENGTH, np.array([LENGTH / 2, 0, 0]) + eccentricity
+    own = mass * np.diag([GYRATION.sum(), GYRATION[0] + LENGTH**2 / 12, GYRATION[1] + LENGTH**2 / 12])
+    expected = np.zeros((6, 6))
+    expected[:3, :3] = mass * np.eye(3)
+    skew = np.cross(np.eye(3), centre).T
+    expected[:3, 3:], expected[3:, :3] = mass * skew, mass * skew.T
+    expected[3:, 3:] = own + mass * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    assert np.abs(M - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("eccentricity", [None, np.array([0.0, 0.5, 0.0])])
+def test_clamped_frequencies_are_above_their_bound(eccentricity):
+    """Below the bound no rod with clamped ends vibrates: its dynamic stiffness with a clamped end stays positive."""
+    item = rod(eccentricity)
+    bound = item.clamped_square()
+    half = rod(eccentricity, LENGTH / 2)
+    for part in (0.2, 0.6, 0.999):
+        middle = half.dynamic_stiffness(part * bound)
+        assert np.linalg.eigvalsh(middle[6:, 6:] + middle[:6, :6])[0] > 0
+
+
+def test_pinned_rod():
+    """Bending and shearing of a rod between hinges: (EI k⁴/μ − λ(1 + k²(r² + EI/κGA)) + λ² μ r² / κGA) = 0 with k = nπ/L."""
+    item, mu = rod(), RHO * AREA
+    for n in (1, 2):
+        k, EI, r2 = n * np.pi / LENGTH, 0.7 * E * INERTIA, 0.7 * INERTIA / AREA
+        square = np.roots([mu * r2 / SHEAR, -(1 + k**2 * (r2 + EI / SHEAR)), EI * k**4 / mu]).min()
+        pieces = 3
+        D = rod(length=LENGTH / pieces).dynamic_stiffness(np.array(square))[np.ix_([1, 5, 7, 11], [1, 5, 7, 11])]
+        whole = np.zeros((2 * pieces + 2, 2 * pieces + 2))
+        for p in range(pieces):
+            whole[2 * p : 2 * p + 4, 2 * p : 2 * p + 4] += D
+        free = np.delete(np.delete(whole, [0, 2 * pieces], 0), [0, 2 * pieces], 1)
+        size = np.sqrt(np.abs(np.diag(free)))
+        assert np.abs(np.linalg.eigvalsh(free / np.outer(size, size))).min() < 1e-12
+        assert item.clamped_square() > 0

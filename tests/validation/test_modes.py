@@ -1,0 +1,206 @@
+"""Natural frequencies against a published benchmark, closed forms, and finite elements on random robots."""
+
+from dataclasses import replace
+
+import hybrid_robots
+import numpy as np
+import package_robots
+import pinocchio as pin
+import pytest
+import small_robots as sr
+import vibration_elements
+from mechanisms import Beam, Joint, Link
+from small_robots import Limb
+
+import kinetostatics as ks
+from kinetostatics.description import JointStiffness
+
+#: NAFEMS, Selected Benchmarks for Natural Frequency Analysis, FV5: deep simply supported beam [Hz].
+FV5 = [42.650, 42.650, 71.20, 125.00, 148.15, 148.15, 213.61, 283.47, 283.47]
+
+
+def lowest(spec, count=6, **options):
+    return ks.modes(sr.write(spec).robot().assemble(), count, **options)
+
+
+def test_deep_simply_supported_beam():
+    """FV5; shear coefficient 10(1 + ν)/(12 + 11ν). The first frequency of the exact equation of such beams is 42.645 Hz."""
+    end, section = (10.0, 0.0, 0.0), sr.Section(4.0, 4 / 3, 4 / 3, 0.1406 * 16)
+    rod = Limb((Joint("a", "U", (0, 0, 0), (0, 1, 0), (0, 0, 1)), Joint("b", "F", end)), (Link("beam"),))
+    support = Limb((Joint("rail", "P", end, (1, 0, 0)), Joint("ball", "S", end)), (Link("slide"),))
+    beam = Beam("beam", "beam", "a", "b", section, E=200e9, nu=0.3, density=8000.0, kappa=13 / 15.3)
+    found = lowest(sr.Spec((rod, support), (beam,), o=end), 9)
+    assert found.frequencies == pytest.approx(FV5, rel=1.3e-4)
+    assert found.frequencies[3:] == pytest.approx(FV5[3:], abs=6e-3)
+    for k, frequency in enumerate(found.frequencies):
+        assert found.count_below(frequency * (1 + 1e-9)) == found.count_below(frequency * (1 - 1e-9)) + (
+            1 + (k in (0, 1, 4, 5, 7, 8))
+        )
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (1, 2, -0.5)])
+def test_cantilever_with_a_mass_at_its_tip(direction):
+    """1 + cos β cosh β + m β (cos β sinh β − sin β cosh β) = 0, of a rod so slender that only bending matters."""
+    d, L, mass_ratio = 2e-3, 1.0, 0.7
+    spec = sr.cantilever(L, direction, sr.circle(d), kappa=np.inf)
+    rod_mass = sr.RHO * np.pi * d**2 / 4 * L
+    found = lowest(replace(spec, mass=0.0), 4)
+    payload = ks.modes(found.configuration, 4, payload=ks.Payload(mass_ratio * rod_mass))
+
+    def equation(beta, m):
+        return 1 + np.cos(beta) * np.cosh(beta) + m * beta * (np.cos(beta) * np.sinh(beta) - np.sin(beta) * np.cosh(beta))
+
+    for modes, m in ((found, 0.0), (payload, mass_ratio)):
+        for k in range(2):
+            beta = np.linspace(0.5 + 3 * k, 2 + 3 * k, 400_001)
+            values = equation(beta, m)
+            root = beta[np.flatnonzero(values[:-1] * values[1:] < 0)[0]]
+            expected = root**2 / (2 * np.pi * L**2) * np.sqrt(sr.E * np.pi * d**4 / 64 / (rod_mass / L))
+            assert modes.frequencies[2 * k : 2 * k + 2] == pytest.approx([expected] * 2, rel=2e-5)
+
+
+ROBOTS = {
+    "gough": sr.gough(),
+    "struts between balls": sr.gough("S"),
+    "puu3": sr.puu3(),
+    "pru2_upr": sr.pru2_upr(),
+    "four_bar": sr.four_bar(),
+    "planar_3rrr": sr.planar_3rrr(),
+    "portal": sr.portal(mass=20.0),
+    "link masses": sr.with_link_masses(sr.puu3()),
+}
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_finite_elements(name):
+    spec = ROBOTS[name]
+    written = sr.write(spec)
+    found = ks.modes(written.robot().assemble(), 5)
+    expected, free = vibration_elements.frequencies(sr.mechanism_of(spec), written, found.configuration, 5)
+    assert found.zero_frequencies == free
+    assert found.frequencies == pytest.approx(expected, rel=3e-6)
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("seed", range(60))
+def test_random_robots(seed):
+    """Rings, overconstraint, elastic joints, telescopes, massless parts, masses beside the beams, joints that close loops."""
+    mechanism, written = hybrid_robots.write_randomly(hybrid_robots.random_hybrid(seed), seed)
+    robot = written.robot()
+    found = ks.modes(robot.configuration(pin.neutral(robot.model)), 3)
+    expected, free = vibration_elements.frequencies(mechanism, written, found.configuration, 3)
+    assert found.zero_frequencies == free
+    assert found.frequencies == pytest.approx(expected, rel=2e-5)
+
+
+@pytest.mark.parametrize("name", ["gough", "pru2_upr", "four_bar", "portal"])
+def test_limbs_without_mass_are_the_stiffness_of_the_statics(name):
+    """A rigid platform on them: K u = ω² M u with the stiffness of the analysis."""
+    spec = sr.with_beams(ROBOTS[name], density=0.0)
+    configuration = sr.write(spec).robot().assemble()
+    found = ks.modes(configuration, 6)
+    arm = np.array(spec.com) - np.array(spec.o)
+    cross = np.cross(np.eye(3), arm).T
+    M = np.block([[spec.mass * np.eye(3), spec.mass * cross], [spec.mass * cross.T, np.eye(3) + spec.mass * cross.T @ cross]])
+    L = np.linalg.cholesky(M)
+    inverse = np.linalg.inv(L)
+    squares = np.linalg.eigvalsh(inverse @ ks.analyze(configuration).stiffness @ inverse.T)
+    assert found.frequencies == pytest.approx(np.sqrt(squares) / (2 * np.pi), rel=1e-9)
+    assert found.effective_masses.sum(axis=0) == pytest.approx(1, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gough", "four_bar", "puu3"])
+def test_payload_is_a_heavier_platform(name):
+    spec, more = ROBOTS[name], 7.0
+    heavy = replace(spec, mass=spec.mass + more)
+    payload = ks.Payload(more, center=np.subtract(spec.com, spec.o))
+    found, expected = lowest(spec, payload=payload), lowest(heavy)
+    assert found.frequencies == pytest.approx(expected.frequencies, rel=1e-12)
+    assert found.kinetic_energy_shares["payload"] + found.kinetic_energy_shares["platform"] == pytest.approx(
+        expected.kinetic_energy_shares["platform"], rel=1e-9
+    )
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_modes_of_the_package(name):
+    """No mode is missed, modes are orthogonal, energies are equal, and the motions of parts fit together."""
+    robot = package_robots.robot(name)
+    found = ks.modes(robot.assemble(), 5)
+    squares = (2 * np.pi * found.frequencies) ** 2
+    for k in range(5):
+        below = int(np.sum(found.frequencies < found.frequencies[k] * (1 - 1e-7)))
+        assert found.count_below(found.frequencies[k] * (1 - 1e-7)) == below
+    chunk = found.chunks[0]
+    shapes, model = chunk.pairs.shapes[0], chunk.pairs.model
+    K, M = (matrix[0] for matrix in model.pencil(squares[None]))
+    for i in range(5):
+        assert shapes[i] @ M[i] @ shapes[i] == pytest.approx(1, rel=1e-9)
+        assert shapes[i] @ K[i] @ shapes[i] == pytest.approx(squares[i], rel=1e-8)
+        for j in range(i):
+            if squares[i] - squares[j] > 1e-6 * squares[i]:
+                D = [K[n] - squares[n] * M[n] for n in (i, j)]
+                mass = shapes[i] @ (D[1] - D[0]) @ shapes[j] / (squares[i] - squares[j])
+            else:
+                mass = shapes[i] @ M[i] @ shapes[j]
+            assert abs(mass) < 1e-7
+    for shares in (found.strain_energy_shares, found.kinetic_energy_shares):
+        assert sum(shares.values()) == pytest.approx(1, rel=1e-9)
+        assert min(float(share.min()) for share in shares.values()) > -1e-9
+    masses = chunk.participation[0] ** 2 / np.diagonal(chunk.inertia[0])
+    assert masses.sum(axis=0).max() < 1 + 1e-9
+    for name, lines in found.beam_lines.items():
+        ends = next(item for item in chunk.motions.structure.beams if item.name == name)
+        beam = robot.beams[name]
+        for body, point, line in zip(
+            (ends.inner, ends.outer), beam.ends(chunk.motions.frames), (lines[:, 0], lines[:, -1]), strict=True
+        ):
+            expected = chunk.of_body(body, point)[0]
+            assert np.abs(line - expected).max() < 1e-7 * np.abs(found.twists).max()
+
+
+def test_open_brakes_free_the_mobility():
+    for name in ("3rps", "five_bar", "ur10", "tripteron"):
+        robot = package_robots.robot(name)
+        locked, free = (ks.modes(robot.assemble(), 3, drives=drives) for drives in ("locked", "free"))
+        assert free.zero_frequencies - locked.zero_frequencies == robot.mobility.platform
+        assert np.all(free.frequencies > locked.frequencies)
+
+
+def test_elastic_drives_are_softer_than_locked_ones():
+    robot = package_robots.robot("3rps")
+    description = robot.description
+    for drive in description.driven:
+        description = description.with_part(JointStiffness(drive, drive=1e12))
+    stiff, locked = ks.modes(ks.Robot(description).assemble(), 3), ks.modes(robot.assemble(), 3)
+    assert stiff.frequencies == pytest.approx(locked.frequencies, rel=1e-3)
+    assert np.all(stiff.frequencies[:2] < locked.frequencies[:2])
+
+
+def test_batches_are_their_poses_and_say_which_have_no_numbers():
+    robot = package_robots.robot("linear_delta")
+    z = float(robot.assemble().platform["z"])
+    pose = robot.assemble(platform={"x": [0.0, 0.02, 5.0], "y": 0.01, "z": z})
+    found = ks.modes(pose, 3)
+    for k in range(2):
+        single = ks.modes(robot.assemble(platform={"x": [0.0, 0.02][k], "y": 0.01, "z": z}), 3)
+        assert found.frequencies[k] == pytest.approx(single.frequencies, rel=1e-10)
+        assert found.twists[k] == pytest.approx(single.twists, rel=1e-6, abs=1e-9)
+    assert np.all(np.isnan(found.frequencies[2])) and ks.Status(found.status[2]) is ks.Status.UNREACHABLE
+    assert np.isnan(found.count_below(100.0)[2]) and found.zero_frequencies[0] == 0
+    assert "mode 3" in str(found) and found.to_dict()["frequencies"][2] == [None] * 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"count": 0}, "whole number"),
+        ({"count": 1.5}, "whole number"),
+        ({"drives": "open"}, "locked"),
+        ({"payload": 5}, "Payload"),
+    ],
+)
+def test_invalid_arguments(arguments, words):
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.modes(package_robots.robot("3rps").assemble(), **arguments)
