@@ -29,8 +29,8 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
     """Compute the lowest natural frequencies and modes of one pose or a batch of poses.
 
     Links vibrate by their inertia, beams as continuous Timoshenko rods with rotary inertia; elastic joints and actuators are
-    springs. Nothing is discretized: the dynamic stiffness of beams is exact, and no mode is missed (the method page, section 16).
-    The vibration is that about the unloaded robot: what loads and weights do to the stiffness is neglected, but for springs.
+    springs. Nothing is discretized: the dynamic stiffness of beams is exact, and no mode is missed (the page on natural
+    frequencies). What loads and weights do to the stiffness is neglected; the tension of springs is not.
 
     Args:
         configuration: the pose or poses.
@@ -50,7 +50,7 @@ def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
         >>> m = ks.modes(pose, count=3)
         >>> [round(float(f), 1) for f in m.frequencies]  # [Hz]
-        [167.1, 167.1, 311.0]
+        [131.5, 131.5, 224.5]
         >>> {name: round(float(part[2]), 2) for name, part in m.strain_energy_shares.items()}  # what to stiffen in mode 3
         {'beam rod_1': 0.33, 'beam rod_2': 0.33, 'beam rod_3': 0.33}
         >>> int(m.count_below(400.0))

@@ -2,6 +2,7 @@ from .beam import BeamResult
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
 from .limb import LimbResult
+from .modes import Modes
 from .optimum import CheckedRequirement, Optimum, ParetoFront
 from .payload import PayloadCoefficients
 from .result import Result
@@ -17,6 +18,7 @@ __all__ = [
     "Estimate",
     "LimbResult",
     "MeasurementPlan",
+    "Modes",
     "Optimum",
     "Outlier",
     "ParetoFront",
