@@ -75,7 +75,8 @@ ARGUMENTS: Mapping[str, Argument] = {
     ),
     "near": Argument(
         "items",
-        "pose from which the straight line to this one starts; it decides the assembly mode (default: the closed zero pose)",
+        "pose from which the straight line to this one starts; it decides the assembly mode (default: the closed zero pose); or "
+        "joints, also passive ones: the closed pose nearest to their values",
         "NAME=VALUE",
         group="pose",
     ),

@@ -161,7 +161,8 @@ def test_paths_to_write_to(path):
         ("closure_tolerance", "small", r"closure_tolerance is 'small'; it must be a positive length \[m\] and angle \[rad\]"),
         ("orientation", 3, "orientation is 3; it must be a name"),
         ("on_failure", "rise", "on_failure is 'rise'; it must be one of 'raise', 'nan'"),
-        ("near", {"z": 0.5}, "near= needs a Configuration"),
+        ("near", 0.5, "near= needs a Configuration"),
+        ("near", {"z": 0.5}, "near: no joint 'z' of one freedom"),
     ],
 )
 def test_arguments_of_assemble(what, value, message):

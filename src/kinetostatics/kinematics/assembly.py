@@ -15,6 +15,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import choices_text, prescribed_platform
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.other_starts import closed_near, tried_start
 from kinetostatics.kinematics.path_following import FARTHEST, LONGEST_TURN, MOST_TURNED, follow, is_too_far
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -39,7 +40,7 @@ def assemble(
     actuators: Mapping[str, ArrayLike] | None,
     platform: Mapping[str, ArrayLike] | None,
     orientation: str | None,
-    near: Configuration | None,
+    near: Configuration | Mapping[str, float] | None,
     closure_tolerance: float,
     on_failure: str | None,
     chosen: SolverChoice = by_numpy,
@@ -64,13 +65,7 @@ def assemble(
         raise robot.wrong_zero
     start = robot.zero_poses
     if near is not None:
-        if not isinstance(near, Configuration):
-            raise ArgumentError(f"near= needs a Configuration, got {near!r}; create one with robot.assemble(…)")
-        if near.robot is not robot:
-            raise ArgumentError("near= is a configuration of another robot")
-        if near.shape not in ((), shape):
-            raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
-        start = near.poses
+        start = closed_near(robot, near) if isinstance(near, Mapping) else _start(robot, near, shape)
     prescribed = robot.mobility_analysis.with_dofs(prescribed)
     origin = robot.zero_origin(prescribed) if near is None else None
     solver = chosen(robot, prescribed, target.shape[1])
@@ -98,6 +93,17 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: fl
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     parts = [robot.equations.placed(flat[:, part]) for part in chunks(flat.shape[1]) or [slice(0, 0)]]
     return closed_pose(robot, poses, joined(parts), shape, good, orientation_named(None), closure_tolerance, raising)
+
+
+def _start(robot: RobotKinematics, near: Configuration, shape: tuple[int, ...]) -> SolverState:
+    """Return the pose or poses from which straight lines start."""
+    if not isinstance(near, Configuration):
+        raise ArgumentError(f"near= needs a Configuration or values of joints, got {near!r}; robot.assemble(…) creates one")
+    if near.robot is not robot:
+        raise ArgumentError("near= is a configuration of another robot")
+    if near.shape not in ((), shape):
+        raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
+    return near.poses
 
 
 def closed_pose(
@@ -233,9 +239,10 @@ def _say_unreachable(
     if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
         convention = prescribed.orientation
         others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
+        advice = tried_start(robot, prescribed, target)
         raise CoordinatesError(
             f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
-            f"starts, a singular pose for them{others}",
+            f"starts, a singular pose for them{others}{'; ' * bool(advice)}{advice}",
             mobility,
         )
     found = robot.solver.values(prescribed, nearest)[:, 0]
@@ -243,6 +250,8 @@ def _say_unreachable(
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < CLOSED:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace"
+            if gone == 0 and (advice := tried_start(robot, prescribed, target)):
+                text += f"; {advice}"
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:

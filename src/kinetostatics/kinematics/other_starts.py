@@ -1,0 +1,98 @@
+"""Closed poses from values of joints: other starts of the line to a pose than the closed zero pose, which may be singular."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from kinetostatics.argument_checks import numbers
+from kinetostatics.exceptions import AssemblyError, CoordinatesError, near_names
+from kinetostatics.kinematics.coordinate_choices import best_choice, prescribed_platform
+from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, worst_gaps_text
+from kinetostatics.kinematics.path_following import follow
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.mechanism.tree import TreeJoint
+
+#: Angles [rad] of passive joints with which other starts are looked for.
+_BENT = (1.0, -1.0, 0.5, -0.5)
+
+
+def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverState:
+    """Return the closed pose nearest to given values of some joints [m, rad], the others being at zero.
+
+    Raises:
+        CoordinatesError: there is no joint of one freedom of a name.
+        AssemblyError: no pose near them closes the loops.
+    """
+    joints, q = _joints(robot), robot.mechanism.tree.neutral[:, None].copy()
+    for name, value in values.items():
+        if name not in joints:
+            raise CoordinatesError(f"near: no joint {name!r} of one freedom: {near_names(name, joints)}", robot.mobility.platform)
+        number = numbers(f"near: {name}", value)
+        if number.ndim or not np.isfinite(number):
+            raise CoordinatesError(f"near: {name} = {value!r} is not a finite number")
+        joints[name].write(float(number), q)
+    start = SolverState(robot.equations.from_model(q), np.zeros((3, 1)))
+    found, left = close(robot.solver, start, PrescribedCoordinates(), np.zeros((0, 1)))
+    if left[0] >= CLOSED:
+        gaps = gaps_at(robot.equations, found)
+        given = ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
+        raise AssemblyError(f"no pose near {given} closes the loops: {worst_gaps_text(robot.equations, gaps)}", gaps)
+    return found
+
+
+def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
+    """Say from where coordinates (n, 1) are reached, or the platform's zero where those of actuators are not.
+
+    Empty if no start was found that works.
+    """
+    for values, pose in _starts(robot):
+        near = " ".join(f"{name}={value:g}" for name, value in values.items())
+        python = f"in Python near={values}"
+        if _arrives(robot, prescribed, pose, target):
+            return f"it is reached with --near {near} ({python})"
+        if prescribed.orientation is None:
+            convention = orientation_named(None)
+            names = best_choice(robot, convention, pose)
+            platform = robot.mobility_analysis.with_dofs(prescribed_platform(names, convention))
+            if names and _arrives(robot, platform, pose, np.zeros((len(names), 1))):
+                named = " ".join(f"{name}=0" for name in convention.pose_names if name in names)
+                return f"another pose is reached with --platform {named} --near {near} ({python})"
+    return ""
+
+
+def _joints(robot: RobotKinematics) -> dict[str, TreeJoint]:
+    by_body = {joint.body: joint for joint in robot.mechanism.tree.joints}
+    bodies = robot.mechanism.body_of_joint
+    return {name: by_body[body] for name, body in bodies.items() if by_body[body].nv == 1}
+
+
+def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
+    """Yield closed poses near passive joints that are bent, but those that carry the platform, and these joints."""
+    description = robot.description
+    bent = [
+        name
+        for name, joint in _joints(robot).items()
+        if joint.type.is_hinge
+        and name not in description.driven
+        and description.joints[name].mimic is None
+        and joint.body != robot.mechanism.platform_frame[0]
+    ]
+    for angle in _BENT if bent else ():
+        values = dict.fromkeys(bent, angle)
+        try:
+            yield values, closed_near(robot, values)
+        except AssemblyError:
+            continue
+
+
+def _arrives(robot: RobotKinematics, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> bool:
+    """Whether the line from a pose arrives at the target, at a pose that the actuators hold."""
+    analysis = robot.mobility_analysis
+    poses, arrived, _ = follow(robot.solver, prescribed, start, target)
+    return bool(arrived[0]) and analysis.fixes_platform_at(analysis.with_dofs(robot.actuator_coordinates), poses)
