@@ -88,7 +88,7 @@ def test_table_json_file_and_picture(front, tmp_path):
     np.testing.assert_array_equal(np.array([line.split(",") for line in lines[1:]], float)[:, :2], front.objectives)
     pytest.importorskip("matplotlib").use("Agg")
     ax = ks.plot.pareto(front)
-    assert ax.get_xlabel() == "mass [kg]" and ax.get_ylabel().startswith("sag [") and ax.get_yscale() == "log"
+    assert ax.get_xlabel() == "mass [kg]" and ax.get_ylabel().startswith("displacement [") and ax.get_yscale() == "log"
     np.testing.assert_allclose(ax.lines[0].get_xdata(), front.objectives[:, 0])
     with pytest.raises(ks.ArgumentError, match="is no front"):
         ks.plot.pareto(1)

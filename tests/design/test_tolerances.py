@@ -404,7 +404,7 @@ def test_histogram(legs):
     np.testing.assert_allclose(sorted(y for _, y in outline.get_xy()[1:-1:2]), sorted(bar.get_height() for bar in bars), atol=40)
     assert len(ax.lines) == 2
     ax = ks.plot.tolerances(legs)
-    assert ax.get_xlabel() == "distance of o from the nominal robot [nm]" and len(ax.lines) == 1
+    assert ax.get_xlabel() == "displacement of o from nominal [nm]" and len(ax.lines) == 1
     with pytest.raises(ks.ArgumentError, match="are no tolerances"):
         ks.plot.tolerances(1)
 

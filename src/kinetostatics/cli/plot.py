@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Kinds of figures, and the options that not all of them have.
 KINDS = {
-    "slice": ("x", "y", "value_range", "rectangular"),
+    "slice": ("x", "y", "series", "value_range", "rectangular"),
     "surface": ("x", "y", "series", "value_range"),
     "workspace": ("axes", "value_range", "whole"),
     "line": ("x", "series"),
@@ -143,7 +143,7 @@ PLOT = Command(
         "x": Argument("text", "coordinate to the right (default: the first that is not fixed)", "NAME"),
         "y": Argument("text", "coordinate upwards, or backwards for surfaces (default: the next one)", "NAME"),
         "axes": Argument("names", "of a workspace: three coordinates, or x y z for where o is", ("A", "B", "C"), 3),
-        "series": Argument("text", "coordinate that distinguishes lines or surfaces", "NAME"),
+        "series": Argument("text", "coordinate that distinguishes lines, surfaces or slices", "NAME"),
         "at": Argument(
             "items",
             "values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the map "

@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from kinetostatics.description.units import sized_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
@@ -19,6 +20,16 @@ from kinetostatics.results.tool_point import point_name
 
 #: Bars of each kind of sensitivities, at most, and bars of a histogram.
 MOST, BARS = 12, 60
+#: What quantities are that may be minimized.
+WORDS = {
+    "sag": "displacement",
+    "deflection_any_direction": "largest displacement under {}",
+    "rotation_any_direction": "largest rotation under {}",
+    "actuator_force": "largest actuator force",
+    "actuator_torque": "largest actuator torque",
+    "stress": "largest von Mises stress",
+    "buckling": "used share of the buckling load",
+}
 #: Markers of gauges, which must differ without colour.
 MARKERS = "osD^v<>Pd*"
 
@@ -55,7 +66,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
     ax.invert_yaxis()
     ax.axvline(0.0, color="0.3", linewidth=0.6)
-    ax.set_xlabel(f"change of the displacement of {who} for 1 % more [%]")
+    ax.set_xlabel(f"change of the displacement of {who} per 1 % of increase [%]")
     ax.grid(axis="x", color="0.85", linewidth=0.4)
     ax.set_axisbelow(True)
     return ax
@@ -88,9 +99,8 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
         unit, title = kind.force_unit, f"{'force' if kind.is_slide else 'torque'} of {what}"
     else:
         unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
-        off = "from the nominal robot"
-        titles = {"displacement": f"distance of {point_name(found.tool)} {off}", "rotation": f"rotation {off}"}
-        title = titles.get(what, f"{what} of the twist")
+        motion = f"displacement of {point_name(found.tool)}" if unit == "m" else "rotation of the platform"
+        title = motion + (" from nominal" if is_length else f" {'along' if unit == 'm' else 'about'} {what[-1]}")
     values = values[np.isfinite(values)]
     size, name = display_unit(unit, [nominal, values.min(), values.max()])
     dark, light = mpl.colormaps[COLOURS]([0.1, 0.75])
@@ -101,7 +111,7 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
         label = "worst case" if sign > 0 else None
         ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
     ax.set_xlabel(f"{title} [{name}]")
-    ax.set_ylabel("samples")
+    ax.set_ylabel("number of samples")
     ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
     return ax
 
@@ -144,11 +154,17 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
         for place, value in zip(zip(x, y, strict=True), values / size, strict=True):
             ax.annotate(f"{value:.4g} {shown}".rstrip(), place, (4, 3), textcoords="offset points", fontsize=6)
     ax.margins(0.12, 0.1)
-    ax.set_xlabel(label(found.minimized[0], x_unit))
-    ax.set_ylabel(label(found.minimized[1], y_unit))
+    ax.set_xlabel(label(_said(found.minimized[0]), x_unit))
+    ax.set_ylabel(label(_said(found.minimized[1]), y_unit))
     ax.grid(color="0.85", linewidth=0.4, which="both")
     ax.set_axisbelow(True)
     return ax
+
+
+def _said(quantity: str) -> str:
+    """Return the words for a quantity that is minimized."""
+    name, size = sized_name(quantity)
+    return WORDS.get(name, name).format(size)
 
 
 @styled
@@ -190,8 +206,8 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
             if (row, name) in wrong:
                 ax.plot(one, other, "o", markersize=9, markerfacecolor="none", color="0.2", markeredgewidth=0.8)
                 ax.annotate(f"row {row}", (one, other), xytext=(7, 0), textcoords="offset points", va="center")
-    ax.set_xlabel(f"computed reading [{across_unit}]")
-    ax.set_ylabel(f"measured less computed [{up_unit}]")
+    ax.set_xlabel(f"predicted reading [{across_unit}]")
+    ax.set_ylabel(f"residual: measured − predicted [{up_unit}]")
     ax.grid(color="0.85", linewidth=0.4)
     ax.set_axisbelow(True)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=min(len(names) + 1, 4))

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import re
-import textwrap
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.units import find_unit, unit
 from kinetostatics.exceptions import ArgumentError
-
-#: Letters along a colour bar.
-BAR = 38
 
 #: For every unit of a map the units that a figure chooses from.
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -70,7 +66,8 @@ def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
     if units == "rad":
         return unit("deg").size, "°"
     if units == "m":
-        return (1.0, "m") if np.abs(np.asarray(values, dtype=float)).max(initial=0.0) >= 0.1 else (1e-3, "mm")
+        largest = np.abs(np.asarray(values, dtype=float)).max(initial=0.0)
+        return (1.0, "m") if largest >= 0.1 or largest == 0 else (1e-3, "mm")
     return display_unit(units, values)
 
 
@@ -82,8 +79,3 @@ def label(name: str, unit: str) -> str:
 def typeset(text: str) -> str:
     """Return words with numbers in them with the minus signs that axes have."""
     return text.replace("= -", "= −")
-
-
-def wrapped(text: str) -> str:
-    """Return the name of a colour bar in lines that are not longer than the bar of a figure in three dimensions."""
-    return textwrap.fill(text, BAR)

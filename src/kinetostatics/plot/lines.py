@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plot.display_units import label, typeset
-from kinetostatics.plot.masks import check_numbers, common_masks, draw_masks, edges, patches_of
+from kinetostatics.plot.masks import check_numbers, common_masks, draw_ranges, patches_of
+from kinetostatics.plot.rims import edges
 from kinetostatics.plot.selection import chosen_names, in_figure_units, select, select_each
 from kinetostatics.plot.style import (
     COLOURS,
@@ -96,7 +97,7 @@ def line(
             markeredgewidth=0.8,
         )
     masks, borders = common_masks(list(parts.values())), edges(across.values)
-    draw_masks(ax, borders, np.array([0.0, 1.0]), masks, transform=ax.get_xaxis_transform())  # over the whole height
+    draw_ranges(ax, borders, masks)
     shown = {part.long_name for part in parts.values()}
     text = shown.pop() if len(shown) == 1 else _common(list(shown))
     ax.set(

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
+from kinetostatics.plot.rims import area, draw_rim
 from kinetostatics.plot.selection import Selection
 from kinetostatics.plot.style import legend_below
 from kinetostatics.status import Status
-
-if TYPE_CHECKING:
-    from matplotlib.transforms import Transform
 
 
 @dataclass(frozen=True)
@@ -62,14 +59,6 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
     return [Mask(*look, where) for look, where in found.items()]
 
 
-def edges(values: Array) -> Array:
-    """Return the borders (n + 1,) of cells around sorted values (n,)."""
-    if len(values) == 1:
-        return np.array([values[0] - 0.5, values[0] + 0.5])
-    middle = (values[:-1] + values[1:]) / 2
-    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-
-
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
     """Return the reasons where none of several quantities over the same axes has a number."""
     everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
@@ -92,22 +81,29 @@ def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
         raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons(*parts)})")
 
 
-def draw_masks(
-    ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False, transform: Transform | None = None
-) -> None:
-    """Hatch the cells of masks (len x) or (len x, len y), whose borders are given; ``curved``: their sides along x are arcs."""
-    for mask in masks:
-        cells = PolyCollection(
-            _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges, curved),
-            facecolors=mask.face,
-            edgecolors=_EDGE,
-            linewidths=0,
-            hatch=mask.hatch,
-            zorder=0.5 if mask.where.ndim == 1 else 2,
-            label=mask.label,
-            transform=transform or ax.transData,
+def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
+    """Return where each mask or a later one is: drawn one over another they leave no gaps."""
+    return [np.any([mask.where for mask in masks[k:]], axis=0) for k in range(len(masks))]
+
+
+def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Sequence[Mask]) -> None:
+    """Hatch where fields of masks, each with its places along x and y, are above 0."""
+    for field, mask in zip(fields, masks, strict=True):
+        path = PathCollection(
+            [area(ax, *field)], facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=0.5
         )
-        ax.add_collection(cells, autolim=False)
+        path.set_label(mask.label)
+        ax.add_collection(path, autolim=False)
+        draw_rim(ax, *field)
+
+
+def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
+    """Hatch the ranges of masks (n,) over the whole height; the n + 1 borders between poses are given."""
+    for mask in masks:
+        steps = np.flatnonzero(np.diff(np.concatenate([[False], mask.where, [False]]).astype(np.int8)))
+        for low, high in borders[steps].reshape(-1, 2):
+            band = ax.axvspan(low, high, facecolor=mask.face, edgecolor=_EDGE, linewidth=0, hatch=mask.hatch, zorder=0.5)
+            band.set_label(mask.label)
 
 
 def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
@@ -118,20 +114,6 @@ def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
 
 
 def patches_of(masks: Sequence[Mask]) -> list[Patch]:
-    """Return the patches of a legend."""
-    return [Patch(facecolor=m.face, edgecolor=_EDGE, hatch=m.hatch, linewidth=0.4, label=m.label) for m in masks]
-
-
-def _runs(where: NDArray[np.bool_], x_edges: Array, y_edges: Array, curved: bool) -> list[Array]:
-    """Return rectangles that cover the cells, one for each run of them along x: fewer, and without seams.
-
-    Those that are curved have corners at all borders on their way.
-    """
-    found = []
-    for j in range(where.shape[1]):
-        steps = np.flatnonzero(np.diff(np.concatenate([[False], where[:, j], [False]]).astype(np.int8)))
-        for first, last in zip(steps[::2], steps[1::2], strict=True):
-            along = x_edges[first : last + 1] if curved else x_edges[[first, last]]
-            low, high = (np.column_stack([along, np.full(len(along), level)]) for level in y_edges[j : j + 2])
-            found.append(np.concatenate([low, high[::-1]]))
-    return found
+    """Return the patches of a legend, one for each reason."""
+    each = {mask.label: mask for mask in masks}.values()
+    return [Patch(facecolor=m.face, edgecolor=_EDGE, hatch=m.hatch, linewidth=0.4, label=m.label) for m in each]

@@ -8,15 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot.masks import edges
+from kinetostatics.plot.rims import continued, edges, level_of
 from kinetostatics.plot.selection import ShownAxis
 from kinetostatics.plot.style import name_ticks
 
@@ -56,6 +55,27 @@ class Plane:
     def full(self) -> bool:
         """Whether the cells go all the way round."""
         return self.polar and bool(self.x_edges[-1] - self.x_edges[0] > 2 * math.pi - 1e-6)
+
+    @property
+    def closed(self) -> bool:
+        """Whether the first and the last of the values along x are neighbours."""
+        return len(self.lines) > len(set(self.lines.tolist()))
+
+    def continued(self, values: Array) -> Array:
+        """Return values (len x, len y), continued to the poses around those that have one."""
+        return continued(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else continued(values)
+
+    def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+        """Return :func:`level_of` some of the poses (len x, len y) over the cells: places along x and y, and the field there."""
+        field = level_of(where, self.closed)[self.lines]
+        first, last = self.x[[0, -1]] if self.closed else self.x_edges[[0, -1]]
+        pieces = math.ceil((last - first) / math.radians(PIECE)) if self.polar else 1
+        x = np.unique(np.concatenate([np.linspace(first, last, pieces + 1), self.x]))
+        place = np.interp(x, self.x, np.arange(len(self.x)))
+        before = np.minimum(place.astype(int), len(self.x) - 2)
+        part = (place - before)[:, None]
+        field = np.pad((1 - part) * field[before] + part * field[before + 1], ((0, 0), (1, 1)), "edge")
+        return x, np.array([self.y_edges[0], *self.y, self.y_edges[-1]]), field
 
 
 def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
@@ -134,15 +154,17 @@ def _label_round(ax: PolarAxes, plane: Plane, across: ShownAxis, up: ShownAxis) 
     ax.set_xticks(np.radians(ticks), names)
     ax.set_thetalim(*((0.0, 2 * math.pi) if plane.full else plane.x_edges[[0, -1]]))
     ax.set_ylim(0.0, plane.y_edges[-1])
-    one = len(up.values) == 1
-    ax.yaxis.set_major_locator(FixedLocator(up.values.tolist()) if one else MaxNLocator(5, steps=[1, 2, 5, 10], prune="lower"))
+    most = plane.y_edges[-1]  # no number on the outer circle
+    tilts = up.values if len(up.values) == 1 else MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(0, most)
+    ax.set_yticks([tilt for tilt in tilts if 0 < tilt < 0.9 * most or len(tilts) == 1])
     ax.yaxis.set_major_formatter(FuncFormatter(lambda tilt, _: _degrees(round(tilt, 2))))
     ax.set_axisbelow(False)
     ax.grid(color="white", linewidth=0.4, alpha=0.5)
     ax.tick_params(axis="x", pad=0)
     for name in ax.get_yticklabels():
-        name.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
-    ax.set_xlabel(f"{ROUND} round, {OUTWARDS} outwards [°]", labelpad=4)
+        name.set(ha="center", va="center", fontsize=6)
+        name.set_bbox({"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none"})
+    ax.set_xlabel(f"{ROUND} (angular), {OUTWARDS} (radial) [°]", labelpad=4)
 
 
 def _degrees(value: float) -> str:

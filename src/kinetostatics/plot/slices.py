@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 from matplotlib import patheffects
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.contour import ContourSet
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator
 
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import label
-from kinetostatics.plot.masks import check_numbers, draw_masks, legend_of, masks_of
-from kinetostatics.plot.planes import OUTWARDS, ROUND, goes_round, label_axes, rectangle, round_a_pole
-from kinetostatics.plot.selection import axis_of, check_range, chosen_names, in_figure_units, range_of, select
-from kinetostatics.plot.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled, title_of
+from kinetostatics.plot.masks import Mask, areas_of, check_numbers, draw_areas, legend_of, masks_of
+from kinetostatics.plot.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
+from kinetostatics.plot.rims import area
+from kinetostatics.plot.selection import axis_of, check_range, chosen_names, in_figure_units, range_of, select, select_each
+from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, new_panels, styled, title_of, wrapped
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
 VECTOR_CELLS = 10_000
+#: Most slices of a series that is not told which.
+PANELS = 6
 #: Size of the numbers at lines of equal value [pt].
 NUMBERS = 6
 
@@ -31,6 +37,7 @@ def slice(
     x: str | None = None,
     y: str | None = None,
     *,
+    series: str | Mapping[str, Sequence[float]] | None = None,
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
     contours: bool | int = True,
@@ -39,7 +46,7 @@ def slice(
     beyond_limits: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a quantity over two of the swept coordinates, one cell of colour for each pose.
+    """Draw a quantity over two of the swept coordinates, one cell of colour for each pose, up to the rim of what has numbers.
 
     Over azimuth and tilt the figure is polar: azimuth goes round from the right, tilt outwards from the middle, so that it is
     the view from above on where the platform leans.
@@ -49,6 +56,8 @@ def slice(
         what: as in :func:`kinetostatics.indices.quantity`: "linear_sag", "twist:rx", "actuator_force:prismatic_1", ….
         x: the name of the coordinate to the right; default: the first that is swept and not fixed.
         y: the name of the coordinate upwards; default: the next one.
+        series: the name of another coordinate: one slice beside another for each of its values, or for three of them if there are
+            more than six, which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity, such as "µm", "deg", "N/µm"; default: what suits.
         contours: lines of equal value: True, False, or about how many.
@@ -60,70 +69,128 @@ def slice(
         ax: to draw on, made with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
 
     Returns:
-        The axes; the colours are ``ax.collections[0]``.
+        The axes; the colours are ``ax.collections[0]``. Of a series the axes of the first slice; all are ``ax.figure.axes``.
 
     Raises:
         ArgumentError: a name or a value is invalid, or no pose of the slice has a number.
     """
     at = dict(at or {})
     check_range(value_range)
-    dims = chosen_names(ds, (x, y), at, "a slice")
+    third = series if isinstance(series, str) or series is None else next(iter(series), "")
+    dims = chosen_names(ds, (x, y), (*at, *filter(None, [third])), "a slice")
     for name in dims:
         axis_of(ds, name)  # complains about names before anything else does
     goes = goes_round(ds, dims, polar, ax)
-    shown = select(ds, what, (ROUND, OUTWARDS) if goes else dims, at, beyond_limits)
-    check_numbers(what, [shown], "this slice")
-    (values,), unit = in_figure_units([shown], unit)
-    plane = (round_a_pole if goes else rectangle)(*shown.axes)
-    if ax is None:
-        height = 0.86 if plane.ratio is None else float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6))
-        ax = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="polar" if goes else None)
-        if plane.ratio is not None:
-            ax.set_aspect("equal")
-    masked = np.ma.masked_invalid(values.T)
-    figure = figure_of(ax)
-    span = range_of(masked.compressed(), value_range)
+    across = (ROUND, OUTWARDS) if goes else dims
+    if series is None:
+        parts, left_out = {"": select(ds, what, across, at, beyond_limits)}, ""
+    else:
+        most = PANELS if third in ds.dims and ds.sizes[third] <= PANELS else ROW
+        parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
+    if len(parts) > 1 and ax is not None:
+        raise ArgumentError("slices of a series are a figure of their own; ax= takes one slice")
+    found = list(parts.values())
+    check_numbers(what, found, "this slice" if len(found) == 1 else "these slices")
+    values, unit = in_figure_units(found, unit)
+    first = found[0]
+    plane = (round_a_pole if goes else rectangle)(*first.axes)
+    axes = [ax] if ax is not None else _axes(plane, len(found))
+    figure = figure_of(axes[0])
+    everything = np.concatenate([numbers[np.isfinite(numbers)] for numbers in values])
+    span = range_of(everything, value_range)
     low, high = span.low, span.high
-    ax.grid(False)
-    mesh = ax.pcolormesh(
-        plane.x_edges,
-        plane.y_edges,
-        masked[:, plane.cells],
-        cmap=COLOURS,
-        vmin=low,
-        vmax=high,
-        edgecolors="face",
-        linewidth=0.2,
-        rasterized=len(plane.cells) * len(plane.y) > VECTOR_CELLS,
-        label=shown.what,
-    )
-    pad = 0.11 if plane.polar else 0.02
-    bar = figure.colorbar(mesh, ax=ax, label=label(shown.long_name, unit) + span.note, pad=pad, extend=span.extend)
-    masks = masks_of(shown.values[plane.cells], shown.status[plane.cells])
-    draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
-    ax.set_title(title_of(ax, shown.fixed))
-    label_axes(ax, plane, *shown.axes)
-    lines = None
-    if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
-        bar.set_ticks([low])
-    elif contours and min(masked.shape) > 1:
+    levels = []
+    if high - low > 1e-9 * max(abs(low), abs(high)) and contours and min(first.values.shape) > 1:
         ticks = MaxNLocator(7 if contours is True else int(contours)).tick_values(low, high)
         levels = [level for level in ticks if low < level < high]
-        lines = ax.contour(plane.x, plane.y, masked[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=3)
-        lines.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white", alpha=0.7)])
+    masks, drawn = [], []
+    for k, (panel, (name, part), numbers) in enumerate(zip(axes, parts.items(), values, strict=True)):
+        reasons = masks_of(part.values, part.status)
+        masks += reasons
+        drawn.append(_draw(panel, plane, numbers, reasons, (low, high), levels, part.what))
+        label_axes(panel, plane, *part.axes)
+        panel.set_title(title_of(panel, name or part.fixed))
+        if k + ROW < len(found):  # another one below
+            panel.tick_params(labelbottom=goes)
+            panel.set_xlabel("")
+        if k % ROW and not goes:
+            panel.tick_params(labelleft=False)
+            panel.set_ylabel("")
+    text = wrapped(label(first.long_name, unit) + span.note, figure)
+    pad = 0.11 if goes and len(found) == 1 else 0.02
+    bar = figure.colorbar(drawn[0][0], ax=axes, label=text, pad=pad, extend=span.extend)
+    if len(found) > 1:
+        figure.suptitle(title_of(axes[0], ", ".join(filter(None, (first.fixed, left_out)))))
+    if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
+        bar.set_ticks([low])
+    elif levels:
         bar.set_ticks(levels)
         bar.ax.hlines(levels, 0, 1, colors="white", linewidth=0.6, transform=bar.ax.get_yaxis_transform())
     legend_of(figure, masks)
-    if lines is not None:
-        _number(ax, lines)
-    return ax
+    for panel, (_, lines, rim) in zip(axes, drawn, strict=True):
+        if lines is not None:
+            _number(panel, lines, rim)
+    return axes[0]
 
 
-def _number(ax: Axes, lines: ContourSet) -> None:
-    """Write values on lines of equal value, where they touch neither each other, nor the frame, nor numbers of the axes."""
+def _axes(plane: Plane, count: int) -> list[Axes]:
+    """Return the axes of a figure of their own: one is a column wide, more stand beside one another across the page."""
+    width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
+    if plane.ratio is None:
+        height = 0.86 * width
+    elif count == 1:
+        height = float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6)) * width
+    else:
+        height = float(np.clip(plane.ratio * (width - 0.25) + 0.45, 0.5 * width, 1.6 * ONE_COLUMN))
+    axes = new_panels(count, width, height, "polar" if plane.polar else None)
+    for ax in axes:
+        if plane.ratio is not None:
+            ax.set_aspect("equal")
+    return axes
+
+
+def _draw(
+    ax: Axes, plane: Plane, values: Array, masks: Sequence[Mask], span: tuple[float, float], levels: Sequence[float], what: str
+) -> tuple[QuadMesh, ContourSet | None, Path]:
+    """Draw values in colour up to their rim, what has none, and lines of equal value."""
+    ax.grid(False)
+    wide = plane.continued(values).T
+    mesh = ax.pcolormesh(
+        plane.x_edges,
+        plane.y_edges,
+        np.ma.masked_invalid(wide[:, plane.cells]),
+        cmap=COLOURS,
+        vmin=span[0],
+        vmax=span[1],
+        edgecolors="face",
+        linewidth=0.2,
+        rasterized=len(plane.cells) * len(plane.y) > VECTOR_CELLS,
+        label=what,
+        zorder=1,
+    )
+    rim = area(ax, *plane.field(np.isfinite(values)))
+    mesh.set_clip_path(rim, ax.transData)
+    draw_areas(ax, [plane.field(where) for where in areas_of(masks)], masks)
+    lines = None
+    if levels:
+        lines = ax.contour(plane.x, plane.y, wide[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=3)
+        lines.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white", alpha=0.7)])
+        lines.set_clip_path(rim, ax.transData)
+    return mesh, lines, rim
+
+
+def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
+    """Write values on lines of equal value, where they touch neither each other, nor the rim, nor numbers of the axes."""
     figure = figure_of(ax)
     figure.draw_without_rendering()  # places of what is there already
-    taken = [name.get_window_extent() for axis in (ax.xaxis, ax.yaxis) for name in axis.get_ticklabels()]
+    names = [name for axis in (ax.xaxis, ax.yaxis) for name in axis.get_ticklabels()]
+    taken = [(name.get_bbox_patch() or name).get_window_extent() for name in names]
+    outline = [Path(corners) for corners in ax.transData.transform_path(rim).to_polygons()]  # holes too
+
+    def within(corner: Array) -> bool:
+        place = (float(corner[0]), float(corner[1]))
+        return ax.patch.contains_point(place) and sum(piece.contains_point(place) for piece in outline) % 2 == 1
+
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         for piece in np.split(path.vertices, np.flatnonzero(path.codes == Path.MOVETO)[1:]):
             places = ax.transData.transform(piece)
@@ -136,7 +203,7 @@ def _number(ax: Axes, lines: ContourSet) -> None:
                 x, y = piece[at].tolist()
                 number = ax.text(x, y, _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle, zorder=5)
                 box = number.get_window_extent().padded(figure.dpi / 72)
-                inside = all(ax.patch.contains_point(corner) for corner in box.corners())
+                inside = all(map(within, box.corners()))
                 if inside and not any(box.overlaps(other) for other in taken):
                     number.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
                     taken.append(box)

@@ -1,4 +1,4 @@
-"""Polygons in three dimensions: surfaces over a grid, and the outside of the cells of a grid."""
+"""Polygons in three dimensions: surfaces over a grid, and the skin of bodies."""
 
 from __future__ import annotations
 
@@ -13,35 +13,71 @@ LIGHT = np.array([-0.35, -0.55, 0.76])
 AMBIENT = 0.72
 
 
-def grid_quads(points: Array) -> Array:
-    """Return the quadrilaterals (m, 4, 3) between points (nx, ny, 3) of a grid; those with a NaN corner are left out."""
-    corners = np.stack([points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]], axis=2)
-    quads = corners.reshape(-1, 4, points.shape[-1])
-    return quads[np.isfinite(quads).all(axis=(1, 2))]
+def cut_cells(points: Array, field: Array) -> Array:
+    """Return the cells between points (nx, ny, 3) of a grid, cut off where a field (nx, ny) is below 0.
 
-
-def cells_of(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the cells (nx − 1, ny − 1, nz − 1) of a grid of nodes all of whose eight corners are good."""
-    for axis in range(3):
-        low = good.take(range(good.shape[axis] - 1), axis)
-        good = low & good.take(range(1, good.shape[axis]), axis)
-    return good
-
-
-def outer_faces(cells: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Return the outer faces of the cells, as nodes (m, 4, 3) of the grid."""
-    found = []
-    for axis in range(3):
-        padding = [(1, 1) if k == axis else (0, 0) for k in range(3)]
-        steps = np.diff(np.pad(cells, padding).astype(np.int8), axis=axis)
-        first = np.argwhere(steps != 0)
-        across, up = np.eye(3, dtype=np.intp)[[k for k in range(3) if k != axis]]
-        found.append(first[:, None] + np.stack([0 * across, across, across + up, up]))
+    Returns:
+        Polygons (m, 6, 3); the last corner of those that have fewer stands several times.
+    """
+    nx, ny = field.shape
+    places = [np.s_[i : nx - 1 + i, j : ny - 1 + j] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    quads = np.stack([points[place] for place in places], axis=2)
+    levels = np.stack([field[place] for place in places], axis=2)
+    whole, some = (levels > 0).all(axis=2), (levels > 0).any(axis=2)
+    found = [quads[whole][:, [0, 1, 2, 3, 3, 3]]]
+    for quad, level in zip(quads[some & ~whole], levels[some & ~whole], strict=True):
+        ring = []
+        for k in range(4):
+            near, far = level[k], level[(k + 1) % 4]
+            if near > 0:
+                ring.append(quad[k])
+            if (near > 0) != (far > 0):
+                ring.append(quad[k] + near / (near - far) * (quad[(k + 1) % 4] - quad[k]))
+        found.append(np.array([ring + (6 - len(ring)) * ring[-1:]]))
     return np.concatenate(found)
 
 
+def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, NDArray[np.intp]]:
+    """Return the surface at which a field over a grid passes 0, a face for each pair of neighbours of different signs.
+
+    A corner of faces is the mean of the places in a cell of the grid where its edges pass through the surface: the dual of
+    marching cubes. What lies outside of the grid is outside of the body.
+
+    Args:
+        points: (nx, ny, nz, 3) of the nodes; NaN where there is none.
+        field: (nx, ny, nz) above 0 inside.
+        cut: (nx, ny, nz) nodes that are taken out; the surface passes in the middle before them.
+
+    Returns:
+        Corners (m, 4, 3) of the faces, and the nodes (m, 3) inside that they belong to.
+    """
+    around = [(1, 1)] * 3
+    field = np.pad(np.where(cut, -1.0, field), around, constant_values=-1.0)
+    cut, points = np.pad(cut, around), np.pad(points, [*around, (0, 0)], "edge")
+    total, count = (np.zeros((*(size - 1 for size in field.shape), last)) for last in (3, 1))
+    found = []
+    for axis in range(3):
+        ends = [tuple(np.s_[k : k - 1 or None] if n == axis else np.s_[1:-1] for n in range(3)) for k in (0, 1)]
+        (near, far), (one, two) = (field[end] for end in ends), (points[end] for end in ends)
+        passes = (near > 0) != (far > 0)
+        one, two = (np.where(np.isfinite(a), a, b) for a, b in ((one, two), (two, one)))
+        part = np.divide(near, near - far, out=np.full(near.shape, 0.5), where=passes & ~cut[ends[0]] & ~cut[ends[1]])
+        through = np.where(passes[..., None], one + part[..., None] * (two - one), 0.0)
+        across, up = np.eye(3, dtype=np.intp)[[n for n in range(3) if n != axis]]
+        cells = np.stack([0 * across, across, across + up, up])
+        for cell in cells:
+            place = tuple(np.s_[first : first + size] for first, size in zip(cell, passes.shape, strict=True))
+            total[place] += through
+            count[place] += passes[..., None]
+        first = np.argwhere(passes)
+        inside = first + np.eye(3, dtype=np.intp)[axis] * (far[passes] > 0)[:, None]
+        found.append((first[:, None] + cells, inside - np.eye(3, dtype=np.intp)[axis]))
+    corners, nodes = (np.concatenate(part) for part in zip(*found, strict=True))
+    return (total / np.maximum(count, 1))[tuple(np.moveaxis(corners, -1, 0))], nodes
+
+
 def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -> Poly3DCollection:
-    """Return faces (m, 4, 3) with RGBA colours (m, 4), darker where they turn away from the light, whichever side is seen.
+    """Return faces (m, n, 3) with RGBA colours (m, 4), darker where they turn away from the light, whichever side is seen.
 
     Args:
         quads: corners.

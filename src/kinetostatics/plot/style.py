@@ -38,6 +38,7 @@ STYLE: dict[str, object] = {
     "font.size": 8,
     "axes.labelsize": 8,
     "axes.titlesize": 8,
+    "figure.titlesize": 8,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "legend.fontsize": 7,
@@ -56,6 +57,12 @@ STYLE: dict[str, object] = {
 
 #: Letters of a title beside an inch of the figure, of which a colour bar takes a part; and a space at which no line ends.
 LETTERS, NO_BREAK = 14.5, "\N{NO-BREAK SPACE}"
+
+#: Letters along a colour bar for an inch of the figure's height.
+BAR = 11.5
+
+#: Panels in a row.
+ROW = 3
 
 #: Label of figures that are made here, of which nobody else has chosen the size.
 OWN_PAGE = "kinetostatics"
@@ -83,10 +90,25 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
     return drawn
 
 
+def new_panels(count: int, width: float, height: float, projection: str | None = None) -> list[Axes]:
+    """Return axes of a width and height beside one another, :data:`ROW` in a row, on a figure of their own.
+
+    For functions that are :func:`styled`; ``projection`` is one of Matplotlib's.
+    """
+    columns = min(count, ROW)
+    rows = -(-count // columns)
+    figure = plt.figure(figsize=(columns * width, rows * height), layout="constrained", label=OWN_PAGE)
+    return [figure.add_subplot(rows, columns, k + 1, projection=projection) for k in range(count)]  # type: ignore[call-overload]
+
+
 def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
-    """Return axes on a figure of their own, with one of Matplotlib's projections; for functions that are :func:`styled`."""
-    figure = plt.figure(figsize=(width, height), layout="constrained", label=OWN_PAGE)
-    return figure.add_subplot(projection=projection)  # type: ignore[no-any-return, call-overload]
+    """Return axes on a figure of their own."""
+    return new_panels(1, width, height, projection)[0]
+
+
+def wrapped(text: str, figure: Figure) -> str:
+    """Return the name of a colour bar in lines that are not longer than the bar."""
+    return textwrap.fill(text, max(20, int(BAR * figure.get_figheight())))
 
 
 def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:

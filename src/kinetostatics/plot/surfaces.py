@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import matplotlib as mpl
 import numpy as np
@@ -12,12 +13,12 @@ from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot.display_units import label, typeset, wrapped
-from kinetostatics.plot.masks import check_numbers, common_masks, edges
+from kinetostatics.plot.display_units import label, typeset
+from kinetostatics.plot.masks import areas_of, check_numbers, common_masks
+from kinetostatics.plot.rims import continued, level_of
 from kinetostatics.plot.selection import (
     check_range,
     chosen_names,
@@ -27,11 +28,24 @@ from kinetostatics.plot.selection import (
     select,
     select_each,
 )
-from kinetostatics.plot.solids import faces, grid_quads
-from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
+from kinetostatics.plot.solids import cut_cells, faces
+from kinetostatics.plot.style import (
+    COLOURS,
+    ONE_COLUMN,
+    figure_of,
+    legend_below,
+    make_room,
+    new_panels,
+    solid_axes,
+    styled,
+    title_of,
+    wrapped,
+)
 
 #: Most surfaces of a figure that is not told which.
 SURFACES = 5
+#: Surfaces whose distance is this part of all heights or less, for half of the poses, stand in panels of their own.
+NEAR = 0.05
 #: Greys of the floor, one for each reason why there is no number.
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
@@ -105,50 +119,63 @@ def surface(
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    ax = solid_axes(ax, 0.95, "surfaces need")
+    apart = ax is None and len(parts) > 1 and _coincide(values, low, high)
+    sheets = [[k] for k in range(len(parts))] if apart else [[*range(len(parts))]]
+    axes: list[Axes3D] = [solid_axes(ax, 0.95, "surfaces need")] if not apart else []
+    axes = axes or [*new_panels(len(parts), 0.65 * ONE_COLUMN, 0.6 * ONE_COLUMN, "3d")]
+    figure = figure_of(axes[0])
     scale = np.array([np.ptp(across.values) or 1.0, np.ptp(up.values) or 1.0, high - low])
     colour_of = mpl.colormaps[COLOURS]
-    steps = np.linspace(0.05, 0.95, len(parts))
-    quads, colours = [], []
-    for step, numbers in zip(steps, values, strict=True):
-        plane = np.stack(np.meshgrid(across.values, up.values, indexing="ij"), axis=-1)
-        found = grid_quads(np.concatenate([plane, numbers[..., None]], axis=-1))
-        part = (found[..., 2].mean(axis=1) - low) / (high - low) if len(parts) == 1 else np.full(len(found), step)
-        quads.append(found)
-        colours.append(colour_of(part))
-    # one collection: Matplotlib sorts faces by depth within a collection only
-    ax.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
+    steps, names, selections = np.linspace(0.05, 0.95, len(parts)), list(parts), list(parts.values())
+    plane = np.meshgrid(across.values, up.values, indexing="ij")
     floor = low - 0.08 * (high - low)
-    patches = []
-    for mask, grey in zip(common_masks(list(parts.values())), GREYS, strict=False):
-        ground = _cells(edges(across.values), edges(up.values), mask.where, floor)
-        cells = Poly3DCollection(ground, facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
-        ax.add_collection3d(cells)
-        patches.append(Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
-    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=title_of(ax, first.fixed))
-    make_room(ax, (across.label, up.label, ""))
-    figure = figure_of(ax)
+    patches: dict[str, Patch] = {}
+    for panel, mine in zip(axes, sheets, strict=True):
+        quads, colours = [], []
+        for k in mine:
+            found = cut_cells(np.dstack([*plane, np.clip(continued(values[k]), low, high)]), level_of(np.isfinite(values[k])))
+            part = (found[:, :4, 2].mean(axis=1) - low) / (high - low) if len(mine) == 1 else np.full(len(found), steps[k])
+            quads.append(found)
+            colours.append(colour_of(part))
+        # one collection: Matplotlib sorts faces by depth within a collection only
+        panel.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
+        masks = common_masks([selections[k] for k in mine])
+        for mask, where, grey in zip(masks, areas_of(masks), GREYS, strict=False):
+            ground = cut_cells(np.dstack([*plane, np.full_like(plane[0], floor)]), level_of(where))
+            cells = Poly3DCollection(list(ground), facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
+            panel.add_collection3d(cells)
+            patches.setdefault(mask.label, Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
+        panel.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high))
+        panel.set_title(title_of(panel, names[mine[0]] if apart else first.fixed))
+        make_room(panel, (across.label, up.label, ""))
     text = label(first.long_name, unit) + span.note
-    if len(parts) == 1:
+    if apart or len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
-        figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=span.extend)
-    else:
-        whole = title_of(ax, ", ".join(filter(None, (text, first.fixed))))
-        ax.set_title("\n".join(filter(None, (whole, left_out))))
+        figure.colorbar(
+            mappable,
+            ax=axes,
+            label=wrapped(text, figure),
+            shrink=0.95 if apart else 0.65,
+            pad=0.02 if apart else 0.1,
+            extend=span.extend,
+        )
+    if apart:
+        figure.suptitle(title_of(axes[0], ", ".join(filter(None, (first.fixed, left_out)))))
+    elif len(parts) > 1:
+        whole = title_of(axes[0], ", ".join(filter(None, (text, first.fixed))))
+        axes[0].set_title("\n".join(filter(None, (whole, left_out))))
     if legend:
         named = [
             Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=typeset(name))
-            for step, name in zip(steps, parts, strict=True)
-            if name
+            for step, name in zip(steps, names, strict=True)
+            if name and not apart
         ]
-        legend_below(figure, [*named, *patches])
-    return ax
+        legend_below(figure, [*named, *patches.values()])
+    return axes[0]
 
 
-def _cells(x: Array, y: Array, where: NDArray[np.bool_], height: float) -> list[Array]:
-    """Return the cells of a mask as quadrilaterals, kept within the middles of the outer cells."""
-    x, y = (np.concatenate([[(e[0] + e[1]) / 2], e[1:-1], [(e[-1] + e[-2]) / 2]]) for e in (x, y))
-    return [
-        np.array([[x[i], y[j], height], [x[i + 1], y[j], height], [x[i + 1], y[j + 1], height], [x[i], y[j + 1], height]])
-        for i, j in np.argwhere(where)
-    ]
+def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
+    """Return whether sheets hide one another: somewhere in the middle of all gaps, two neighbours are close to each other."""
+    gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
+    middles = [np.nanmedian(gap) for gap in gaps if np.isfinite(gap).any()]
+    return bool(middles) and min(middles) < NEAR * (high - low)

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot import solids
-from kinetostatics.plot.display_units import coordinate_unit, label, wrapped
-from kinetostatics.plot.masks import masks_of, reasons
+from kinetostatics.plot.display_units import coordinate_unit, label
+from kinetostatics.plot.masks import check_numbers, masks_of
 from kinetostatics.plot.planes import SLENDER
+from kinetostatics.plot.rims import level_of
 from kinetostatics.plot.selection import check_range, chosen_names, in_figure_units, range_of, select
-from kinetostatics.plot.solids import cells_of, outer_faces
-from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
+from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of, wrapped
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -60,11 +60,11 @@ def workspace(
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
 
     Returns:
-        The axes; the faces are ``ax.collections[0]``. A face belongs to a cell all of whose eight corners are valid poses, and
-        has the mean of its four corners. What the sweep asked for is the wire frame.
+        The axes; the faces are ``ax.collections[0]``. A face lies between a valid pose, whose colour it has, and a neighbour
+        that is not valid. What the sweep asked for is the wire frame.
 
     Raises:
-        ArgumentError: a name or a value is invalid, or there is no such cell.
+        ArgumentError: a name or a value is invalid, or no pose is valid.
     """
     at = dict(at or {})
     check_range(value_range)
@@ -84,15 +84,10 @@ def workspace(
     else:
         grid, labels = _positions(ds, [str(name) for name in named], dims, at)
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
-    cells = cells_of(good)
-    if not cells.any():
-        why = f"no cell of the map has numbers at all of its corners ({reasons(shown)})"
-        raise ArgumentError(f"{colour}: {why}; a finer grid may have")
-    if cut:
-        cells = _without_octant(cells)
+    check_numbers(colour, [shown], "this workspace")
     (values,), unit = in_figure_units([shown], unit)
-    places = tuple(np.moveaxis(outer_faces(cells), -1, 0))
-    corners, levels = grid[places], values[places].mean(axis=1)
+    corners, nodes = solids.skin(grid, level_of(good), _octant(good) & cut)
+    levels = values[tuple(nodes.T)]
     span = range_of(levels, value_range)
     low, high = span.low, span.high
     ax = solid_axes(ax, 0.82, "a workspace needs")
@@ -109,9 +104,8 @@ def workspace(
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
-    figure.colorbar(
-        bar, ax=ax, label=wrapped(label(shown.long_name, unit) + span.note), shrink=0.65, pad=0.17, extend=span.extend
-    )
+    text = wrapped(label(shown.long_name, unit) + span.note, figure)
+    figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=span.extend)
     masks = masks_of(shown.values, shown.status)
     if known:
         wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
@@ -134,12 +128,12 @@ def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Ma
     return grid / size, [label(name, unit) for name in named]
 
 
-def _without_octant(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return cells without the octant of large first, small second and large third coordinate, unless nothing is left."""
-    kept = cells.copy()
-    first, second, third = (size // 2 for size in cells.shape)
-    kept[cells.shape[0] - first :, :second, cells.shape[2] - third :] = False
-    return kept if kept.any() else cells
+def _octant(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the octant of large first, small second and large third coordinate; nothing, if the body is in no other."""
+    octant = np.zeros_like(good)
+    first, second, third = (size // 2 for size in good.shape)
+    octant[good.shape[0] - first :, :second, good.shape[2] - third :] = True
+    return octant & bool((good & ~octant).any())
 
 
 def _wires(start: Array, end: Array) -> list[Array]:
