@@ -7,6 +7,7 @@ from .compensation import compensate
 from .description.gauges import Gauge
 from .description.loads import LinkLoad, Payload
 from .design import optimize, pareto, sensitivities, tolerances
+from .dynamics.frequency_response import frequency_response
 from .dynamics.modes import modes
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
@@ -44,6 +45,7 @@ __all__ = [
     "exceptions",
     "extend_robot",
     "files",
+    "frequency_response",
     "functions",
     "indices",
     "load_robot",

@@ -33,7 +33,21 @@ PYTHON_ONLY = {
 #: Options that are no arguments of the function: they choose, write or show.
 COMMAND_ONLY = {
     *("full", "only"),
-    *("json", "out", "near", "robot", "load_on", "payload_center", "payload_link", "top", "what", "table", "hinge_axis", "quiet"),
+    *(
+        "json",
+        "out",
+        "near",
+        "robot",
+        "load_on",
+        "payload_center",
+        "payload_link",
+        "top",
+        "what",
+        "components",
+        "table",
+        "hinge_axis",
+        "quiet",
+    ),
     *(
         "list",
         "copy",
@@ -107,7 +121,7 @@ def test_defaults_in_the_help_are_those_of_the_function(name):
 
 
 def test_there_are_few_commands_and_each_has_examples():
-    assert len(COMMANDS) <= 16
+    assert len(COMMANDS) <= 17
     for name in COMMANDS:
         lines = command(name).examples.strip().splitlines()
         assert len(lines) >= 2 and all(line.split()[0] in COMMANDS for line in lines)

@@ -204,3 +204,76 @@ def test_batches_are_their_poses_and_say_which_have_no_numbers():
 def test_invalid_arguments(arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
         ks.modes(package_robots.robot("3rps").assemble(), **arguments)
+
+
+# ---- frequency response --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["3rps", "delta", "ur10", "five_bar"])
+def test_response_at_rest_is_the_statics(name):
+    pose = package_robots.robot(name).assemble()
+    found = ks.frequency_response(pose, [1e-3], tool=(0.1, 0, 0.2), damping=0.03)
+    C = ks.analyze(pose).at_point((0.1, 0, 0.2)).compliance
+    assert np.abs(found.compliance[0] * (1 + 0.06j) - C).max() < 1e-8 * np.abs(C).max()
+    arm = found.configuration.platform_frame[:3, :3] @ (0.1, 0, 0.2)
+    carried = np.eye(6)
+    carried[:3, 3:] = np.cross(np.eye(3), arm).T
+    assert np.abs(found.transmissibility[0] - carried).max() < 1e-6
+
+
+@pytest.mark.parametrize("damping", [0.02, {"mass": 3.0, "stiffness": 2e-5}])
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
+def test_response_is_a_sum_over_modes(name, damping):
+    """φ φᵀ / (ω_k² s − ω² c) of forty modes, and for the others their static compliance."""
+    pose = package_robots.robot(name).assemble()
+    modes, frequencies = ks.modes(pose, 40), np.array([20.0, 90.0, 150.0, 400.0])
+    found = ks.frequency_response(pose, frequencies, damping=damping)
+    C, shapes, squares = ks.analyze(pose).compliance, modes.twists, (2 * np.pi * modes.frequencies) ** 2
+    floor = modes.participation_factors
+    for k, omega in enumerate(2 * np.pi * frequencies):
+        s, c = (1 + 0.04j, 1) if damping == 0.02 else (1 + 2e-5j * omega, 1 - 3j / omega)
+        dynamic = 1 / (squares * s - omega**2 * c)
+        expected = np.einsum("k,ki,kj->ij", dynamic, shapes, shapes)
+        expected += (C - np.einsum("k,ki,kj->ij", 1 / squares, shapes, shapes)) / s
+        assert np.abs(found.compliance[k] - expected).max() < 1e-3 * np.abs(expected).max()
+        moved = np.eye(6) + omega**2 * np.einsum("k,ki,kj->ij", dynamic, shapes, floor)
+        assert np.abs(found.transmissibility[k] - moved).max() < 0.02 * np.abs(moved).max()
+
+
+def test_response_of_one_mass():
+    """1 / (k (1 + 2iζ) − ω² m), and k (1 + 2iζ) times that from the floor, of limbs without mass."""
+    spec = sr.with_beams(ROBOTS["portal"], density=0.0)
+    pose = sr.write(spec).robot().assemble()
+    K = ks.analyze(pose).stiffness * (1 + 0.1j)
+    M = np.diag([spec.mass] * 3 + [1.0] * 3)
+    frequencies = np.array([3.0, 17.0, 60.0])
+    found = ks.frequency_response(pose, frequencies, damping=0.05)
+    for k, omega in enumerate(2 * np.pi * frequencies):
+        H = np.linalg.inv(K - omega**2 * M)
+        assert np.abs(found.compliance[k] - H).max() < 1e-9 * np.abs(H).max()
+        assert np.abs(found.transmissibility[k] - H @ K).max() < 1e-8 * np.abs(H @ K).max()
+
+
+def test_response_is_drawn_and_saved(tmp_path):
+    pytest.importorskip("matplotlib")
+    found = ks.frequency_response(package_robots.robot("3rps").assemble(), np.geomspace(10, 500, 50))
+    ax = ks.plot.frequency_response(found, "transmissibility", ("x", "z"))
+    lines = {line.get_label(): line.get_xydata() for line in ax.get_lines()}
+    assert np.allclose(lines["x"][:, 1], np.abs(found.transmissibility[:, 0, 0]))
+    found.save(tmp_path / "response.csv")
+    table = np.genfromtxt(tmp_path / "response.csv", delimiter=",", skip_header=1)
+    assert table.shape == (50, 145) and np.allclose(table[:, 1], np.abs(found.compliance[:, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"frequencies": [0.0, 5.0]}, "positive"),
+        ({"damping": -0.1}, "damping ratio"),
+        ({"damping": {"masses": 1.0}}, "damping ratio"),
+        ({"tool": (0.1, 0.2)}, "three numbers"),
+    ],
+)
+def test_invalid_arguments_of_responses(arguments, words):
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.frequency_response(package_robots.robot("3rps").assemble(), **({"frequencies": [1.0]} | arguments))

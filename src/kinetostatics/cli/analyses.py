@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.answers import answer
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, payload_of, pose_of
+from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of
 from kinetostatics.cli.options import check_files, given_of, value_of
 from kinetostatics.cli.rigid import rigid_advice
 from kinetostatics.cli.typed_values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
@@ -67,40 +67,6 @@ analyze 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
 analyze 3rps --payload 5kg --payload-center 0 0 -200mm --load-on rod_1 0 0 -50N 0 0 0
 analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
-""",
-)
-
-
-# ---- modes ---------------------------------------------------------------------------------------------------------------
-
-
-def _modes(args: argparse.Namespace) -> int:
-    """Print frequencies, effective masses and shares of energy."""
-    with waiting("computing modes"):
-        options = {**payload_of(args), **given_of(("count", "drives"), args)}
-        configuration, warnings = pose_of(load_robot(args), args)
-        report = MODES.called()(configuration, **options).report()
-        answered = report.to_dict() if args.json else report
-    answer(answered, warnings)
-    return 0
-
-
-MODES = Command(
-    _modes,
-    help="compute natural frequencies and modes at one pose",
-    description=(
-        "Compute the lowest natural frequencies at one pose, with effective masses by direction and the shares of energy\n"
-        "of every part. Beams vibrate as continuous rods: nothing is discretized, and no mode is missed."
-    ),
-    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "drives", "json"),
-    own={"count": Argument("count", "number of modes (default: 6)", "N")},
-    function="dynamics.modes:modes",
-    notes=VALUES_HELP,
-    examples="""
-modes 3rps
-modes 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --count 10
-modes delta --payload 2kg --payload-center 0 0 -50mm
-modes ur10 --drives free --json
 """,
 )
 

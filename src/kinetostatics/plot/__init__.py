@@ -3,7 +3,7 @@
 Of the Dataset of :func:`kinetostatics.sweep`: :func:`slice`, a quantity over two coordinates in colour; :func:`surface`, as
 surfaces like the paper's Figs 6, 7, 12 and 13; :func:`workspace`, on the body of the reachable poses; :func:`line`, over one
 coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
-:func:`calibration`. All of them return Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
+:func:`calibration`, :func:`frequency_response`. All return Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
 
 Every figure names its units, is legible in grey and for the colour-blind (cividis; lines differ in dashes and markers), and shows
 poses without valid numbers in grey and hatched, with the reason in its legend.
@@ -18,7 +18,7 @@ except ModuleNotFoundError as error:
     name = {"matplotlib": "Matplotlib"}.get(str(error.name), error.name)
     raise KinetostaticsError(f"figures need {name}: pip install 'kinetostatics[plot]'") from None
 
-from kinetostatics.plot.charts import calibration, pareto, sensitivities, tolerances
+from kinetostatics.plot.charts import calibration, frequency_response, pareto, sensitivities, tolerances
 from kinetostatics.plot.lines import line
 from kinetostatics.plot.slices import slice
 from kinetostatics.plot.style import STYLE, save
@@ -28,6 +28,7 @@ from kinetostatics.plot.workspaces import workspace
 __all__ = [
     "STYLE",
     "calibration",
+    "frequency_response",
     "line",
     "pareto",
     "save",

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import check_choice
 from kinetostatics.description.units import sized_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.plot.display_units import display_unit, label
-from kinetostatics.plot.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.results.calibration import Calibration
+from kinetostatics.results.frequency_response import FrequencyResponse
 from kinetostatics.results.optimum import ParetoFront
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
@@ -211,4 +215,42 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
     ax.grid(color="0.85", linewidth=0.4)
     ax.set_axisbelow(True)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, 1.14), ncols=min(len(names) + 1, 4))
+    return ax
+
+
+@styled
+def frequency_response(
+    found: FrequencyResponse, what: str = "compliance", components: Sequence[str] = ("x", "y", "z"), *, ax: Axes | None = None
+) -> Axes:
+    """Draw magnitudes of the response in some directions over the frequency, both logarithmic.
+
+    Args:
+        found: of :func:`kinetostatics.frequency_response`, of one pose.
+        what: "compliance", in the direction of the force or moment; or "transmissibility", of the floor's motion.
+        components: translations "x", "y", "z", or rotations "rx", "ry", "rz".
+        ax: to draw on; default: a new figure one column wide.
+
+    Returns:
+        The axes.
+
+    Raises:
+        ArgumentError: this is no frequency response of one pose, or there are no such quantity or components.
+    """
+    if not isinstance(found, FrequencyResponse) or found.shape:
+        raise ArgumentError(f"{found!r} is no frequency response of one pose: ks.frequency_response(pose, …) computes it")
+    check_choice("what", what, ("compliance", "transmissibility"))
+    kinds = {COMPONENTS.index(name) // 3 for name in components if name in COMPONENTS}
+    if len(kinds) != 1 or not set(components) <= set(COMPONENTS):
+        raise ArgumentError(f"components is {components!r}; it must be some of x, y, z, or some of rx, ry, rz")
+    ax = new_axes(ONE_COLUMN, 0.75 * ONE_COLUMN) if ax is None else ax
+    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 0.72, len(components)))
+    for k, name in enumerate(components):
+        at = COMPONENTS.index(name)
+        size = np.abs(getattr(found, what)[:, at, at])
+        ax.loglog(found.frequencies, size, color=colours[k], linestyle=DASHES[k], label=name)
+    unit = ("m/N" if kinds == {0} else "rad/(N·m)") if what == "compliance" else ("m/m" if kinds == {0} else "rad/rad")
+    ax.set(xlabel="frequency [Hz]", ylabel=f"{what} at {point_name(found.tool)} [{unit}]")
+    ax.grid(which="major", color="0.85", linewidth=0.4)
+    ax.margins(x=0)
+    legend_below(figure_of(ax), ax.get_lines())
     return ax

@@ -1,6 +1,7 @@
 from .beam import BeamResult
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
+from .frequency_response import FrequencyResponse
 from .limb import LimbResult
 from .modes import Modes
 from .optimum import CheckedRequirement, Optimum, ParetoFront
@@ -16,6 +17,7 @@ __all__ = [
     "Compensation",
     "Effect",
     "Estimate",
+    "FrequencyResponse",
     "LimbResult",
     "MeasurementPlan",
     "Modes",

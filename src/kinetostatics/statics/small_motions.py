@@ -218,3 +218,15 @@ class PlacedMotions:
             rows[:, [columns.index(column) for column in joint.columns]] -= own
             rows[:3] *= self.structure.model.length
             yield columns, rows
+
+    def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
+        """Return the twists at a point (3, N) of a body: (N, 6, n) per coordinate, and as of :meth:`carried`."""
+        turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
+        return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
+
+    def carried(self, point: Array) -> Array:
+        """Return the twists (N, 6, 6) of a point (3, N) per translation and rotation of the whole robot about o."""
+        found = np.zeros((point.shape[1], 6, 6))
+        found[:] = np.eye(6)
+        found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)
+        return found

@@ -75,6 +75,12 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
     return found
 
 
+def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
+    """Return poses, and a basis (P, n, r) of the motions with stiffness or mass that leave loops closed; None: of all motions."""
+    K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
+    return [(space.poses, space.basis) for space in _spaces(model, K, M)]
+
+
 @dataclass(frozen=True)
 class _Space:
     """Poses of equally many independent motions Z y: loops stay closed, motions without stiffness and mass are left out.

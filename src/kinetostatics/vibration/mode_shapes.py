@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,8 +11,8 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
-from kinetostatics.vibration.eigenpairs import Eigenpairs, eigenpairs
-from kinetostatics.vibration.vibration_model import Part, PlacedRod, vibration_model
+from kinetostatics.vibration.eigenpairs import Eigenpairs
+from kinetostatics.vibration.vibration_model import Part, PlacedRod
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class ModeShapes:
             D = item.piece.dynamic_stiffness(self._finite)
             for k, u in enumerate(self._pieces(item, name)):
                 force = (D @ u[..., None])[..., 0] / -self._finite[..., None]
-                found += np.einsum("nij,nmi->nmj", _carried(item, k), force)
+                found += np.einsum("nij,nmi->nmj", item.carried_piece(k), force)
         return found
 
     @cached_property
@@ -102,19 +102,6 @@ class ModeShapes:
         model = self.pairs.model
         for columns, motions in item.moved(model.first_along[name], model.size):
             yield (motions[:, None] @ self.pairs.shapes[..., columns, None])[..., 0]
-
-
-def mode_shapes(motions: PlacedMotions, payload: Mapping[str, Part], count: int) -> ModeShapes:
-    """Return the lowest modes of N poses."""
-    model = vibration_model(motions)
-    return ModeShapes(eigenpairs(replace(model, masses={**model.masses, **payload}), count), motions)
-
-
-def _carried(item: PlacedRod, piece: int) -> Array:
-    """Return the displacements (N, 12, 6) of the ends of a piece when everything moves as one body."""
-    start, end = item.carried[:, :6], item.carried[:, 6:]
-    ends = (start + (end - start) * ((piece + k) / item.pieces) for k in (0, 1))
-    return np.concatenate(list(ends), axis=1)
 
 
 def _energy(u: Array, matrix: Array) -> Array:

@@ -16,7 +16,6 @@ from itertools import pairwise
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.weights import link_inertias
 from kinetostatics.statics.small_motions import PlacedMotions
@@ -78,6 +77,11 @@ class PlacedRod:
     def take(self, poses: Index) -> PlacedRod:
         """Return the beam at some poses."""
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
+
+    def carried_piece(self, number: int) -> Array:
+        """Return the displacements (N, 12, 6) of the ends of a piece when the whole robot moves as one body."""
+        start, end = self.carried[:, :6], self.carried[:, 6:]
+        return np.concatenate([start + (end - start) * ((number + k) / self.pieces) for k in (0, 1)], axis=1)
 
     def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
         """Yield for every piece the coordinates that move its ends, and displacements and rotations of these (…, 12, k).
@@ -194,6 +198,18 @@ class VibrationModel:
                 found[np.ix_(*poses, columns, columns)] += np.swapaxes(motions, 1, 2)[:, None] @ rods[name] @ motions[:, None]
         return found
 
+    def forces_of_floor(self, square: Numbers) -> Numbers:
+        """Return the forces (N, m, …, 6) on all coordinates when the whole robot moves as one body, at λ (N, m)."""
+        found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
+        for part in self.masses.values():
+            own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
+            found[:, :, list(part.columns)] -= square[..., None, None] * own[:, None]
+        for name, item in self.beams.items():
+            D = item.piece.dynamic_stiffness(square)
+            for number, (columns, motions) in enumerate(item.moved(self.first_along[name], self.size)):
+                found[:, :, columns] += np.swapaxes(motions, 1, 2)[:, None] @ D @ item.carried_piece(number)[:, None]
+        return found
+
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
         """Return poses, and a basis (P, …, r) of the motions that leave all loops closed there; None: of all motions."""
         if not self.closure.shape[1]:
@@ -227,7 +243,7 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
 def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
     """Return a mass (N, 6, 6) on a body about a point (3, N) of it, world axes."""
     columns, placed = motions.structure.columns[body], _Placement(motions)
-    return Part(columns, placed.moved(columns, body, point), matrix, placed.carried(point))
+    return Part(columns, placed.moved(columns, body, point), matrix, motions.carried(point))
 
 
 @dataclass(frozen=True)
@@ -288,7 +304,7 @@ class _Placement:
             turned[:, k : k + 3, k : k + 3] = axes
         placed = list(zip(bodies, beam.ends(frames), strict=True))
         moved = np.concatenate([self.moved(columns, body, point) for body, point in placed], axis=1)
-        carried = np.concatenate([self.carried(point) for _, point in placed], axis=1)
+        carried = np.concatenate([self.motions.carried(point) for _, point in placed], axis=1)
         section, length = beam.span.beam.section, beam.length(frames)
         gyration = np.array([section.I_y, section.I_z]) / section.area
         arm = None if beam.centre is None else (axes @ beam.lever(frames).T[..., None])[..., 0].T[..., None]
@@ -299,10 +315,3 @@ class _Placement:
         """Return displacement of a point (3, N) and rotation of its body per coordinate (N, 6, k)."""
         turns, shifts = self.motions.moved(columns, body, point)
         return np.ascontiguousarray(np.concatenate([shifts, turns]).transpose(2, 0, 1))
-
-    def carried(self, point: Array) -> Array:
-        """Return displacement of a point (3, N) and rotation where everything moves as one body (N, 6, 6)."""
-        found = np.zeros((point.shape[1], 6, 6))
-        found[:] = np.eye(6)
-        found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.motions.o)[:, None]).transpose(2, 0, 1)
-        return found

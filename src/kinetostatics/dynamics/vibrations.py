@@ -1,0 +1,98 @@
+"""Poses, drives and payload of small vibrations, as their numbers are needed: chunk by chunk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetostatics.arguments import check
+from kinetostatics.description.loads import Payload
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.mechanism.elastic_joints import Drive
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads
+from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
+from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, vibration_model
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Poses about which a robot vibrates.
+
+    Attributes:
+        configuration: the pose or poses.
+        structure: the coordinates of small motions.
+        loads: the payload, its arrays with the batch axis last; None if nothing is carried.
+        inertia: (3, 3) of the payload about its centre of mass, axes of its link [kg·m²].
+        valid: (N,) which poses have numbers: those that are reached, with all telescopes of positive length.
+    """
+
+    configuration: Configuration
+    structure: SmallMotions
+    loads: LinkLoads | None
+    inertia: Array
+    valid: Mask
+
+    @classmethod
+    def of(cls, name: str, configuration: Configuration, drives: str, payload: Payload | None) -> Vibrations:
+        """Check the arguments of a function ``name``.
+
+        Raises:
+            ArgumentError: one has an invalid value.
+        """
+        if not isinstance(configuration, Configuration):
+            raise ArgumentError(f"{name} needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
+        check("drives", drives)
+        robot, shape = robot_of(configuration), configuration.shape
+        structure = SmallMotions(robot.statics, _free_drives(robot) if drives == "free" else None)
+        valid = np.array(configuration.reached)
+        for beam in robot.beams.values():
+            valid &= np.nan_to_num(beam.remaining_length(configuration.frames)) > 0
+        loads = parse_link_loads(robot.statics, None, payload)
+        if loads is not None:
+            try:
+                loads = loads.map(lambda array: np.broadcast_to(array, shape + array.shape[-1:]).reshape(-1, array.shape[-1]).T)
+            except ValueError:
+                raise ArgumentError(f"the payload's arrays do not fit the poses, whose batch shape is {shape}") from None
+        inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
+        return cls(configuration, structure, loads, inertia, valid)
+
+    def chunks(self, most: int) -> list[Index]:
+        """Return the numbers of the poses that have numbers, so many at a time at most."""
+        poses = np.flatnonzero(self.valid)
+        return np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
+
+    def placed(self, poses: Index) -> tuple[PlacedMotions, VibrationModel]:
+        """Return motions, masses and elastic parts at some poses."""
+        frames = self.configuration.frames.take(poses)
+        motions = PlacedMotions(self.structure, frames, self.configuration.robot.mechanism.platform_pose(frames)[1])
+        model = vibration_model(motions)
+        if self.loads is None:
+            return motions, model
+        loads = self.loads.map(lambda array: array[:, poses])
+        return motions, replace(model, masses={**model.masses, **_carried(loads, self.inertia, motions)})
+
+
+def _free_drives(robot: Robot) -> Mapping[str, Drive]:
+    """Return the actuators as drives without stiffness."""
+    mimics = [(item.name, item.mimic) for item in robot.mechanism.connections.values() if item.mimic is not None]
+    return {
+        name: Drive(name, np.inf, ((name, 1.0), *((other, mimic.multiplier) for other, mimic in mimics if mimic.joint == name)))
+        for name in robot.description.driven
+    }
+
+
+def _carried(loads: LinkLoads, inertia: Array, motions: PlacedMotions) -> dict[str, Part]:
+    """Return the payload, for each of the places where it is at any pose."""
+    found = {}
+    for number, (place, point, mass, R) in enumerate(loads.masses(motions.frames)):
+        axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
+        matrix[:, :3, :3] = mass[:, None, None] * np.eye(3)
+        matrix[:, 3:, 3:] = axes @ inertia @ np.swapaxes(axes, 1, 2) * (mass > 0)[:, None, None]
+        name = f"{PAYLOAD} on {place}" if number else PAYLOAD
+        found[name] = mass_at(motions, motions.structure.body_at[place], point, matrix)
+    return found
