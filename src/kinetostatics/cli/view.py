@@ -14,7 +14,14 @@ from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
 from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_range
-from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, RobotFileError, StaticsError
+from kinetostatics.exceptions import (
+    ArgumentError,
+    AssemblyError,
+    CoordinatesError,
+    KinetostaticsError,
+    RobotFileError,
+    StaticsError,
+)
 from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
@@ -77,6 +84,7 @@ def _page(args: argparse.Namespace) -> int:
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
     """Return the result, and warnings; a robot that cannot be analysed is shown without loads, and the reason is a warning."""
     from kinetostatics.analysis import analyze
+    from kinetostatics.status import Status
     from kinetostatics.viewer.unloaded import UnloadedPose
 
     shown: Configuration | Robot = robot
@@ -84,10 +92,23 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
         shown, found = (_swept(robot, args), []) if args.sweep else pose_of(robot, args)
         result = analyze(shown, **loads)
     except (AssemblyError, CoordinatesError, StaticsError, RobotFileError) as error:
-        if args.sweep or args.compare:
+        if args.compare:
+            raise _no_result(error, "--compare shows two results", args) from None
+        if args.sweep:
             raise
         return UnloadedPose(shown, str(error)), [str(error)]
+    if args.sweep and (result.status == Status.SINGULAR).all():
+        raise _no_result(StaticsError("at every pose it is singular"), "--sweep shows results", args)
     return result, [*found, *result.warnings]
+
+
+def _no_result(error: KinetostaticsError, option: str, args: argparse.Namespace) -> KinetostaticsError:
+    """Return the error that there is no result to show, and which command shows a robot that nothing holds."""
+    if not isinstance(error, StaticsError):
+        return error
+    return StaticsError(
+        f"{option}, and {args.robot} has none: {error}; kinetostatics view {args.robot} --live draws and moves it without loads"
+    )
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
@@ -107,7 +128,10 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
     if coordinates:
         other.platform, other.actuators = coordinates, []
     pose, _ = pose_of(robot, other)
-    return analyze(pose, **loads_of(other))
+    try:
+        return analyze(pose, **loads_of(other))
+    except StaticsError as error:
+        raise _no_result(error, "--compare shows two results", other) from None
 
 
 def _meshcat(result: Result | UnloadedPose, url: str | None, exaggeration: float | None) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -12,7 +11,7 @@ import numpy as np
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.kinematics.coordinate_choices import best_choice, choices
 from kinetostatics.kinematics.reach import End, find_ends
 from kinetostatics.layout.plain import Json
 from kinetostatics.math.arrays import Array
@@ -165,13 +164,14 @@ def determining(robot: Robot, pose: Configuration, orientation: str | None, size
         return best_choice(robot, orientation_named(orientation), pose.poses)
     after = near.platform_coordinates(orientation)
     rates = {name: (after[name] - present[name]) / step / (size / 2 if name in "xyz" else 1.0) for name in present}
-    if not actuators or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
+    if len(actuators) < robot.mobility.platform or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
         return best_choice(robot, orientation_named(orientation), pose.poses)
 
     def independence(names: tuple[str, ...]) -> float:
         return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
 
-    sets = list(itertools.combinations(present, robot.mobility.platform))
+    found = choices(robot, orientation_named(orientation), (), pose.poses)
+    sets = [tuple(name for name in present if name in names) for names in found]
     best = max((independence(names) for names in sets), default=0.0)
     good = [names for names in sets if independence(names) > 0.3 * best]
     return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
