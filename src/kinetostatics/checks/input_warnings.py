@@ -262,15 +262,21 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     """Yield warnings of limbs, of the platform and of drawn bodies that weigh nothing, where anything else does.
 
-    Links without shape may be massless: crosses of universal joints, frames, neglected sliders. So may those that say so, by an
-    ``<inertial>`` with the mass 0 or a beam's density 0; beams that say nothing have a warning of their own.
+    Links without shape may be massless: crosses of universal joints, frames, the tools of arms, neglected sliders. So may those
+    that say so, by an ``<inertial>`` with the mass 0 or a beam's density 0; beams that say nothing have a warning of their own.
     """
     if not facts.mass:  # said elsewhere, or not known
         return
     links = robot.description.links
     found = []
     platform = facts.on_platform
-    if platform is not None and platform.mass == 0 and not any(links[name].has_inertial for name in platform.links):
+    is_tool = not robot.description.loops
+    if (
+        platform is not None
+        and platform.mass == 0
+        and not is_tool
+        and not any(links[name].has_inertial for name in platform.links)
+    ):
         found += list(platform.links)
         yield "the platform has no mass: give its link an <inertial>"
     light = [

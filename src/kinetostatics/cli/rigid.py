@@ -23,7 +23,7 @@ SUGGESTIONS = (("elastic", "joint_stiffness"), ("elastic",), ("joint_stiffness",
 def rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
     """Return the commands that make a robot elastic and analyse it as ``args`` say, as a warning; none of an elastic robot.
 
-    They have been tried, at the same pose and under the same loads, but for the writing of the file.
+    They have been tried, at the same pose and under the same loads, but for the writing of the file: the platform yields.
     """
     if robot.description.beams or robot.description.joint_stiffness:
         return []
@@ -42,10 +42,9 @@ def _works(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, 
     given |= dict.fromkeys(options, SUGGESTED)
     try:
         made = extend_robot(args.robot, parameters=parse_parameters(args.parameters), **given)
-        analyze(pose_of(made, args)[0], **loads)
+        return bool(analyze(pose_of(made, args)[0], **loads).compliance.any())
     except KinetostaticsError:
         return False
-    return True
 
 
 def _commands(options: tuple[str, ...], args: argparse.Namespace) -> tuple[list[str], list[str]]:
