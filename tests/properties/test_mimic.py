@@ -343,7 +343,7 @@ def test_an_elastic_actuator_that_couples_a_ring_beside_the_robot_is_refused() -
         '<joint_stiffness joint="motor" drive="40"/></robot>'
     )
     text = jack(SCREW.format(3e-3)).description.urdf
-    with pytest.raises(ks.RobotFileError, match="'motor' moves joints of a closed chain that hangs on base or platform"):
+    with pytest.raises(ks.RobotFileError, match="'motor' moves joints of a closed chain attached to base or platform"):
         _ = ks.Robot(parse_robot_text(text.replace("</robot>", ring))).topology
 
 

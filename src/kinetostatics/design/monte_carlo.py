@@ -1,12 +1,12 @@
-"""Monte Carlo simulation of one pose of thousands of robots with random deviations, by one record of loops and equilibrium.
+"""Monte Carlo simulation of thousands of robots with random deviations at one pose, by one record of loops and equilibrium.
 
 The constants of the robots are inputs of the record; every robot is a column of one batch. They are interpolated between a few
-robots that are read in full, several for each parameter. The interpolation is one of logarithms, which is exact for products of
-powers such as 1/(EI). For every robot the loops are closed by Newton's method and the equilibrium is solved.
+robots, several for each parameter, whose constants are computed from the description. Logarithms are interpolated, which is exact
+for products of powers such as 1/(EI). For every robot the loops are closed by Newton's method and the equilibrium is solved.
 
 Records are evaluated by NumPy. Compiled code would save nothing: 10,000 robots of the 3RPS, the 2PRU-UPR and ANYmal (4, 3 and 28
 parameters) take 2.0, 1.3 and 15 s of processor time. Of this the evaluation takes 0.3, 0.3 and 1.3 s, and compiling the
-equilibrium alone would take 0.2, 0.25 and 0.9 s. Nearly all the rest goes into the robots that are read in full.
+equilibrium alone would take 0.2, 0.25 and 0.9 s. Most of the remainder is the computation of the constants.
 """
 
 from __future__ import annotations
@@ -41,15 +41,15 @@ from kinetostatics.robot import Robot
 #: Quantities of each robot.
 WANTED = ("twist", "stiffness", "actuator_forces")
 _CLOSING = ("residual", "gradient")
-#: Where robots are made in full, as parts of the largest change of a parameter, besides the nominal one.
+#: Interpolation nodes besides the nominal robot, relative to the largest change of a parameter.
 NODES = (-1.0, -0.5, 0.5, 1.0)
-#: Robots in one batch, and of how many ways of branching there are records at most.
+#: Number of robots in a batch, and largest number of records for different branches.
 BATCH, RECORDS = 1000, 6
-#: Corrections by Newton's method at most, and the scaled size of those that are rounding.
+#: Largest number of Newton corrections, and their scaled magnitude that counts as rounding.
 CORRECTIONS, ROUNDING = 12, 1e-13
-#: Part of the loops' opening by the changes that may stay: more stays where an overconstrained robot's loops do not close.
+#: Largest remaining gap relative to the initial one; it is larger if the loops of an overconstrained robot do not close.
 OPEN = 0.03
-#: Samples of a batch that are analysed one by one too.
+#: Number of samples of a batch that are also analysed one by one.
 CHECKED = 3
 
 
@@ -65,18 +65,18 @@ def random_robots(
     deviation: float,
     tool: Array | None,
 ) -> tuple[dict[str, Array], float]:
-    """Return twist, stiffness and actuator forces (N, …) of robots, and how far those that are analysed one by one differ.
+    """Return twist, stiffness and actuator forces (N, …) of robots, and the difference from single analyses of some of them.
 
     Args:
         nominal: the analysis of the nominal robot.
-        derivatives: of it; None: all robots are analysed one by one.
-        family: the robots that there may be.
-        numbers, errors: their parameters.
-        linear: (errors, …) effects per unit of assembly errors, which are added: they change no other robot to first order.
-        values: (numbers + errors, N) by how much everything is off.
+        derivatives: its derivatives; None: all robots are analysed one by one.
+        family: the parametric robot.
+        numbers, errors: the varied parameters.
+        linear: (errors, …) effects per unit of assembly errors, which are superposed.
+        values: (numbers + errors, N) deviations.
         analysis: arguments of :func:`kinetostatics.analyze`.
         deviation: standard deviation of the displacement, the unit of the difference.
-        tool: the point of the platform of twist and stiffness; None: o.
+        tool: reference point of twist and stiffness; None: o.
     """
     N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
     by_numbers, by_errors = values[: len(numbers)], values[len(numbers) :]
@@ -98,7 +98,7 @@ def random_robots(
             try:
                 off = {item.name: float(by) for item, by in zip(numbers, by_numbers[:, k], strict=True)}
                 one = _analysed(family.off(off), nominal, errors, by_errors[:, [k]], analysis, tool)
-            except KinetostaticsError:  # there is no such robot
+            except KinetostaticsError:  # the values yield no robot
                 continue
         if done < len(checked):
             apart = float(np.linalg.norm((one["twist"] - found["twist"][k])[:3]))
@@ -120,7 +120,7 @@ def _analysed(
     """Return the quantities of one robot with assembly errors by amounts (errors, 1).
 
     Raises:
-        KinetostaticsError: there is no such robot.
+        KinetostaticsError: the values yield no robot.
     """
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
@@ -134,11 +134,9 @@ def _analysed(
 
 
 class Constants:
-    """Numbers of robots that differ by several changes, from some at which only one is made.
+    """Constants of robots with several changes, interpolated between robots with one change each.
 
-    Args:
-        nominal: (P,) of the nominal robot.
-        nodes: for each change (len(NODES), P).
+    Args: nominal: (P,) constants of the nominal robot. nodes: (len(NODES), P) constants at the nodes, for each change.
     """
 
     def __init__(self, nominal: Array, nodes: Sequence[Array]) -> None:
@@ -152,11 +150,11 @@ class Constants:
             self._rates = np.where(self._is_product, np.log(np.where(self._is_product, ratios, 1.0)), at - own)
 
     def at(self, parts: Array, which: Sequence[int]) -> dict[int, Array]:
-        """Return the numbers (N,) of those constants of ``which`` that change.
+        """Return the values (N,) of those constants of ``which`` that change.
 
         Args:
-            parts: (changes, N) the changes, as parts of the largest.
-            which: numbers of constants.
+            parts: (changes, N) the changes, relative to the largest.
+            which: indices of constants.
         """
         weights = _lagrange(parts)
         found = {}
@@ -168,7 +166,7 @@ class Constants:
         return found
 
     def of(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
-        """Return all numbers as a record takes them: one, or (N,) for those of ``which`` that change."""
+        """Return all constants as inputs of a record: scalars, or (N,) for those of ``which`` that change."""
         found: list[float | Array] = self.nominal.tolist()
         for number, row in self.at(parts, which).items():
             found[number] = row
@@ -176,7 +174,7 @@ class Constants:
 
 
 def _lagrange(parts: Array) -> Array:
-    """Return the weights (len(NODES), …) with which values at the nodes, zero at zero, count elsewhere."""
+    """Return the interpolation weights (len(NODES), …) of the values at the nodes, for functions that vanish at zero."""
     nodes = (*NODES, 0.0)
     rows = []
     for k, node in enumerate(NODES):
@@ -186,17 +184,14 @@ def _lagrange(parts: Array) -> Array:
 
 
 class ManyRobots:
-    """Robots that differ a little, at one pose.
+    """Robots with small deviations at one pose.
 
-    Args:
-        derivatives: of the nominal robot's pose, a batch of one.
-        robots: the robots that there may be.
-        numbers: what may be different.
-        reach: (numbers,) the largest amount of each.
+    Args: derivatives: derivatives of the nominal robot at its pose, a batch of one. robots: the parametric robot. numbers: the
+    varied numbers. reach: (numbers,) their largest deviations.
 
     Raises:
-        ArgumentError: with one of the changes the robot becomes another mechanism.
-        NotRecordedError: something cannot be recorded.
+        ArgumentError: a change makes the robot another mechanism.
+    NotRecordedError: the analysis cannot be recorded.
     """
 
     def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[RobotNumber], reach: Array) -> None:
@@ -210,7 +205,7 @@ class ManyRobots:
             try:
                 made = [varied(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]
             except KinetostaticsError as error:
-                raise ArgumentError(f"{number.name} cannot be off by so much: {error}") from error
+                raise ArgumentError(f"{number.name} cannot deviate by its tolerance: {error}") from error
             nodes.append(np.stack(made))
         self._constants = Constants(own, nodes)
         poses = derivatives.pose.poses
@@ -221,10 +216,10 @@ class ManyRobots:
         return pose_record(model, names, (poses.x, *given), all_vary=True, tool=self._derivatives.tool)
 
     def at(self, amounts: Array) -> dict[str, Array]:
-        """Return twist, stiffness and actuator forces (…, N) of robots; NaN where no record holds, or where loops stay open.
+        """Return twist, stiffness and actuator forces (…, N) of robots; NaN where no record is valid or the loops do not close.
 
         Args:
-            amounts: (changes, N) by how much everything is off.
+            amounts: (changes, N) deviations.
         """
         parts, N = amounts / self._reach[:, None], amounts.shape[1]
         nominal, record = self._derivatives.pose.poses, self._nominal
@@ -251,7 +246,7 @@ class ManyRobots:
         return found
 
     def _closed(self, parts: Array, poses: SolverState) -> tuple[SolverState, Mask]:
-        """Return the poses at which loops are closed, and which are."""
+        """Return the poses, and the mask of those with closed loops."""
         N, solver = parts.shape[1], self._robot.solver
         first, good = np.zeros(N), np.ones(N, dtype=bool)
         for k in range(CORRECTIONS if self._constants.changing.size else 0):
@@ -268,7 +263,7 @@ class ManyRobots:
     def _evaluated(
         self, record: PoseRecord, names: Sequence[str], parts: Array, poses: SolverState
     ) -> tuple[dict[str, Array], Mask]:
-        """Return outputs (…, N), and where the record holds of them."""
+        """Return outputs (…, N), and the mask of poses at which the record is valid."""
         N, rows, holds, tape = parts.shape[1], record.all_rows(names), record.holds[names[-1]], record.tape
         needed = needed_by(tape, [*rows, holds])
         which = [item[1] for item, is_needed in zip(tape.operations, needed, strict=True) if is_needed and item[0] == "parameter"]

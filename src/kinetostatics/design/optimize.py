@@ -31,11 +31,11 @@ from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import LONG, length_hint
 
-#: Margins up to this part of the limit count as none.
+#: Margin, relative to the limit, below which a requirement is active.
 ACTIVE = 1e-5
-#: Numbers of two robots that differ by less than this part are the same.
+#: Relative difference below which values of two robots count as equal.
 SAME = 1e-9
-#: Searches whose objectives differ by less than this part end alike.
+#: Relative difference of objectives below which two searches agree.
 ALIKE = 1e-6
 
 
@@ -56,19 +56,20 @@ def optimize(
     closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> Optimum:
-    """Find the parameters of a robot that are best, under requirements that hold at every pose of a workspace.
+    """Find the optimal parameters of a robot, under requirements at every pose of a workspace.
 
     Args:
-        robot: the robot's file, or the name of one that comes with the package.
-        vary: what may change, by the name of a xacro argument, or of a number of one part, also of a plain URDF, as
-            :func:`kinetostatics.tolerances` has them, ``"rod_1.outer_diameter"``; of ``"rod_*.outer_diameter"`` all are alike. A
-            range ``"20mm:120mm"`` or ``(0.02, 0.12)``; values, ``"20mm,25mm"`` or a list; or a catalogue of standard sizes, the
-            path of a CSV file, "standard_bars" or "standard_tubes", whose rows may set several: ``{("tube_diameter",
-            "tube_wall"): "standard_tubes"}``.
-        minimize: the quantity whose worst pose is minimized: "mass", "sag", "rotation", "deflection_any_direction(500 N)",
-            "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or "buckling".
-        subject_to: requirements: one of these quantities, or least_translational_stiffness or least_rotational_stiffness, and
-            its limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
+        robot: the robot's file, or the name of a robot of the package.
+        vary: design variables, by name of a xacro argument or of a dimension of a part (see :func:`kinetostatics.tolerances`),
+            such as ``"rod_1.outer_diameter"``; with ``"rod_*.outer_diameter"``, all have one value. A design variable is a range
+            ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values, ``"20mm,25mm"``; or a catalogue: the path of a CSV file,
+            "standard_bars" or "standard_tubes", whose rows may set several parameters: ``{("tube_diameter", "tube_wall"):
+            "standard_tubes"}``.
+        minimize: the quantity whose worst value over all poses is minimized: "mass", "sag", "rotation",
+            "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or
+            "buckling".
+        subject_to: requirements: one of these quantities, least_translational_stiffness or least_rotational_stiffness, with a
+            limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
         platform, actuators: the workspace: coordinates of the platform, or of all actuators, as :func:`kinetostatics.sweep` takes
             them: arrays span a grid; default: the zero pose.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
@@ -82,7 +83,7 @@ def optimize(
             at every pose, and requirements hold under all of them.
 
     Returns:
-        Parameters, objective, whether all requirements hold, which of them decide, and where.
+        Parameters, objective, requirements with their worst poses, and the active requirements.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -90,7 +91,7 @@ def optimize(
         CoordinatesError: the coordinates do not determine the pose.
 
     Examples:
-        The lightest rods with which the tripod is deflected by 20 µm at most under 500 N from any direction:
+        The lightest rods for a tripod with at most 20 µm deflection under 500 N from any direction:
 
         >>> import kinetostatics as ks
         >>> best = ks.optimize(
@@ -124,9 +125,9 @@ class Search:
 
     Attributes:
         problem: objective and requirements.
-        ranges, choices: what is varied.
-        own: the file's own parameters.
-        minimize: the objective as it was written.
+        ranges, choices: design variables.
+        own: parameters of the file.
+        minimize: the objective as given.
     """
 
     problem: Problem
@@ -136,13 +137,13 @@ class Search:
     minimize: str
 
     def optimum(self, problem: Problem, begin: Mapping[str, float], starts: int) -> Optimum:
-        """Return the optimum of a problem with these parameters, searched from some of them first."""
+        """Return the optimum, with the first search from parameters ``own``."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
         best = min(ends, key=lambda found: rank(problem.at(found)))
         return _optimum(problem, self.ranges, self.choices, best, ends, searched, self.own, self.minimize)
 
     def described(self, problem: Problem, parameters: dict[str, float]) -> Optimum:
-        """Return listed values that were found otherwise as an optimum."""
+        """Return an optimum at given values from lists."""
         return _optimum(problem, self.ranges, self.choices, parameters, [parameters], "listed values", self.own, self.minimize)
 
 
@@ -170,7 +171,7 @@ def prepare(
     objective = parse_objective(minimize)
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(
-            f"optimize needs the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
+            f"optimize needs the path of a robot's file or the name of a robot, not {robot!r}: it evaluates the file with many parameters"
         )
     path = os.fspath(robot_path(robot))
     first = Robot(read_robot_file(path, parameters, **links))
@@ -182,7 +183,7 @@ def prepare(
     for hint in (*first.unit_hints(grid), *_odd_ranges(sizes, ranges, choices), *hints):
         warn(hint)
     place = tool_on_robot(tool, first)
-    # complaints about coordinates and arguments come before the search
+    # check coordinates and arguments before the search
     poses = assembled(first, grid, is_platform, orientation, closure_tolerance, analysis)
     one = first.configuration(poses.q if poses.shape == () else poses.q[0], closure_tolerance=math.inf, on_failure="nan")
     cases = analyze(one, on_failure="nan", **analysis).shape
@@ -191,7 +192,7 @@ def prepare(
 
 
 def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
-    """Say which lengths without a unit are varied so far from the file's that they look like millimetres."""
+    """Warn of ranges of lengths without a unit that are probably in millimetres."""
     tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)
@@ -208,7 +209,7 @@ def parse_objective(text: str) -> tuple[str, float]:
     """Return name and argument of a quantity that may be minimized.
 
     Raises:
-        ArgumentError: there is none, or it is one of which much is good.
+        ArgumentError: there is no such quantity, or large values of it are good.
     """
     objective = parse_quantity(text)
     if REQUIRABLE[objective[0]].better == "large":
@@ -228,15 +229,15 @@ def _optimum(
 ) -> Optimum:
     point = problem.at(best)
     if point.result is None:
-        raise StaticsError("no parameters within the bounds make a robot that can be analysed: look at the bounds of vary")
+        raise StaticsError("no parameters within the bounds yield a robot that can be analysed: check the bounds of vary")
     poses = point.result.configuration.reached.size
     no_influence = _without_influence(problem, ranges, best, point)
     savings, at_bounds = _multipliers(problem, [item for item in ranges if item.name not in no_influence], best, point)
     checked = []
     for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
         extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
-        # of the quantity itself: margins of limits that are far away are all the same
-        worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # NaN comes before all others
+        # use the quantity itself, because margins are clipped far from the limit
+        worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # argmax and argmin return NaN first
         value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
         unit = KINDS.get(REQUIRABLE[item.name].kind, "")
         number, *case = map(int, np.unravel_index(worst, (poses, *problem.cases)))
@@ -303,7 +304,7 @@ def _without_influence(
     found = []
     for item in ranges:
         u = item.place(best[item.name])
-        # nearby values first: they are known, or of use later
+        # nearby values first, which are cached or needed later
         if all(same(item, place) for place in (max(u - STEP, 0.0), min(u + STEP, 1.0), 0.0, 1.0)):
             found.append(item.name)
     return tuple(found)
@@ -314,7 +315,8 @@ def _multipliers(
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return the objective saved by relaxing each requirement by 1 %, and the parameters at a bound.
 
-    At the optimum the objective's gradient is a sum of those of the active margins with multipliers ≥ 0: least squares.
+    At the optimum the gradient of the objective is a combination of those of the active margins with multipliers ≥ 0, which
+    follow by least squares.
     """
     from scipy.optimize import nnls
 

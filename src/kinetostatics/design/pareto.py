@@ -1,7 +1,7 @@
-"""Pareto fronts of two quantities: designs of which none is better than another in both.
+"""Pareto fronts of two quantities.
 
-The method of ε-constraints (Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, 1971): the first quantity is minimized under ever lower
-limits of the second, each search beginning where the one before ended.
+The method of ε-constraints (Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, 1971): the first quantity is minimized under decreasing
+limits of the second; each search begins at the previous optimum.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.optimum import Optimum, ParetoFront
 
-#: Points that differ by less than this part of a quantity are one.
+#: Relative difference below which two points count as equal.
 SAME = 1e-7
-#: Most points of a front.
+#: Largest number of points of a front.
 MOST = 200
 
 
@@ -48,18 +48,18 @@ def pareto(
     closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> ParetoFront:
-    """Find the Pareto front of two quantities: designs of which none is better in both.
+    """Find the Pareto front of two quantities.
 
     Args:
-        robot, vary, subject_to, platform, actuators, orientation, parameters: as of :func:`kinetostatics.optimize`.
-        platform_link, base_link, tool, closure_tolerance, analysis: as there.
-        minimize: two quantities whose worst poses are minimized, see there.
-        points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
-            catalogues alone are tried completely, and all designs that are best are returned.
-        starts: how many searches for each end of the front.
+        robot, vary, subject_to, platform, actuators, orientation, parameters: see :func:`kinetostatics.optimize`.
+        platform_link, base_link, tool, closure_tolerance, analysis: see :func:`kinetostatics.optimize`.
+        minimize: two quantities, each with its worst value over all poses.
+        points: number of designs; between the two ends, the limits of the second quantity are spaced geometrically. Lists and
+            catalogues alone are enumerated, and all Pareto-optimal designs are returned.
+        starts: number of searches for each end of the front.
 
     Returns:
-        The designs, from the least of the first quantity to the least of the second.
+        The designs, from the minimum of the first quantity to the minimum of the second.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -114,7 +114,7 @@ def pareto(
         for problem in problems[1:-1]:
             found.append(first.optimum(problem, found[-1].parameters, 1))
         found.append(first.described(problems[-1], dict(ends[1].parameters)))
-        if len(own := first.own) > 1:  # others may have as little of the second quantity, and less of the first
+        if len(own := first.own) > 1:  # other designs may have the same second quantity and a smaller first one
             other = first.optimum(problems[-1], {**own, **ends[1].parameters}, 1)
             found[-1] = other if other.feasible and other.objective < found[-1].objective else found[-1]
         searched = f"SLSQP under {points} limits of {name}, from {starts} start{'s' * (starts > 1)} at each end"
@@ -129,19 +129,19 @@ def pareto(
 
 
 def _second(problem: Problem, found: Optimum) -> float:
-    """Return the second quantity of a design, which is the problem's last requirement."""
+    """Return the second quantity of a design, from the last requirement of the problem."""
     return float(np.nanmax(problem.at(found.parameters).values[-1]))
 
 
 def _limits(most: float, least: float, points: int) -> Array:
-    """Return limits from the largest to the smallest, evenly spaced by ratios."""
+    """Return limits from the largest to the smallest, spaced geometrically."""
     if not (0 < least < most):
         return np.full(2, max(least, most)) * (1 + SAME)
     return np.geomspace(most, least, points) * (1 + SAME / 10)
 
 
 def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
-    """Return the designs that are feasible and not worse than another in both quantities."""
+    """Return the feasible designs that no other one dominates."""
     held = [item for item in every if problem.at(item).feasible]
     if not held:
         raise StaticsError("none of the listed values meet all requirements: optimize lists the violated ones")
@@ -150,7 +150,7 @@ def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[s
 
 
 def _undominated(both: Array) -> list[int]:
-    """Return which rows (n, 2) are not worse than another one in both columns, by rising first column."""
+    """Return the indices of rows (n, 2) that no other row dominates, by increasing first column."""
     kept: list[int] = []
     for k in np.lexsort((both[:, 1], both[:, 0])).tolist():
         if not kept or both[k, 1] < both[kept[-1], 1] * (1 - SAME):

@@ -28,10 +28,10 @@ class Evaluation:
     """One robot, analysed at all poses under all load cases.
 
     Attributes:
-        objective: SI; infinite if there is no robot.
-        margins: of all requirements at all poses, flat.
-        result: of the analysis (P, …), None if there is no robot; the axes of load cases follow that of the poses.
-        values: of each requirement (N, k), the N being the entries of the result.
+        objective: value of the objective, SI; infinite without a robot.
+        margins: margins of all requirements at all poses, flat.
+        result: the analysis (P, …), None without a robot; the axes of load cases follow that of the poses.
+        values: values (N, k) of each requirement at the N entries of the result.
     """
 
     objective: float
@@ -41,32 +41,25 @@ class Evaluation:
 
     @property
     def violation(self) -> float:
-        """By how much the worst requirement is broken, as part of its limit; infinite if there is no robot."""
+        """Largest violation of a requirement, relative to its limit; infinite without a robot."""
         return math.inf if self.result is None else max(0.0, -float(self.margins.min(initial=0.0)))
 
     @property
     def feasible(self) -> bool:
-        """Whether all requirements hold at all poses, but for rounding."""
+        """Whether all requirements are met at all poses, within rounding."""
         return self.result is not None and self.violation <= BROKEN
 
 
 @dataclass
 class Problem:
-    """Objective and margins as functions of parameters; computed values are kept.
+    """Objective and margins as functions of parameters; computed values are cached.
 
-    Attributes:
-        sizes: what is varied, and the robots.
-        coordinates: (P,) of all poses.
-        is_platform: whether they are the platform's, or the actuators'.
-        orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
-        analysis: arguments of :func:`kinetostatics.analyze`; every load case of theirs at every pose.
-        cases: shape of the load cases; (): there is one.
-        objective: name and argument of what is minimized.
-        requirements: which hold at every pose.
-        tool: a point of the platform that sag, deflections and stiffness against forces are told of; None: o.
-        closure_tolerance: how far loops may stay open [m, rad].
-        known: what was computed, by parameters.
-        count: how many robots were analysed.
+    Attributes: sizes: varied numbers and their robots. coordinates: (P,) coordinates of all poses. is_platform: whether these are
+    platform coordinates, not those of actuators. orientation: convention of the orientation coordinates, see
+    :meth:`Robot.assemble`. analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose. cases: shape
+    of the load cases; () for one. objective: name and argument of the objective. requirements: requirements at every pose. tool:
+    reference point of sag, deflections and stiffness against forces; None: o. closure_tolerance: largest gap of a closed loop [m,
+    rad]. known: computed values by parameters. count: number of robots analysed.
     """
 
     sizes: VariedNumbers
@@ -109,7 +102,7 @@ class Problem:
         except (RobotFileError, StaticsError):
             return Evaluation(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
-        # poses without numbers break the robot, whatever is asked of it; so do those without what is minimized
+        # poses without results violate every requirement; so do those without the objective
         margins.append(np.where(np.isnan(result.twist[..., 0]) | np.any(np.isnan(found), axis=-1), -1.0, 1.0).ravel())
         worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
         return Evaluation(worst, np.concatenate(margins), result, values)

@@ -22,12 +22,12 @@ class Requirable:
     """A quantity of poses that may be required or minimized.
 
     Attributes:
-        kind: of its numbers, as in :data:`kinetostatics.description.units.KINDS`; "number": without a unit.
-        function: returns its numbers (P, …, k) from an analysis, the same at the tool's tip, and the argument; NaN where a pose
-            has none.
-        argument: kind of the argument in brackets, if it has one.
-        words: its definition.
-        better: "small" or "large": the good numbers.
+        kind: kind of its values, see :data:`kinetostatics.description.units.KINDS`; "number": dimensionless.
+        function: computes its values (P, …, k) from an analysis, the analysis at the tool's tip, and the argument; NaN at poses
+            without results.
+        argument: kind of the argument in brackets, if any.
+        words: definition.
+        better: "small" or "large": which values are good.
     """
 
     kind: str
@@ -78,7 +78,7 @@ def mass_of(result: Result) -> Array:
     return np.broadcast_to(own, result.shape)
 
 
-#: All of them by name.
+#: All quantities by name.
 REQUIRABLE: Mapping[str, Requirable] = {
     "mass": Requirable("mass", lambda result, _, __: mass_of(result)[..., None], None, "mass of the robot"),
     "sag": _measured(MEASURES["linear_sag"]),
@@ -88,20 +88,16 @@ REQUIRABLE: Mapping[str, Requirable] = {
     "actuator_force": Requirable("force", _actuators(True), None, "force of a sliding actuator"),
     "actuator_torque": Requirable("moment", _actuators(False), None, "torque of a turning actuator"),
     "stress": Requirable("stress", _beams("stress"), None, "largest von Mises stress of a beam"),
-    "buckling": Requirable("number", _beams("euler_ratio"), None, "forces over those at which it buckles"),
+    "buckling": Requirable("number", _beams("euler_ratio"), None, "ratio of the forces to those at which the robot buckles"),
 }
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A limit of a quantity, which holds at every pose.
+    """A limit of a quantity at every pose.
 
-    Attributes:
-        text: as it was written.
-        name: of the quantity, and its ``argument`` (SI).
-        argument: see ``name``.
-        below: whether the quantity must be below the limit, or above.
-        limit: SI.
+    Attributes: text: the requirement as given. name: name of the quantity. argument: its argument, SI. below: True for an upper
+    limit, False for a lower limit. limit: limit, SI.
     """
 
     text: str
@@ -111,13 +107,13 @@ class Requirement:
     limit: float
 
     def margins(self, values: Array) -> Array:
-        """Return how far values are from the limit, as parts of it: negative where they break it, −1 where there is none."""
+        """Return the margins of values relative to the limit: negative if violated, −1 for NaN."""
         found = 1 - values / self.limit if self.below else values / self.limit - 1
         return np.where(np.isnan(found), -1.0, np.minimum(found, 1e3))
 
 
 def typed_unit(text: str) -> str:
-    """Return the unit that a number was typed with, empty if there is none."""
+    """Return the unit given with a number; empty without a unit."""
     return (typed_number(text) or (0.0, ""))[1]
 
 

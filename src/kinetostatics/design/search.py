@@ -1,9 +1,9 @@
 """Nonlinear programming over ranges, and enumeration of listed values.
 
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
-starts, with central differences of whole analyses as gradients: they agree with exact derivatives to 4e-8, and take a third of
-their time where one parameter is varied over two dozen poses. Values from lists and catalogues are enumerated. If ranges are
-varied too, only values near the optimum of the relaxed problem, in which listed values may vary continuously, are tried.
+starts, with central differences of whole analyses as gradients: these agree with exact derivatives to 4e-8, in a third of the
+time (one parameter, two dozen poses). Values from lists and catalogues are enumerated. With ranges as well, only values near the
+optimum of the relaxed problem (listed values continuous) are enumerated.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from kinetostatics.design.variables import Choice, Range, combinations
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 
-#: Half the distance of central differences, as part of a range.
+#: Step of central differences, relative to a range.
 STEP = 1e-4
-#: Steps of a search, and how well it converges: parts of the objective.
+#: Largest number of steps of a search, and its relative tolerance of the objective.
 STEPS, CONVERGED = 60, 1e-10
-#: Combinations of listed values that are tried, at most.
+#: Largest number of combinations of listed values.
 MOST = 2000
 #: Distance of starting points from the edge of the unit cube.
 EDGE = 0.08
-#: Largest violation of a requirement, as part of its limit, where the search for the least violation begins.
+#: Largest initial violation, relative to the limit, in the search for the smallest violation.
 _MOST_BROKEN = 10.0
 
 
 def search(
     problem: Problem, ranges: Sequence[Range], choices: Sequence[Choice], own: Mapping[str, float], starts: int
 ) -> tuple[list[dict[str, float]], str]:
-    """Return where all searches ended, and how was searched."""
+    """Return the results of all searches, and a description of the method."""
     if not choices:
         ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, own, starts)]
         return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
@@ -47,7 +47,7 @@ def search(
                 f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST // 50} at most: shorten them"
             )
         near = every
-    else:  # let the lists be ranges first
+    else:  # relaxed problem: lists as ranges
         loose = [Range(item.names[0], item.rows[0][0], item.rows[-1][0]) for item in choices]
         relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], own, starts)]
         best = min(relaxed, key=lambda found: rank(problem.at(found)))
@@ -65,14 +65,14 @@ def search(
 
 
 def _neighbours(choice: Choice, value: float) -> set[float]:
-    """Return the listed values on either side of a value, and one more above."""
+    """Return the listed values next to a value on either side, and one more above."""
     values = [row[0] for row in choice.rows]
     k = int(np.searchsorted(values, value * (1 - 1e-9)))
     return set(values[max(0, k - 1) : k + 2])
 
 
 def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> list[Array]:
-    """Return where searches begin, in the unit cube: at the file's own values, then spread by Halton's sequence."""
+    """Return the starts in the unit cube: the values of the file, then Halton's sequence."""
     from scipy.stats import qmc
 
     first = np.array([item.place(own[item.name]) for item in ranges])
@@ -81,7 +81,7 @@ def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> l
 
 
 def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, float], place: Array) -> dict[str, float]:
-    """Return where a search ends; where nothing is feasible, where the worst requirement is broken least."""
+    """Return the end of a search: the optimum, or the point of smallest violation if no point is feasible."""
     from scipy.optimize import minimize
 
     def named(u: Array) -> dict[str, float]:
@@ -99,7 +99,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
         return np.array([point.objective / scale, *point.margins])
 
     def slopes(u: Array) -> Array:
-        """Return their gradients (1 + m, n)."""
+        """Return the gradients (1 + m, n) of objective and margins."""
         columns = []
         for k in range(len(u)):
             ends = [np.array(u), np.array(u)]
@@ -121,8 +121,8 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
         options=options,
     )
     u = np.clip(found.x, 0, 1)
-    if not problem.at(named(u)).feasible:  # what comes nearest: the largest smallest margin
-        if begin.violation < problem.at(named(u)).violation:  # the search has made it worse
+    if not problem.at(named(u)).feasible:  # closest design: maximize the smallest margin
+        if begin.violation < problem.at(named(u)).violation:  # the search has increased the violation
             u = place
         slack = {
             "type": "ineq",
@@ -141,6 +141,6 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
         )
         if problem.at(named(np.clip(nearest.x[:-1], 0, 1))).violation < problem.at(named(u)).violation:
             u = np.clip(nearest.x[:-1], 0, 1)
-        if problem.at(named(u)).feasible:  # it was only the first search that failed
+        if problem.at(named(u)).feasible:  # a feasible point exists
             return _minimize(problem, ranges, fixed, u) if not np.allclose(u, place) else named(u)
     return named(u)

@@ -1,9 +1,9 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
-The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
-(:mod:`kinetostatics.functions.derivatives`). Where such derivatives do not exist (overconstrained rigid limbs, assembly errors,
-loads on links), the whole analysis is differenced centrally. Derivatives with respect to the stiffness of a beam, a joint or an
-actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
+Constants that the file computes from its arguments are differenced; the derivatives of results by these constants are exact
+(:mod:`kinetostatics.functions.derivatives`). If such derivatives do not exist (overconstrained rigid limbs, assembly errors,
+loads on links), central differences of whole analyses are used. Derivatives with respect to the stiffness of a beam, a joint or
+an actuator are exact: :attr:`kinetostatics.Result.source_contributions`.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensi
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
-#: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1; of a placement, of the
-#: robot's length. Truncation and rounding then leave errors of about equal size, some 1e-8 of what is differentiated.
+#: Step of central differences, relative to the parameter (if zero: to 1; for a placement: to the characteristic length). Errors
+#: by
+    #: truncation and rounding are then about equal, some 1e-8 of the quantity.
 STEP = 3e-5
-#: Changes by the whole value of a parameter below this part of what is changed are rounding.
+#: Relative change of a quantity, for a change of a parameter by its whole value, that counts as rounding.
 NOTHING = 1e-7
-#: What no load changes.
+#: Quantities that do not depend on loads.
 OF_POSES = {"mass", "actuators"}
 
 
@@ -52,32 +53,32 @@ def sensitivities(
     """Derivatives of twist, stiffness, actuator forces and mass with respect to the parameters of the robot, ranked.
 
     Args:
-        configuration: a pose or a batch of poses. While a parameter changes, the coordinates stay that the pose was assembled
-            with: the platform's, or the actuators'.
-        by: names, of xacro arguments of the robot's file, which change all that the file computes from them, or of numbers of one
-            part, as :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``,
-            ``"revolute_1.placement.x"``, ``"prismatic_1.actuator_stiffness"``; ``*`` in a name stands for anything:
-            ``"rod_*.density"``. Default: all arguments that are numbers and change anything; of a file without arguments, or of a
-            robot that was changed since it was read, all numbers of parts that do, but for placements and centres of mass.
+        configuration: a pose or a batch of poses. The coordinates used for assembly, of the platform or the actuators, are kept
+            constant.
+        by: names of xacro arguments of the file, including all numbers computed from them, or of dimensions of parts, see
+            :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
+            ``"prismatic_1.actuator_stiffness"``; ``*`` is a wildcard: ``"rod_*.density"``. Default: all numerical arguments with
+            an influence; for a file without arguments, or a robot changed after reading, all dimensions of parts with an
+            influence, except placements and centres of mass.
         outputs: quantities to differentiate: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their
-            coordinates), "mass"; default: all of them. What is not asked for is not computed.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are
-            differentiated; default: o. Where ``load`` acts is ``point``.
-        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
+            coordinates), "mass"; default: all of them.
+        tool: (3,) reference point of twist and stiffness, from o in platform axes [m], such as a tool's tip; default: o. The
+            point of application of ``load`` is ``point``.
+        analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter, exact but for the file's constants, which are differenced; where
-        :attr:`Sensitivity.exact` is False all is (to about 1e-7 of the quantity for a change by the parameter's whole value). And
-        per part of the stiffness of each beam, elastic joint and actuator, exact.
+        Derivatives per unit of each parameter, exact except for differenced constants of the file; if :attr:`Sensitivity.exact`
+        is False, by differences (error about 1e-7 of the quantity, for a change by the parameter's whole value). Also exact
+        derivatives per relative change of the stiffness of each beam, elastic joint and actuator.
 
     Raises:
-        ArgumentError: there is no such parameter or quantity; or an argument of the file is named, and the robot is not what its
-            file says; or a placement opens the loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which
-            forces that locks in; or all parameters that are named make no robot when they are changed a little.
-        StaticsError: as :func:`kinetostatics.analyze`, for one pose.
+        ArgumentError: a parameter or quantity is unknown; or an argument of the file is named, but the robot was changed after
+            reading; or a placement opens the loops of an overconstrained robot (:func:`kinetostatics.tolerances` computes the
+            resulting self-stress); or no named parameter can be changed.
+        StaticsError: see :func:`kinetostatics.analyze`, for one pose.
 
     Examples:
-        Half of the modulus is twice the twist, as far as the first derivative tells:
+        To first order, the twist is inversely proportional to Young's modulus:
 
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
@@ -88,7 +89,7 @@ def sensitivities(
         >>> bool(abs(e.twist[2] * e.value / s.result.twist[2] + 1) < 1e-6)
         True
 
-        Each rod has a part in it:
+        The same for each rod:
 
         >>> sorted(ks.sensitivities(pose, by=["rod_*.youngs_modulus"], load=[0, 300, 0, 0, 0, 0]))
         ['rod_1.youngs_modulus', 'rod_2.youngs_modulus', 'rod_3.youngs_modulus']
@@ -116,7 +117,7 @@ def sensitivities(
         except ArgumentError as error:
             said = str(error)
         except RobotFileError as error:
-            said = f"{number.name}: with it a little off there is no such robot: {error}"
+            said = f"{number.name}: a small change of it yields no robot: {error}"
         lost += [ArgumentError(said)] if pattern == number.name else []
         skipped[number.name] = said
     if lost and not found:
@@ -138,15 +139,15 @@ def _quantities(outputs: Sequence[str]) -> tuple[str, ...]:
     for name in asked:
         check_choice("outputs", name, QUANTITIES)
     if not asked:
-        raise ArgumentError('outputs has nothing in it; it must name a quantity, such as ["twist", "mass"]')
+        raise ArgumentError('outputs is empty; it must name a quantity, such as ["twist", "mass"]')
     return tuple(name for name in QUANTITIES if name in asked)
 
 
 def _all_numbers(robots: ParametricRobot) -> list[tuple[str, RobotNumber]]:
-    """Return the arguments of a robot's file, or, if there are none, all numbers of its parts but for where things are."""
+    """Return the arguments of a robot's file; without arguments, all dimensions of its parts except positions."""
     try:
         names = list(robots.arguments)
-    except ArgumentError:  # the robot is no longer what its file says
+    except ArgumentError:  # the robot was changed after reading
         names = []
     return [("", robots.number(name)) for name in names or (name for name in robots.parts if not is_location(name))]
 
@@ -159,15 +160,15 @@ def slopes_by(
     tool: Array | None,
     asked: Sequence[str],
 ) -> tuple[dict[str, Array], bool]:
-    """Return the derivatives of quantities by one number, batch axes first, and whether only constants were differenced.
+    """Return the derivatives of quantities by one number, batch axes first, and whether they are exact except for constants.
 
-    Those of actuators have these along the last axis. Where not all poses have derivatives, whole analyses are differenced.
+    The last axis of derivatives of actuator quantities are the actuators. If not all poses have exact derivatives, whole analyses
+    are differenced.
 
-    Raises:
-        ArgumentError, RobotFileError: there is no robot with the number a little off.
+    Raises: ArgumentError, RobotFileError: a small change of the number yields no robot.
     """
     if derivatives is not None:
-        with contextlib.suppress(ArgumentError):  # the robot becomes another mechanism, or none: no mass is negative
+        with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)
             exact = {name: batch_first(array, nominal.shape) for name, array in derivatives.by_numbers([number]).items()}
             if all(np.all(np.isfinite(array)) for array in exact.values()):
                 return exact, True
@@ -190,7 +191,7 @@ def slopes_by(
 def quantities_of(
     description: RobotDescription, nominal: Result, analysis: Mapping[str, Keyword], tool: Array | None, asked: Sequence[str]
 ) -> dict[str, Array]:
-    """Return the requested quantities of another robot at the same pose, batch axes first, then those of actuators.
+    """Return the requested quantities of another robot at the same pose, batch axes first, actuators last.
 
     Raises:
         KinetostaticsError: there is no such robot.
@@ -201,7 +202,7 @@ def quantities_of(
 
 
 def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, asked: Sequence[str]) -> dict[str, Array]:
-    """Return the differentiated numbers of a pose and of its analysis."""
+    """Return the differentiated quantities of a pose and its analysis."""
     found: dict[str, Array] = {}
     if "mass" in asked:
         found["mass"] = pose.robot.weights.masses(pose.frames).sum(axis=0).reshape(pose.shape)
@@ -216,7 +217,7 @@ def numbers_of(pose: Configuration, result: Result | None, tool: Array | None, a
 
 
 def _is_lost(slopes: Mapping[str, Array], result: Result) -> bool:
-    """Return whether no loop closes with a number a little off, though it does without."""
+    """Return whether a small change of a number prevents the closure of loops."""
     arrays = [array for name, array in slopes.items() if name != "mass"]
     return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
 

@@ -1,8 +1,9 @@
 """Pose errors and forces due to manufacturing tolerances: first order, ranked, and random samples.
 
-For sizes, materials and placements the derivatives ∂f/∂p are those of :mod:`kinetostatics.functions.derivatives`. The equilibrium
-is affine in assembly errors of joints and beams, so that one analysis of each is exact (the method page, section 11). The worst
-case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; random samples are made by :mod:`kinetostatics.design.monte_carlo`.
+For dimensions, materials and placements, :mod:`kinetostatics.functions.derivatives` computes the derivatives ∂f/∂p. The
+equilibrium is affine in assembly errors of joints and beams, so that one analysis of each is exact (method page, section 11). The
+worst case is Σ |∂f/∂p| t, the standard deviation √Σ (∂f/∂p σ)²; random samples are made by
+:mod:`kinetostatics.design.monte_carlo`.
 """
 
 from __future__ import annotations
@@ -36,14 +37,14 @@ from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.unit_hints import angular_tolerance_hint, tolerance_hint
 
-#: Standard deviation of a parameter, as part of its tolerance, by its distribution.
+#: Standard deviation of a parameter relative to its tolerance, by distribution.
 DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
-#: Samples, and samples where robots are analysed one by one, unless a number is given.
+#: Default number of samples, in one batch and if analysed one by one.
 SAMPLES, ONE_BY_ONE = 10_000, 300
-#: Tolerances of all errors of joints and beams, by unit.
+#: Default tolerances of assembly errors, by unit.
 USUAL = {"m": 1e-4, "rad": 1e-3, "K": 1.0}
 RANKINGS = ("force", "displacement", "rotation")
-#: Part of the largest effect of all errors below which one counts as none: along a joint's own freedoms.
+#: Effect of an assembly error, relative to the largest, that counts as zero, as along a joint's freedoms.
 _NO_EFFECT = 1e-9
 
 
@@ -63,36 +64,36 @@ def tolerances(
     All parameters are independent of one another.
 
     Args:
-        configuration: one pose. While parameters of sizes and placements change, the coordinates stay that it was assembled with:
-            the platform's, or the actuators'. Assembly errors displace the platform with the actuators locked.
-        tolerances: ± tolerances by name: a number (SI), a text with a unit ``"0.1mm"``, or a part of the value, ``"2%"``. Names
-            are xacro arguments of the robot's file, which change all that the file computes from them; numbers of one part, as
-            :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
-            ``"prismatic_1.actuator_stiffness"``; and assembly errors: of joints ``"revolute_1.error.x"`` … ``rz``, along and
-            about the axes of the joint's frame on its base side, of beams ``"rod_1.error.length"`` and
-            ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard: ``"rod_*.outer_diameter"`` are several parameters. None: all
-            assembly errors that have an effect, by 0.1 mm, 1 mrad and 1 K.
-        rank_by: order of the effects: "force" (of equal ones by the moment), "displacement" or "rotation"; default: force, where
-            any error locks in a force or moment, else displacement.
-        samples: random robots; default: 10,000, or 300 where they have to be analysed one by one, as with rigid limbs that
-            overconstrain one another, a payload or loads on links.
-        distribution: "normal", not truncated, with a standard deviation of a third of the tolerance, so that three robots in a
-            thousand exceed each; or "uniform" within it.
-        seed: of the random numbers.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, of twist and stiffness; default: o.
-            Where ``load`` acts is ``point``.
-        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``payload``, ….
+        configuration: one pose. For dimensions and placements, the coordinates used for assembly, of the platform or the
+            actuators, are kept constant. Assembly errors displace the platform with locked actuators.
+        tolerances: ± tolerances by name: a number (SI), a number with a unit ``"0.1mm"``, or a percentage ``"2%"``. Names are
+            those of xacro arguments of the file, including all numbers computed from them; of dimensions of parts, see
+            :attr:`Function.parameters`: ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``,
+            ``"prismatic_1.actuator_stiffness"``; and of assembly errors: for joints ``"revolute_1.error.x"`` … ``rz``, along and
+            about the axes of the joint frame on the base side; for beams ``"rod_1.error.length"`` and
+            ``"rod_1.error.temperature"`` [K]. ``*`` is a wildcard for several parameters: ``"rod_*.outer_diameter"``. None: all
+            assembly errors with an effect, by 0.1 mm, 1 mrad and 1 K.
+        rank_by: order of the effects: "force" (then by moment), "displacement" or "rotation"; default: force if an error causes
+            self-stress, else displacement.
+        samples: number of random samples; default: 10,000, or 300 if they must be analysed one by one (overconstrained rigid
+            limbs, a payload, loads on links).
+        distribution: "normal", not truncated, with a standard deviation of a third of the tolerance, so that 0.3 % of the samples
+            exceed it; or "uniform" within the tolerance.
+        seed: seed of the random numbers.
+        tool: (3,) reference point of twist and stiffness, from o in platform axes [m], such as a tool's tip; default: o. The
+            point of application of ``load`` is ``point``.
+        analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, ``payload``, ….
 
     Returns:
         Effects of the parameters, worst case, standard deviation, and the quantities of every sample.
 
     Raises:
-        ArgumentError: not a single pose; there is no such parameter, or it cannot be off by so much; or a placement opens the
-            loops of an overconstrained robot, whose assembly errors, ``revolute_1.error.x``, lock in forces instead.
-        StaticsError: as :func:`kinetostatics.analyze`.
+        ArgumentError: ``configuration`` is not a single pose; a parameter is unknown, or cannot deviate by its tolerance; or a
+            placement opens the loops of an overconstrained robot (use its assembly errors, ``revolute_1.error.x``, instead).
+        StaticsError: see :func:`kinetostatics.analyze`.
 
     Examples:
-        The assembly error that locks the largest force into an overconstrained robot:
+        The assembly error with the largest self-stress in an overconstrained robot:
 
         >>> import kinetostatics as ks
         >>> found = ks.tolerances(ks.load_robot("2pru_upr").assemble())
@@ -100,7 +101,7 @@ def tolerances(
         >>> name, worst.at, round(worst.force)  # [N]
         ('revolute_1.error.ry', 'prismatic_1', 261)
 
-        Rods whose diameters are within 0.1 mm, each by itself, and steel whose modulus is within 3 %, the same for all:
+        Independent rod diameters within 0.1 mm, and one Young's modulus for all rods within 3 %:
 
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
         >>> off = {"rod_*.outer_diameter": "0.1mm", "youngs_modulus": "3%"}
@@ -175,23 +176,22 @@ def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
 def _read_tolerances(
     family: ParametricRobot, tolerances: Mapping[str, object] | None
 ) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
-    """Return parameters, the file's arguments first, assembly errors, and the tolerances of all.
+    """Return parameters, arguments of the file first, assembly errors, and all tolerances.
 
-    Raises:
-        ArgumentError: they are invalid.
+    Raises: ArgumentError: a tolerance is invalid.
     """
     if tolerances is None:
         errors = list(family.errors.values())
         return [], errors, {item.name: USUAL[item.unit] for item in errors}
     check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
     if not tolerances:
-        raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
+        raise ArgumentError('tolerances is empty; it must be a mapping such as {"rod_*.outer_diameter": "0.1mm"}')
     named = family.names(list(tolerances), "tolerances", errors=True)
     errors = [family.errors[name] for name, pattern in named.items() if ".error." in pattern]
     numbers = [family.number(name) for name, pattern in named.items() if ".error." not in pattern]
     numbers.sort(key=lambda item: item.read is None)
     found: dict[str, float] = {}
-    odd: set[str] = set()  # patterns of which that was said
+    odd: set[str] = set()  # patterns with a warning
     every: list[RobotNumber | ErrorParameter] = [*numbers, *errors]
     for item in every:
         pattern = named[item.name]
@@ -210,7 +210,7 @@ def _amount(number: RobotNumber | ErrorParameter, given: object) -> float:
     """Return a tolerance in SI.
 
     Raises:
-        ArgumentError: it is no positive number, or of another kind than the parameter.
+        ArgumentError: the tolerance is no positive number, or has a unit of another kind than the parameter.
     """
     what = f"tolerances: {number.name}"
     amount = math.nan
@@ -260,10 +260,11 @@ def _by_errors(
     tool: Array | None,
     only_effective: bool,
 ) -> dict[str, Effect]:
-    """Return the effects of assembly errors, one at a time, and the forces that each locks in; tangent stiffness stays.
+    """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness.
 
-    Raises:
-        StaticsError: an error contradicts rigid parts; where only those with an effect are wanted, it is left out with a warning.
+    Raises: StaticsError: an error is incompatible with rigid parts; if only errors with an effect are wanted, it is omitted with
+    a
+        warning.
     """
     if not errors:
         return {}
@@ -285,10 +286,10 @@ def _by_errors(
     if np.any(result.indeterminate):
         forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
     shifts, turns = np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)
-    forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # the rounding of moments
+    forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # rounding of moments
     stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
     size = np.maximum(shifts, turns * robot.length)
-    # unit loads tell which forces are more than the rounding of locked ones
+    # rounding errors are judged by the forces under unit loads
     stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
     locks = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
     joints, driven, found = list(result.joint_contributions), robot.description.driven, {}
@@ -304,7 +305,7 @@ def _by_errors(
 
 
 def _ordered(effects: Mapping[str, Effect], ranked_by: str) -> dict[str, Effect]:
-    """Return effects from the largest to the smallest; of forces that are printed alike the larger moment is first."""
+    """Return the effects from the largest to the smallest; forces that are equal in print are ordered by moment."""
     names = list(effects)
     for measure in ("moment", "force") if ranked_by == "force" else (ranked_by,):
         names = [names[k] for k in ranked([float(getattr(effects[name], measure)) for name in names], 1e-4)]
@@ -324,13 +325,13 @@ def _sampled(made: Mapping[str, Array], nominal: Result, tool: Array | None) -> 
 
 
 def _worst(effects: Sequence[Effect]) -> PoseQuantities:
-    """Return Σ |effect|, and the longest displacement and rotation."""
+    """Return Σ |effect|, and the largest magnitudes of displacement and rotation."""
     furthest = (longest_sum(np.array([item.twist[part] for item in effects])) for part in LENGTHS.values())
     return _combined(effects, lambda parts: np.abs(parts).sum(axis=0), *furthest)
 
 
 def _deviation(effects: Sequence[Effect], ratio: float) -> PoseQuantities:
-    """Return √Σ (ratio · effect)²; of displacement and rotation the root mean square of their lengths."""
+    """Return √Σ (ratio · effect)²; for displacement and rotation, the root mean square of their magnitudes."""
 
     def total(parts: Array) -> Array:
         return np.asarray(ratio * np.linalg.norm(parts, axis=0))
@@ -347,14 +348,15 @@ def _combined(effects: Sequence[Effect], total: Callable[[Array], Array], displa
 
 
 def longest_sum(vectors: Array) -> float:
-    """Return the length of the longest sum Σ ± v of vectors (n, 3), each taken with one of two signs.
+    """Return the largest magnitude of a sum Σ ± v of vectors (n, 3) over all signs.
 
-    All such sums lie in a zonotope, of which two vectors span a face: the longest one is a corner, where the others have the sign
-    of their component along the face's normal. (G. M. Ziegler, Lectures on Polytopes, 1995, section 7.3.)
+    The sums lie in a zonotope whose faces are spanned by two vectors each; the longest sum is a corner of a face, where the other
+    vectors have the sign of their component along the normal of the face. (G. M. Ziegler, Lectures on Polytopes, 1995, section
+    7.3.)
     """
     largest, n = float(np.abs(vectors).max(initial=0.0)), len(vectors)
     own = np.concatenate([vectors, np.zeros((2, 3))]) / (largest or 1.0)
-    # vectors in a plane or along a line have faces too, if they are ever so little off
+    # small perturbations give faces also for coplanar or collinear vectors
     general = own + 1e-9 * np.random.default_rng(0).uniform(-1, 1, own.shape)
     longest = 0.0
     for k in range(n + 1):

@@ -16,7 +16,7 @@ from kinetostatics.design.requirements import typed_unit
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv
 
-#: Catalogues that come with the package.
+#: Catalogues of the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
 
 #: Ranges, lists and catalogues, by the name of the parameter, or the names of those that a row of a catalogue sets.
@@ -25,7 +25,7 @@ Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Map
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter between two values in SI, and the units they were typed with; of positive ones the logarithm is varied."""
+    """A parameter between two values in SI, with their given units; the logarithm is varied if both are positive."""
 
     name: str
     low: float
@@ -33,14 +33,14 @@ class Range:
     units: tuple[str, ...] = ()
 
     def value(self, u: float) -> float:
-        """Return the value at a place from 0 to 1."""
+        """Return the value at a relative position from 0 to 1."""
         u = min(max(u, 0.0), 1.0)
         if self.low > 0:
             return math.exp(math.log(self.low) + u * (math.log(self.high) - math.log(self.low)))
         return self.low + u * (self.high - self.low)
 
     def place(self, value: float) -> float:
-        """Return the place from 0 to 1 of a value, the nearest end of one outside."""
+        """Return the relative position of a value, clipped to 0 … 1."""
         value = min(max(value, self.low), self.high)
         if self.low > 0:
             return (math.log(value) - math.log(self.low)) / (math.log(self.high) - math.log(self.low))
@@ -49,7 +49,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Choice:
-    """Parameters that take one of several rows of values together, SI, with the units of each that were typed."""
+    """Parameters that take values from one of several rows, SI, with their given units."""
 
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
@@ -60,11 +60,11 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
     """Return the design variables.
 
     Args:
-        vary: by the name of a parameter, or a tuple of names: ``"20mm:120mm"`` or ``(0.02, 0.12)``, a range; ``"20mm,25mm"`` or a
-            list of values; or a catalogue: the path of a CSV file or the name of one that comes with the package.
+        vary: by name of a parameter, or tuple of names: a range ``"20mm:120mm"`` or ``(0.02, 0.12)``; a list of values or
+            ``"20mm,25mm"``; or a catalogue: the path of a CSV file or the name of a catalogue of the package.
 
     Raises:
-        ArgumentError: it is invalid.
+        ArgumentError: ``vary`` is invalid.
     """
     if not isinstance(vary, Mapping) or not vary:
         raise ArgumentError(f'vary is {vary!r}; it must be a mapping such as {{"rod_diameter": "20mm:120mm"}}')
@@ -91,7 +91,7 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
 
 
 def typed_units(ranges: Sequence[Range], choices: Sequence[Choice]) -> list[tuple[str, str]]:
-    """Return parameters and the units that their values were typed with, a pair for each."""
+    """Return pairs of parameters and the units given with their values."""
     named = [(item.name, item.units) for item in ranges]
     named += [pair for item in choices for pair in zip(item.names, item.units, strict=False)]
     return [(name, unit) for name, units in named for unit in dict.fromkeys(units) if unit]
@@ -118,12 +118,12 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue: its columns with the parameters' names, or the sizes that these end with, for titles."""
+    """Return the rows of a catalogue from the columns titled with the parameters' names, or with sizes at the end of these names."""
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
     known = table.names
-    keys = [item.rpartition(".")[2] for item in names]  # of a part's number, its own name
+    keys = [item.rpartition(".")[2] for item in names]  # of a dimension of a part, its name without the part
     sizes = [_size(title) for title in known]
     hole = None
     if "inner_diameter" not in sizes and {"outer_diameter", "wall"} <= set(sizes):
@@ -150,7 +150,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
 
 
 def _size(name: str) -> str:
-    """Return the size that the name of a parameter or column ends with, else the name: of tube_diameter outer_diameter."""
+    """Return the size at the end of a name, or the name: outer_diameter for tube_diameter."""
     for size in ("inner_diameter", "outer_diameter", "diameter", "wall"):
         if f"_{name}".endswith(f"_{size}"):
             return "outer_diameter" if size == "diameter" else size

@@ -1,4 +1,4 @@
-"""Design variables of a robot: one number of it, or several numbers with one common value."""
+"""Design variables of a robot: single numbers, or several numbers with a common value."""
 
 from __future__ import annotations
 
@@ -15,27 +15,26 @@ from kinetostatics.robot import Robot
 
 @dataclass(frozen=True)
 class VariedNumbers:
-    """Numbers that are varied, and the robots that they make.
+    """Varied numbers, and the robots with their values.
 
-    Attributes:
-        robots: the robots that there may be.
-        alike: numbers by name, and by patterns such as ``rod_*.outer_diameter``, of which all have one value.
+    Attributes: robots: the parametric robot. alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter`` for a
+    common value.
     """
 
     robots: ParametricRobot
     alike: Mapping[str, Sequence[RobotNumber]]
 
     def own(self, name: str) -> float:
-        """Return the file's own value; of several numbers their mean."""
+        """Return the value in the file; for several numbers, their mean."""
         return float(np.mean([item.value for item in self.alike[name]]))
 
     @property
     def are_own(self) -> bool:
-        """Whether the file's own robot has such values: numbers that are to be alike may not be so."""
+        """Whether the robot of the file has such values: numbers with a common value may differ in the file."""
         return all(len({item.value for item in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
-        """Return the SI unit of a number, empty if it has none or that is not certain."""
+        """Return the SI unit of a number; empty if it has none or is uncertain."""
         found = self.alike[name][0].unit
         return "" if found == "1" else found
 
@@ -43,22 +42,19 @@ class VariedNumbers:
         """Return the robot with these values; expressions of the file are evaluated with them.
 
         Raises:
-            RobotFileError: there is no such robot.
+            RobotFileError: the values yield no robot.
         """
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 
 
 def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
-    """Return the numbers of a robot that are named.
+    """Return the varied numbers of a robot.
 
-    Args:
-        robots: the robots that there may be.
-        names: of its numbers, or patterns.
-        typed: names, and units with which they were given.
+    Args: robots: the parametric robot. names: names of numbers, or patterns. typed: names with the units of their given values.
 
-    Raises:
-        ArgumentError: there is none of a name, or a number is named twice, or numbers of several kinds are to be alike; or a
-            number was given in a unit of another kind than its own.
+    Raises: ArgumentError: a name is unknown, a number is named twice, numbers of a pattern have different units, or a value has a
+    unit
+        of another kind.
     """
     alike: dict[str, list[RobotNumber]] = {}
     for name, number in robots.select(names, "vary"):
@@ -66,7 +62,7 @@ def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tupl
     for name, several in alike.items():
         if len(units := {item.unit for item in several}) > 1:
             kinds = ", ".join(sorted(units))
-            raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern are alike")
+            raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern have one value")
     for name, unit in typed:
         check_unit(alike[name][0], unit, "vary")
     return VariedNumbers(robots, alike)

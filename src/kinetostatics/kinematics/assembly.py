@@ -1,4 +1,4 @@
-"""Assembly of poses from prescribed coordinates: checks of the coordinates, closure of the loops, errors of unreachable poses."""
+"""Assembly of poses from prescribed coordinates: checks, closure of the loops, errors for unreachable poses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
 
-#: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
+#: Gap of a loop [m, rad] that always counts as closed.
 SURELY_CLOSED = 1e-9
 
 #: Says which solver closes the loops of a robot at given coordinates of so many poses.
@@ -31,7 +31,7 @@ SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int]
 
 
 def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, poses: int) -> Solver:
-    """Choose the robot's own solver."""
+    """Return the solver by NumPy."""
     return robot.solver
 
 
@@ -45,7 +45,7 @@ def assemble(
     on_failure: str | None,
     chosen: SolverChoice = by_numpy,
 ) -> Configuration:
-    """See :meth:`Robot.assemble`; ``chosen`` says which solver closes the loops."""
+    """See :meth:`Robot.assemble`; ``chosen`` returns the solver of the loops."""
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
     if on_failure is not None:
@@ -130,7 +130,7 @@ def closed_pose(
     """
     q, frames, residual = placed
     if solved is not None:
-        # the last correction of some poses was not quite as small as expected
+        # the last correction of some poses was larger than expected
         worst = np.abs(residual).max(axis=0, initial=0.0)
         doubtful = arrived & (worst > robot.rough_residual)
         if doubtful.any():
@@ -166,10 +166,10 @@ def closed_pose(
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
-    """Return the values of all actuators; those in no limb, as a gripper's, are at zero unless they are given.
+    """Return the values of all actuators; those outside the limbs, as of a gripper, are zero by default.
 
     Raises:
-        CoordinatesError: an actuator of a limb is missing, or there is none of a name.
+        CoordinatesError: an actuator of a limb is missing, or a name is unknown.
     """
     driven = robot.description.driven
     check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
@@ -189,7 +189,7 @@ def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dic
 def platform_coordinates(
     robot: RobotKinematics, platform: Mapping[str, object], orientation: str | None
 ) -> tuple[PrescribedCoordinates, list[str]]:
-    """Return coordinates of the platform as the solver sees them, and their names in its order.
+    """Return the prescribed coordinates of the platform for the solver, and their names in the same order.
 
     Raises:
         CoordinatesError: they are unknown, too few or too many, or do not determine the pose.
@@ -215,7 +215,7 @@ def platform_coordinates(
     prescribed = prescribed_platform(tuple(platform), convention)
     if not robot.mobility_analysis.fixes_platform(prescribed):
         raise CoordinatesError(
-            f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
+            f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them fixed, the platform "
             f"can still move; its mobility is {mobility}; {choices_text(robot, convention, tuple(platform), robot.zero_poses)}",
             mobility,
         )
@@ -294,7 +294,7 @@ def _say_open(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]],
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
     """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
-    if values and all(type(value) in (int, float) for value in values):  # one pose, of which there are many calls
+    if values and all(type(value) in (int, float) for value in values):  # fast path for one pose
         single = np.array(values, dtype=float)[:, None]
         if np.all(np.isfinite(single)):
             return (), single

@@ -1,4 +1,4 @@
-"""Characteristic length of a robot, by which lengths and angles are compared."""
+"""Characteristic length of a robot, the scale of lengths relative to angles."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from kinetostatics.mechanism.mechanism import Mechanism
 
 
 def box_diagonal(mechanism: Mechanism) -> float:
-    """Return the diagonal [m] of the box around all bodies, joints and the platform where all joints are at zero."""
+    """Return the diagonal [m] of the box around all bodies, joints and the platform with all joints at zero."""
     body, placement = mechanism.platform_frame
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
     points = [frames.position[:, :, 0].T]
@@ -37,7 +37,7 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
                 (connection.successor, connection.successor_body, connection.successor_frame),
                 (connection.predecessor, connection.predecessor_body, connection.predecessor_frame),
             ):
-                if link in topology.platform.links:  # which need not be the platform's body, if a loop fixes them
+                if link in topology.platform.links:  # may differ from the platform's body if fixed by a loop
                     arm = frames.point(item_body, frame[:3, 3])[:, 0] - o
                     if edge.joint in compound_of:
                         compound = compound_of[edge.joint]

@@ -24,7 +24,7 @@ from kinetostatics.status import Status
 if TYPE_CHECKING:
     import pinocchio as pin
 
-#: Decimals [m or rad] of coordinates in texts: the closure of loops leaves no more that is the same on every processor.
+#: Decimals [m or rad] of coordinates in texts; further digits depend on the processor.
 _DECIMALS = 10
 #: Default tolerance of the closure of loops [m, rad].
 CLOSING = 1e-10
@@ -35,10 +35,10 @@ class LimitExceeded:
     """A joint beyond its limits.
 
     Attributes:
-        joint: its name.
-        value: (…) its coordinate, or for a cone the angle [m, rad].
+        joint: name of the joint.
+        value: (…) coordinate, or angle of a cone [m, rad].
         lower, upper: the limits.
-        where: (…) bool, in which poses of a batch it is exceeded.
+        where: (…) mask of the poses at which a limit is exceeded.
     """
 
     joint: str
@@ -56,10 +56,10 @@ class LimitExceeded:
 class Configuration(Reported, builder="reports.pose:configuration_report"):
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
-    Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
+    Created by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
 
     Attributes:
-        closure_tolerance: how far its loops may stay open [m, rad], and those of poses that are found from it.
+        closure_tolerance: largest gap of a closed loop [m, rad], also for poses computed from this one.
     """
 
     robot: RobotKinematics
@@ -70,7 +70,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     frames: Frames
     loop_residual: Array
     reached: NDArray[np.bool_]
-    #: Names of the platform's coordinates that were given, if the pose was assembled from them.
+    #: Names of the prescribed platform coordinates, if the pose was assembled from them.
     prescribed: tuple[str, ...] = ()
     closure_tolerance: float = CLOSING
 
@@ -88,18 +88,18 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def model(self) -> pin.Model:
-        """Pinocchio's model (``pin.Model``), which weighs what the robot weighs at this one pose: see :attr:`Robot.model`.
+        """Pinocchio's model (``pin.Model``) with the masses of the robot at this single pose; see :attr:`Robot.model`.
 
         Raises:
-            ArgumentError: a batch of poses, or one that was not reached.
+            ArgumentError: this is a batch of poses, or a pose that was not reached.
         """
         if self.shape or not self.reached.all():
-            raise ArgumentError("Pinocchio's model is that of one pose that is reached: take one of the batch")
+            raise ArgumentError("Pinocchio's model is that of a single reached pose")
         return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
 
     @cached_property
     def data(self) -> pin.Data:
-        """A ``pin.Data`` of :attr:`model`, with the frames of all links and joints and the joints' Jacobians at this one pose.
+        """A ``pin.Data`` of :attr:`model` with the frames of all links and joints, and the joint Jacobians, at this single pose.
 
         Its world is the root link of the file's tree.
 
@@ -114,13 +114,13 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         return data
 
     def loop_model(self, *, anchors: bool = False) -> LoopModel:
-        """Return the robot at this one pose as Pinocchio's tree and constraints, whatever the types of its loops.
+        """Return the robot at this single pose as Pinocchio's tree and constraints, for all types of loops.
 
-        Universal, cylindrical, prismatic and planar loops, for which Pinocchio has no constraint, become joints of the tree
-        behind the others, on a body that takes half of what its neighbour weighs and is welded to it.
+        Universal, cylindrical, prismatic and planar loops, for which Pinocchio has no constraint, become additional joints of the
+        tree; their last body takes half the mass of the successor and is welded to it.
 
         Args:
-            anchors: as in :meth:`Robot.constraint_models`.
+            anchors: see :meth:`Robot.constraint_models`.
 
         Raises:
             ArgumentError: as for :attr:`model`.
@@ -129,12 +129,12 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def loop_gaps(self) -> Mapping[str, tuple[Array, Array]]:
-        """How far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
+        """Gap of each loop and error of each mimic joint, ``{name: (metres (N,), radians (N,))}``."""
         return ResultMapping(self.robot.equations.loop_gaps(self.loop_residual, self.poses.x))
 
     @cached_property
     def residual(self) -> Array:
-        """How far the worst loop is open (…) [m or rad, the larger]."""
+        """Largest gap of a loop (…) [m or rad, the larger number]."""
         worst = np.zeros(self.model_q.shape[1])
         for metres, radians in self.loop_gaps.values():
             worst = np.maximum(worst, np.maximum(metres, radians))
@@ -164,7 +164,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         """Return x, y, z of o [m] and its three orientation coordinates [rad], each (…).
 
         Args:
-            orientation: as in :meth:`Robot.assemble`; None: the convention with which the pose was assembled.
+            orientation: see :meth:`Robot.assemble`; None: the convention used for assembly.
         """
         convention = self.orientation if orientation is None else orientation_named(orientation)
         R, position = self.robot.mechanism.platform_pose(self.frames)
@@ -176,7 +176,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
 
     @cached_property
     def platform(self) -> Mapping[str, Array]:
-        """All six platform coordinates, in the convention with which the pose was assembled."""
+        """All six platform coordinates, in the orientation convention used for assembly."""
         return ResultMapping(self.platform_coordinates())
 
     @cached_property
@@ -224,7 +224,7 @@ def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuratio
 
 
 def taken(configuration: Configuration, which: NDArray[np.intp], shape: tuple[int, ...]) -> Configuration:
-    """Return some poses of a configuration, by their numbers, with the batch shape that they have now."""
+    """Return the poses ``which`` of a configuration, with the batch shape ``shape``."""
     return replace(
         configuration,
         shape=shape,

@@ -13,26 +13,26 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.orientation import Orientation
 
-#: The order in which sets of coordinates are named.
+#: Order of preference of coordinates.
 PREFERRED = ("z", "x", "y", "rz", "rx", "ry", "azimuth", "tilt", "torsion")
-#: Sets that a message names.
+#: Number of sets in a message.
 NAMED = 3
-#: By what factor a set must tell more than one before it, to be better.
+#: Factor by which the measure of a set must exceed that of earlier ones.
 MARGIN = 1.5
 
 
 @lru_cache(maxsize=256)
 def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> PrescribedCoordinates:
-    """Return coordinates of the platform as the solver sees them."""
+    """Return the prescribed coordinates of the platform for the solver."""
     positions = tuple(k for k, name in enumerate("xyz") if name in names)
     angles = tuple(k for k, name in enumerate(orientation.names) if name in names)
     return PrescribedCoordinates(positions=positions, angles=angles, orientation=orientation)
 
 
 def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> list[tuple[str, ...]]:
-    """Return the sets of coordinates that determine the pose, at ``pose`` too if any do; as many in each as the mobility.
+    """Return the sets of coordinates, as many as the mobility, that determine the pose, also at ``pose`` if possible.
 
-    Those that differ least from ``given`` come first, then those in the order z, x, y, rz, rx, ry.
+    They are ordered by their difference from ``given``, then in the order z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
@@ -45,10 +45,10 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
 
 
 def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> tuple[str, ...]:
-    """Return the coordinates that tell the platform's motions at one pose best, of nearly equal sets the first.
+    """Return the coordinates that determine the platform's motions best at one pose; of nearly equal sets, the first.
 
-    The measure is the smallest singular value of the map from the platform's motions, in lengths, to the coordinates. Nothing is
-    returned where no coordinates determine the pose.
+    The measure is the smallest singular value of the map from the platform's motions, scaled to lengths, to the coordinates. The
+    result is empty if no coordinates determine the pose.
     """
     R, _ = robot.mechanism.platform_pose(robot.equations.forward(pose.x))
     rates = orientation.rates(orientation.coordinates(R))[:, :, 0]
@@ -65,7 +65,7 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
 
 
 def choices_text(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:
-    """Return the sets of coordinates that determine the pose, at ``pose`` too if any do, as text."""
+    """Return the sets of coordinates that determine the pose, also at ``pose`` if possible, as text."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:
         return f"no coordinates with the orientation {orientation.name!r} do"

@@ -1,4 +1,4 @@
-"""Single corrections of a frame, or of the link it is in, that would close all loops at zero.
+"""Corrections of a single frame, or of its link, that would close all loops at zero.
 
 Candidates are the origins of all joints, and of all loops on both sides. Their displacements are found by Gauss–Newton steps of
 smallest norm for all candidates at once. The rows of the loop equations are constraint wrenches, as in
@@ -23,11 +23,11 @@ from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
-#: What loops may stay open by, in robot sizes or [rad], for a correction to count: what rounding in the rest of the file leaves.
+#: Largest gap after a correction, relative to the robot's size or [rad], that counts as rounding of the file.
 CLOSES = 1e-5
-#: Largest step, in robot sizes or [rad], and number of steps.
+#: Largest step, relative to the robot's size or [rad], and number of steps.
 _LARGEST, _STEPS = 0.5, 40
-#: Relative singular value below which a displacement does nothing for the loops.
+#: Relative singular value below which a displacement does not affect the loops.
 _NO_EFFECT = 1e-9
 
 
@@ -36,11 +36,11 @@ class FrameCorrection:
     """A frame and the displacement that closes all loops at zero.
 
     Attributes:
-        joint: the joint or loop whose origin it is.
+        joint: the joint or loop with this origin.
         is_loop: whether it is a loop.
-        link: the link in which the origin is written; its axes are those of ``shift`` and ``turn``.
-        shift: (3,) how far the origin is to be moved [m].
-        turn: (3,) rotation vector by which it is to be turned about itself [rad].
+        link: the link in which the origin is given; ``shift`` and ``turn`` are in its axes.
+        shift: (3,) displacement of the origin [m].
+        turn: (3,) rotation vector of the frame about its origin [rad].
     """
 
     joint: str
@@ -50,7 +50,7 @@ class FrameCorrection:
     turn: Array
 
     def is_motion_of(self, mechanism: Mechanism) -> bool:
-        """Whether it only moves the joint's zero along the joint's own freedom."""
+        """Whether it only changes the zero of the joint along its own freedom."""
         joint = mechanism.description.joints.get(self.joint)
         if joint is None or not JOINT_TYPES[joint.type].is_single:
             return False
@@ -75,13 +75,12 @@ def _vector(values: Array) -> str:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """N frames that may be wrong.
+    """N possibly wrong frames.
 
-    Attributes:
-        names: of joint or loop, whether it is a loop, and the link in which the origin is written.
+    Attributes: names: name of joint or loop, whether it is a loop, and the link in which the origin is given.
         rotation: (3, 3, N) orientation of these links.
         origin: (3, N) the frames' origins [m].
-        carried: (2K, N) whether the frames on both sides of the K loops go with it: predecessors first.
+        carried: (2K, N) whether the frames on both sides of the K loops move with it: predecessors first.
     """
 
     names: list[tuple[str, bool, str]]
@@ -91,11 +90,11 @@ class _Candidates:
 
 
 def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
-    """Return all single corrections, each as a shift or a turn alone where that does, smallest first.
+    """Return all corrections of single frames, smallest first; pure displacements or rotations if they suffice.
 
     Args:
         mechanism: the robot.
-        size: its size [m], which makes turns comparable with shifts.
+        size: its size [m], the scale between rotations and displacements.
     """
     closures, sides, _, candidates = _at_zero(mechanism)
     found: dict[int, FrameCorrection] = {}
@@ -115,13 +114,13 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 
 @dataclass(frozen=True)
 class OtherLink:
-    """A joint, or a side of a loop, whose origin would close all loops at zero as it stands, if it were in another link.
+    """A joint, or a side of a loop, whose unchanged origin would close all loops at zero if it were on another link.
 
     Attributes:
         joint: the joint or loop.
         is_loop: whether it is a loop.
         link: the link in which the origin is.
-        others: the links in which it would close them: they lie alike at zero.
+        others: the links that would close the loops; their frames coincide at zero.
     """
 
     joint: str
@@ -135,11 +134,11 @@ class OtherLink:
 
 
 def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
-    """Return all joints, and sides of loops, that close all loops at zero if they are on another link, their origins as they are.
+    """Return all joints and sides of loops that close all loops at zero if moved to another link with unchanged origins.
 
     Args:
         mechanism: the robot.
-        size: its size [m], beside which gaps are judged.
+        size: its size [m], the scale for gaps.
     """
     closures, sides, links, candidates = _at_zero(mechanism)
     above = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
@@ -157,14 +156,11 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
 
 
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
-    """Return an error about a link that ends nowhere, or another, with the joint named first that should be on such a link.
+    """Return a more precise error if a joint, or a side of a loop, is probably on a wrong link.
 
-    Args:
-        error: what is wrong with the robot.
-        mechanism: its joints.
+    Args: error: an error of the robot. mechanism: the joints.
 
-    Returns:
-        The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    Returns: The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
@@ -183,16 +179,16 @@ def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileE
 
 
 def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
-    """Whether all loops are closed where all joints are at zero, up to what rounding leaves in a robot of this size [m]."""
+    """Whether all loops are closed with all joints at zero, within rounding for a robot of this size [m]."""
     closures, sides, _, _ = _at_zero(mechanism)
     frames = Frames(sides[:, None, :3, :3].transpose(2, 3, 0, 1), sides[:, None, :3, 3].transpose(2, 0, 1))
     return bool(_are_closed(closures, closures.evaluate(frames)[0], size).all())
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
-    """Return the loops, the frames of their sides (2K, 4, 4) and of all links at zero, and the frames that may be wrong.
+    """Return the loops, the frames of their sides (2K, 4, 4) and of all links at zero, and the possibly wrong frames.
 
-    The sides count as bodies of the loops: predecessors first.
+    The sides are used as bodies of the loops: predecessors first.
     """
     loops = [item for item in mechanism.connections.values() if item.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
@@ -209,14 +205,14 @@ def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _
 
 
 def _hangs_on(above: dict[str, str], link: str, root: str) -> bool:
-    """Whether a link is another or hangs on it in the tree; ``above`` are the links' parents."""
+    """Whether a link equals ``root`` or descends from it in the tree; ``above`` are the parents of the links."""
     while link != root and link in above:
         link = above[link]
     return link == root
 
 
 def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array]) -> _Candidates:
-    """Return the frames that loops depend on; those of joints carry all that hangs on them in the tree."""
+    """Return the frames that affect loops; frames of joints move all their descendants in the tree."""
     description = mechanism.description
     loops = list(description.loops.values())
     at = [loop.predecessor for loop in loops] + [loop.successor for loop in loops]
@@ -247,7 +243,7 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
 def _closed(
     closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return rotation (3, 3, N) and shift (3, N) [m] of each candidate that close the loops best, and where they do (N,)."""
+    """Return rotation (3, 3, N) and shift (3, N) [m] of each candidate that close the loops best, and whether they do (N,)."""
     N, count = candidates.origin.shape[1], len(closures.loops)
     start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)
     start_position = np.repeat(sides[:, :3, 3].T[..., None], N, axis=2)
@@ -277,5 +273,5 @@ def _closed(
 
 
 def _are_closed(closures: Closures, residual: Array, size: float) -> NDArray[np.bool_]:
-    """Return whether all loops are closed (N,), up to what rounding in the rest of the file leaves."""
+    """Return whether all loops are closed (N,), within rounding of the other numbers of the file."""
     return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

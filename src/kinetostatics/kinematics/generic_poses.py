@@ -14,7 +14,7 @@ RANK_TOLERANCE = 1e-5
 
 
 def rank_tolerance(closing_error: float) -> float:
-    """Return the relative singular value below which a direction counts as dependent; above what the file's rounding leaves."""
+    """Return the relative singular value below which a direction counts as dependent; it exceeds rounding errors of the file."""
     return max(RANK_TOLERANCE, 30 * closing_error)
 
 
@@ -24,7 +24,7 @@ def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tu
     Args:
         solver: closes the loops.
         zero: the closed zero pose.
-        closing_error: the scaled residual with which that closes.
+        closing_error: the scaled residual of the zero pose.
     """
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
@@ -32,7 +32,7 @@ def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tu
     found = []
     for size in (0.12, 0.1, 0.08):
         pose, direction = zero, random.standard_normal(tree.nv)
-        for _ in range(2):  # twice the same way: what is free after one step tells little at a singular zero pose
+        for _ in range(2):  # twice, because free motions at a singular zero pose are not generic
             _, gradient = solver.system(nothing[0], pose, nothing[1])
             free = null_space(gradient[:, :, 0], tolerance)[0]
             v = free @ (free.T @ direction)

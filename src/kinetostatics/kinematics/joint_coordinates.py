@@ -15,7 +15,7 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class JointCoordinates:
-    """The coordinates of all joints that have one freedom, loops too."""
+    """The coordinates of all joints and loops with one freedom."""
 
     def __init__(self, solver: Solver) -> None:
         self.solver = solver
@@ -25,7 +25,7 @@ class JointCoordinates:
         self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
 
     def at(self, q: Array, frames: Frames) -> dict[str, Array]:
-        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; leaders of mimic joints count full turns."""
         result: dict[str, Array] = {}
         by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
         for name, body in self.solver.mechanism.body_of_joint.items():
@@ -38,7 +38,7 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits, and where it is within them (N,) of every joint and loop of one freedom, and cone."""
+        """Yield name, value (N,), limits, and mask (N,) within them, for every one-freedom joint or loop and every cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:

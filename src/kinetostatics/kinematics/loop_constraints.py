@@ -1,7 +1,7 @@
 """Constraint equations of loops and of joints that mimic others.
 
-The unknowns are the freedoms of Pinocchio's spanning tree; only spherical joints written as three revolutes are one joint here.
-Every equation belongs to a constraint wrench of a joint or of the prescribed coordinates. Its gradient is the product of that
+The unknowns are the freedoms of Pinocchio's spanning tree, except that three revolutes of a spherical joint are one joint here.
+Every equation corresponds to a constraint wrench of a joint or of a prescribed coordinate. Its gradient is the product of this
 wrench with the twists of the tree. Overconstrained loops are closed in the least-squares sense.
 """
 
@@ -48,12 +48,12 @@ class _Table:
 
 @dataclass(frozen=True)
 class LoopAxes:
-    """Directions by which the coordinate of a loop of one freedom is read.
+    """Directions that define the coordinate of a one-freedom loop.
 
     Attributes:
         axis, side, third: (3,) in the predecessor's body: the loop's axis, and two directions across it.
-        turned_side: (3,) in the successor's body: what lies along ``side`` where the coordinate is zero.
-        middle: of the limits [m, rad]; None if there are none.
+        turned_side: (3,) in the successor's body: the direction that coincides with ``side`` at coordinate zero.
+        middle: middle of the limits [m, rad]; None without limits.
     """
 
     axis: Array
@@ -64,7 +64,7 @@ class LoopAxes:
 
     @classmethod
     def of(cls, loop: Connection) -> LoopAxes:
-        """Return those of a loop."""
+        """Return the directions of a loop."""
         side, third = across(loop.axis)
         here, there = loop.predecessor_frame[:3, :3], loop.successor_frame[:3, :3]
         middle = (loop.lower + loop.upper) / 2
@@ -147,7 +147,7 @@ class Closures:
         return residual, wrench
 
     def gaps(self, residual: Array) -> dict[str, tuple[Array, Array]]:
-        """Return how far each loop is open, ``{name: (metres (N,), radians (N,))}``."""
+        """Return the gap of each loop, ``{name: (metres (N,), radians (N,))}``."""
         result = {}
         for number, loop in enumerate(self.loops):
             mine = self.loop_of == number
@@ -157,12 +157,12 @@ class Closures:
 
 
 class Placed(NamedTuple):
-    """Poses with all their bodies.
+    """Poses with the frames of all bodies.
 
     Attributes:
         q: (nq, N) Pinocchio's coordinates.
-        frames: of all bodies, world axes.
-        residual: (closures, N) of the loops [m, rad].
+        frames: frames of all bodies, world axes.
+        residual: (closures, N) residuals of the loops [m, rad].
     """
 
     q: Array
@@ -175,10 +175,10 @@ class LoopEquations(Closures):
 
     Attributes:
         tree: the spanning tree with spherical joints in one piece.
-        couplings: the joints that follow others, with an equation each.
-        loop_axes: directions of each loop of one freedom, by its number.
-        count: number of all equations, the couplings' included.
-        signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
+        couplings: the mimic joints, with an equation each.
+        loop_axes: directions of each one-freedom loop, by its index.
+        count: number of all equations, including the couplings.
+        signs: (closures, nv) sign of each freedom in each equation: 1 if it moves the successor, −1 the predecessor.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -195,7 +195,7 @@ class LoopEquations(Closures):
         )
 
     def _make_tree(self) -> None:
-        """Build the solver's tree and remember how its coordinates correspond to Pinocchio's."""
+        """Build the solver's tree and the map between its coordinates and Pinocchio's."""
         full = self.mechanism.tree
         runs = {run.bodies[2]: run for run in self.mechanism.spherical_runs}
         inside = {body for run in runs.values() for body in run.bodies}
@@ -227,7 +227,7 @@ class LoopEquations(Closures):
     # ---- coordinates ------------------------------------------------------------------------------------------------
 
     def from_model(self, q: Array) -> Array:
-        """Return the solver's coordinates (nq', N) of Pinocchio's ``q`` (nq, N)."""
+        """Return the solver's coordinates (nq', N) for Pinocchio's ``q`` (nq, N)."""
         x = np.empty((self.tree.nq, q.shape[1]))
         x[self._same_here] = q[self._same_there]
         for run, mine, theirs in self.runs:
@@ -239,7 +239,7 @@ class LoopEquations(Closures):
         return x
 
     def to_model(self, x: Array, near: Array) -> Array:
-        """Return Pinocchio's coordinates (nq, N) of ``x``; of a spherical run's two solutions the one near ``near``."""
+        """Return Pinocchio's coordinates (nq, N) for ``x``; of two solutions for three revolutes, the one near ``near``."""
         q = empty_for((self.mechanism.tree.nq, x.shape[1]), x)
         q[self._same_there] = x[self._same_here]
         for run, mine, theirs in self.runs:
@@ -255,18 +255,18 @@ class LoopEquations(Closures):
         return world_frames(self.mechanism, self.tree.forward(x))
 
     def placed(self, q: Array) -> Placed:
-        """Return where Pinocchio's coordinates ``q`` (nq, N) put everything."""
+        """Return the poses with all frames at Pinocchio's coordinates ``q`` (nq, N)."""
         frames = world_frames(self.mechanism, self.mechanism.forward(q))
         return Placed(q, frames, self.evaluate(frames)[0])
 
     def place(self, x: Array) -> Placed:
-        """Return where coordinates ``x`` (nq', N) put everything."""
+        """Return the poses with all frames at coordinates ``x`` (nq', N)."""
         return self.placed(self.to_model(x, np.broadcast_to(self.neutral, (self.neutral.shape[0], x.shape[1]))))
 
     # ---- residuals --------------------------------------------------------------------------------------------------
 
     def loop_gaps(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
-        """Return how far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
+        """Return the gap of each loop and the error of each mimic joint, ``{name: (metres (N,), radians (N,))}``."""
         result = self.gaps(residual)
         none = np.zeros(x.shape[1])
         for name, slides, error in zip(
@@ -277,7 +277,7 @@ class LoopEquations(Closures):
 
 
 def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
-    """Return frames as seen from the base link, when it moves relative to the root of the tree."""
+    """Return frames relative to the base link, if it moves relative to the root of the tree."""
     if mechanism.base_frame is None:
         return frames
     body, placement = mechanism.base_frame
@@ -287,7 +287,7 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
 
 
 def joined(parts: Sequence[Placed]) -> Placed:
-    """Return poses and behind them others, as one."""
+    """Join several batches of poses."""
     q, frames, residual = zip(*parts, strict=True)
     rotation, position = (np.concatenate([getattr(item, name) for item in frames], axis=-1) for name in ("rotation", "position"))
     return Placed(np.concatenate(q, axis=-1), Frames(rotation, position), np.concatenate(residual, axis=-1))

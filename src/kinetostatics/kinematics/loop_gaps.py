@@ -17,18 +17,18 @@ CLOSED = 1e-9
 
 
 def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[float, float]]:
-    """Return how far each loop is open at one pose, {name: (m, rad)}."""
+    """Return the gap of each loop at one pose, {name: (m, rad)}."""
     residual, _ = equations.evaluate(equations.forward(pose.x))
     return {name: (float(a[0]), float(b[0])) for name, (a, b) in equations.loop_gaps(residual, pose.x).items()}
 
 
 def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
-    """Whether all loops are closed up to these gaps."""
+    """Whether no loop has a larger gap."""
     return all(a <= metres and b <= radians for a, b in gaps.values())
 
 
 def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]], least: float = CLOSED) -> str:
-    """Return the widest gaps above ``least`` [m, rad] as text."""
+    """Return the largest gaps above ``least`` [m, rad] as text."""
     items = list(gaps.items())
     worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > least]
     shown = []
@@ -37,7 +37,7 @@ def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, fl
         if max(metres, radians) > 0.01 * max(worst[0][1]):
             if name in equations.couplings.names:
                 size = f"{metres:.3g} m" if metres > 0 else f"{radians:.3g} rad"
-                shown.append(f"joint {name!r} is {size} beside where its <mimic> puts it")
+                shown.append(f"joint {name!r} is {size} away from the position by its <mimic>")
             else:
                 shown.append(f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "") + " open")
     return ", ".join(shown) if shown else "no loop stays open"
@@ -65,16 +65,12 @@ def close(
     weight: float = 1.0,
     cutoff: float = 1e-9,
 ) -> tuple[SolverState, Array]:
-    """Close the loops of poses from far away by damped least squares (Levenberg–Marquardt), each for itself.
+    """Close loops with large gaps by damped least squares (Levenberg–Marquardt), pose by pose.
 
-    Args:
-        solver: whose equations they are.
-        poses: to start from.
-        prescribed: what is given, and ``target`` (n, 1) its values.
-        target: see ``prescribed``.
-        weight: of the prescribed coordinates' equations against those of the loops.
-        cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
-            overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
+    Args: solver: solver with the equations. poses: initial poses. prescribed: prescribed coordinates. target: (n, 1) their
+    values. weight: weight of the equations of prescribed coordinates relative to those of the loops. cutoff: relative singular
+    value below which there is no step in a direction. Rounding in a file makes every motion of an
+        overconstrained robot change its gaps slightly; they must not be closed by undoing the motion.
 
     Returns:
         The poses with the smallest residuals found, and these scaled residuals (N,), the largest entry of each.

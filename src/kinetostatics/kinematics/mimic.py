@@ -1,4 +1,4 @@
-"""Joints that mimic actuated ones, ``<mimic>``: their equations, and their coordinates prescribed with those of actuators."""
+"""Mimic joints (``<mimic>``): their equations, and their coordinates as functions of prescribed actuators."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Tree, TreeJoint
 
-#: Of numbers of turns that fit as well as that [rad] the smaller is meant.
+#: Residual [rad] up to which numbers of turns count as equally good; the smallest number is chosen.
 _ALIKE = 1e-9
 
 
@@ -22,7 +22,7 @@ class _Coupling(NamedTuple):
     offset: float
 
     def error(self, x: Array, value: Array) -> Array:
-        """Return by how much (N,) [m, rad] the follower is beside where its leader's coordinate ``value`` puts it."""
+        """Return the error (N,) [m, rad] of the follower at its leader's coordinate ``value``."""
         error = self.follower.coordinate(x) - self.multiplier * value - self.offset
         if self.follower.type.endless:
             error = error - 2 * np.pi * np.round(error / (2 * np.pi))
@@ -30,14 +30,12 @@ class _Coupling(NamedTuple):
 
 
 class Couplings:
-    """All joints of a mechanism that mimic others; follower = multiplier · leader + offset [m, rad].
+    """All mimic joints of a mechanism: follower = multiplier · leader + offset [m, rad].
 
-    Attributes:
-        names: of the followers.
-        count: how many there are.
+    Attributes: names: names of the followers. count: number of followers.
         items: leader, follower, multiplier and offset of each.
         columns: the followers' freedoms in the tree.
-        is_length: whether each slides (else it turns).
+        is_length: whether each follower is prismatic (else it rotates).
     """
 
     def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
@@ -61,10 +59,10 @@ class Couplings:
             row[item.follower.first_v], row[item.leader.first_v] = 1.0, -item.multiplier
 
     def residual(self, x: Array, turns: int = 20, given: tuple[int, ...] = ()) -> Array:
-        """Return by how much (count, N) [m, rad] the followers are beside where they should be, at coordinates ``x`` (nq', N).
+        """Return the errors (count, N) [m, rad] of the followers at coordinates ``x`` (nq', N).
 
-        The angle of a continuous leader is known but for full turns; see :meth:`coordinate`. Followers of ``given`` freedoms are
-        where they should be.
+        The angle of a continuous leader is known except for full turns; see :meth:`coordinate`. The errors of followers of
+        ``given`` freedoms are zero.
         """
         leaders = {item.leader.first_v: item.leader for item in self.items if item.leader.first_v not in given}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
@@ -77,15 +75,15 @@ class Couplings:
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
         """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
 
-        Of the angles of a continuous joint, which differ by full turns, it is the one nearest to ``near`` that puts all joints
-        that follow it where they are. Where those turn on and on themselves, up to so many ``turns`` beside ``near`` are tried.
+        Of the angles of a continuous joint, which differ by full turns, the one nearest to ``near`` that is consistent with all
+        its followers is returned. If the followers are continuous too, up to ``turns`` turns away from ``near`` are tried.
         """
         value = joint.coordinate(x)
         if not joint.type.endless:
             return value
         led = [item for item in self.items if item.leader.first_v == joint.first_v]
         counting = [item for item in led if not item.follower.type.endless]
-        if counting:  # the one of which a turn moves the least of its way tells the number of turns best
+        if counting:  # the follower with the smallest motion per turn determines the number of turns best
             one = max(counting, key=lambda item: abs(item.multiplier))
             near = (one.follower.coordinate(x) - one.offset) / one.multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
@@ -109,7 +107,7 @@ class Couplings:
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
         """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.
 
-        They are zero for followers of the given freedoms ``columns``, which are where they should be.
+        They are zero for followers of the given freedoms ``columns``.
         """
         gradient = self._gradient * column_scale
         size = np.sqrt(np.sum(gradient**2, axis=1, keepdims=True))
@@ -122,7 +120,7 @@ class Couplings:
         return np.array(given, dtype=np.intp)
 
     def moving_with(self, column: int) -> list[tuple[int, float]]:
-        """Return a freedom and those of its followers, and how fast each moves with it."""
+        """Return a freedom and those of its followers, with their rates per unit rate of the freedom."""
         followers = [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
         return [(column, 1.0), *followers]
 
@@ -131,7 +129,7 @@ class Couplings:
 
         Args:
             columns: the given freedoms.
-            values: their coordinates (len(columns), N) [m, rad]; angles may be of more than one turn.
+            values: their coordinates (len(columns), N) [m, rad]; angles may exceed one turn.
             x: coordinates.
         """
         for item in self.items:

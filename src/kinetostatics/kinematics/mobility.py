@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.screws import move_twist
 
-#: Scaled motions of freedoms below this are rounding.
+#: Scaled motions of freedoms that count as rounding.
 IDLE = 1e-13
 
 
@@ -23,9 +23,9 @@ class Mobility:
 
     Attributes:
         platform: freedoms of the platform.
-        local: freedoms that do not move the platform (a strut spinning about itself, a loose link).
-        redundant_constraints: loop equations that say nothing new: the degree of overconstraint.
-        gap: ratio of the smallest kept to the largest dropped singular value; small means that the count is doubtful.
+        local: freedoms that do not move the platform (a strut that spins about its axis, a loose link).
+        redundant_constraints: number of dependent loop equations: the degree of overconstraint.
+        gap: ratio of the smallest kept to the largest dropped singular value; if small, the mobility is doubtful.
     """
 
     platform: int
@@ -41,7 +41,7 @@ class MobilityAnalysis:
     """The freedoms of a robot at its generic poses, by the null spaces of its loop equations.
 
     Args:
-        solver: whose equations they are.
+        solver: solver with the loop equations.
         generic: the generic poses.
         rank_tolerance: relative singular value below which a direction counts as dependent.
     """
@@ -68,13 +68,13 @@ class MobilityAnalysis:
         return Mobility(platform, freedoms - platform, self.solver.equations.count - ranks[best], gaps[best])
 
     def fixes_platform(self, prescribed: PrescribedCoordinates) -> bool:
-        """Whether the prescribed coordinates leave the platform no freedom, at generic poses."""
+        """Whether the prescribed coordinates determine the platform's pose, at generic poses."""
         if prescribed not in self._fixes:
             self._fixes[prescribed] = any(self.fixes_platform_at(prescribed, pose) for pose in self.poses)
         return self._fixes[prescribed]
 
     def fixes_platform_at(self, prescribed: PrescribedCoordinates, pose: SolverState) -> bool:
-        """Whether the prescribed coordinates leave the platform no freedom at one pose."""
+        """Whether the prescribed coordinates determine the platform's pose, at one pose."""
         columns = self.solver.free_columns(prescribed)
         moving = self._platform_map(pose)[:, columns] @ self._free_motions(prescribed, pose)[: len(columns)]
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
@@ -94,14 +94,14 @@ class MobilityAnalysis:
         return self._with_dofs[prescribed]
 
     def platform_motions(self, pose: SolverState) -> Array:
-        """Return an orthonormal basis (6, n) of the platform's scaled twists at o at one pose: what the loops leave it free."""
+        """Return an orthonormal basis (6, n) of the scaled twists of the platform at o that the loops permit at one pose."""
         U, values, _ = np.linalg.svd(self._platform_map(pose) @ self._free_motions(PrescribedCoordinates(), pose))
         return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
 
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
-        """Return a basis (6, k) of the platform's twists at o [m, rad] that prescribed coordinates leave it at one pose.
+        """Return a basis (6, k) of the twists of the platform at o [m, rad] that prescribed coordinates leave free at one pose.
 
-        Also the rates (nv, k) of the tree's freedoms with which it has them, the least that do.
+        Also returned are the corresponding rates (nv, k) of the tree's freedoms, of smallest norm.
         """
         solver, columns = self.solver, self.solver.free_columns(prescribed)
         basis = self._free_motions(prescribed, pose)[: len(columns)]
@@ -113,7 +113,7 @@ class MobilityAnalysis:
         return twists * np.repeat([solver.length, 1.0], 3)[:, None], rates
 
     def motions_at(self, poses: SolverState) -> Array:
-        """Return such bases (N, 6, n) at many poses, n the mobility; NaN where the platform, or a loop, has another one."""
+        """Return these bases (N, 6, n) at many poses, n the mobility; NaN at poses with another mobility or rank of the loops."""
         N, none = poses.x.shape[1], PrescribedCoordinates()
         gradient = np.moveaxis(self.solver.system(none, poses, np.zeros((0, N)))[1], 2, 0)
         first = self.solver.tree.nv - self.mobility.platform - self.mobility.local
@@ -131,7 +131,7 @@ class MobilityAnalysis:
         return self._platform_maps(pose)[:, :, 0]
 
     def _platform_maps(self, poses: SolverState) -> Array:
-        """Return the same maps (6, nv, N) at N poses."""
+        """Return these maps (6, nv, N) at N poses."""
         solver = self.solver
         frames = solver.equations.forward(poses.x)
         twists = solver.tree.twists(frames) * solver.platform_signs[:, None]
@@ -139,7 +139,7 @@ class MobilityAnalysis:
         return move_twist(twists, position) / np.repeat([solver.length, 1.0], 3)[:, None, None] * solver.column_scale[:, None]
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return a basis (n, k) of the scaled motions of free columns and unknown angles that are left at one pose."""
+        """Return a basis (n, k) of the scaled free motions of free columns and unknown angles at one pose."""
         return null_space(self._gradient(prescribed, pose), self.rank_tolerance)[0]
 
     def _gradient(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:

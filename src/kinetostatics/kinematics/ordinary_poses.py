@@ -1,8 +1,7 @@
 """Ordinary poses: the zero pose, and those reached by moving each actuator alone, within all limits.
 
-Ranks are decided at generic poses, near the zero pose and without symmetry. Ordinary poses are those commonly analysed: choices
-made once per robot must be valid there. They follow from the actuators alone and do not depend on frames, axes and cuts of the
-file.
+Ranks are decided at generic poses, near the zero pose and without symmetry. Ordinary poses are those commonly analysed, at which
+choices made once per robot must be valid. They depend on the actuators only, not on frames, axes and cut loops of the file.
 """
 
 from __future__ import annotations
@@ -16,9 +15,9 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array
 from kinetostatics.status import Status
 
-#: Actuators go no farther from zero than this [rad], or this multiple of the characteristic length.
+#: Largest travel of actuators from zero [rad], or relative to the characteristic length.
 _FAR = 1.2
-#: How far the actuators go, as parts of the way to their limits; with more actuators than ``_MANY`` only the first.
+#: Positions of the actuators relative to their limits; with more actuators than ``_MANY``, only the first.
 _PARTS, _MANY = (0.2, 0.6), 8
 
 

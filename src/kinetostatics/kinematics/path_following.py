@@ -10,16 +10,17 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.threads import in_threads
 
-#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
-#: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
+#: Largest step along a line, in rad and in characteristic lengths. After a larger one, Newton's method may converge steadily to
+    #: another branch: a universal joint also closes with one axis reversed.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
-#: Where steps of this part of the longest ones are too long still, a line ends.
+#: Smallest step, relative to the largest; where it fails, the line ends.
 _SHORTEST = 1e-3
-#: Longer lines, in longest turns and in the robot's reaches, are not followed: every turn takes its step, and beyond so many
-#: reaches numbers have no digits left that could tell whether loops are closed.
+#: Largest length of a line, in largest rotations and in reaches of the robot: every rotation takes a step, and at more reaches
+#: the
+    #: floating-point resolution does not suffice for the closure of loops.
 MOST_TURNED, FARTHEST = 1e3, 1e8
-#: So many times the robot's reach away from its start, a line goes on in steps as long as this part of the way already gone: the
-#: robot is small beside that, and only the lengths of sliding joints change.
+#: Beyond this multiple of the robot's reach from its start, steps are this fraction of the distance covered: the robot is small
+    #: compared with it, and only prismatic joints move.
 _FAR_AWAY, _LEAP = 40.0, 0.25
 
 
@@ -68,7 +69,7 @@ def _follow_chunk(
     origin: tuple[Array, Array] | None,
 ) -> tuple[SolverState, NDArray[np.bool_], Array]:
     N = target.shape[1]
-    # a pose knows the angle of what turns freely but for full turns: the shorter way
+    # angles of free rotations are known except for full turns: take the shorter way
     first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
     state = SolverState(for_each(start.x, N), c)
     strides = _strides(solver, prescribed, first, target)
@@ -77,7 +78,7 @@ def _follow_chunk(
         if moved is not None:
             return moved, np.ones(1, dtype=bool), np.ones(1)
     gone, steady, active = np.zeros(N), np.ones(N, dtype=bool), np.arange(N)
-    if N > 1 and np.max(strides, initial=0.0) <= 1:  # hardly any takes more than one step
+    if N > 1 and np.max(strides, initial=0.0) <= 1:  # few take more than one step
         moved, good = _step(solver, prescribed, state, target)
         if np.all(good):
             return moved, good, np.ones(N)
@@ -90,7 +91,7 @@ def _follow_chunk(
     active = active[~_beyond(most_turned, reaches)[active]]
     while active.size:
         trial = np.minimum(gone[active] + stride[active], 1.0)
-        with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
+        with np.errstate(invalid="ignore"):  # infinite targets
             goal = first[:, active] + trial * (target[:, active] - first[:, active])
         here = state if active.size == N else state.take(active)
         guess, before = here, None
@@ -114,21 +115,21 @@ def _follow_chunk(
 
 
 def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> NDArray[np.bool_]:
-    """Return which targets (n, N) are farther from poses than lines are followed."""
+    """Return the mask of targets (n, N) beyond the largest length of a line."""
     strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
     most_turned, most_shifted = _longest(solver, prescribed, strides)
     return _beyond(most_turned, most_shifted * (LONGEST_SHIFT * solver.length / solver.reach))
 
 
 def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """Return ways of coordinates (n, N) in longest strides; without unknowns nothing can go wrong on the way."""
+    """Return the lengths of lines (n, N) in largest steps; zero without unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
         ways = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
         return ways if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * ways
 
 
 def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) -> tuple[Array, Array]:
-    """Return the largest turns and shifts (N,) of ways (n, N), in longest strides."""
+    """Return the largest rotations and displacements (N,) of lines (n, N), in largest steps."""
     turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     return most_turned, most_shifted
@@ -147,7 +148,7 @@ def _step(
     before: Array | None = None,
     passing: NDArray[np.bool_] | None = None,
 ) -> tuple[SolverState, NDArray[np.bool_]]:
-    """Return poses at ``goal``, corrected from ``here`` or a ``guess``, and which are there with no singular pose between."""
+    """Return poses at ``goal``, corrected from ``here`` or a ``guess``, and the mask of those reached without a singular pose."""
     moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
     if not prescribed.local_dofs and np.all(good):
         good = solver.on_one_side(prescribed, here, moved, goal)
@@ -159,7 +160,7 @@ def _step(
 def _predicted(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, way: Array, which: NDArray[np.bool_]
 ) -> tuple[SolverState, Array]:
-    """Return poses, some of them moved linearly by changes (n, N), and the sizes (N,) of these steps, infinite for the others."""
+    """Return poses, some of them moved linearly by changes (n, N), and the step sizes (N,), infinite for the others."""
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
     some, shift = poses.take(which), way[:, which]
     step = np.einsum("ijn,jn->in", solver.predictors(prescribed, some, np.zeros_like(shift)), shift)
@@ -169,7 +170,7 @@ def _predicted(
 
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
-    """Return how far the prescribed coordinates (n,) may go in one go [m, rad]."""
+    """Return the largest steps of the prescribed coordinates (n,) [m, rad]."""
     if (known := solver.strides.get(prescribed)) is not None:
         return known
     solver.strides[prescribed] = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)

@@ -13,15 +13,11 @@ from kinetostatics.math.orientation import Orientation
 
 @dataclass(frozen=True)
 class PrescribedCoordinates:
-    """Which coordinates are given, besides the closed loops.
+    """Prescribed coordinates, in addition to the closure of loops.
 
-    Attributes:
-        columns: freedoms of the tree that are given (driven joints of the tree).
-        loops: driven loops that are given, as numbers in ``LoopEquations.loops``.
-        positions: which of x, y, z are given.
-        angles: which orientation coordinates are given.
-        orientation: their convention.
-        fixed_dofs: freedoms of the tree along which no step goes.
+    Attributes: columns: prescribed freedoms of the tree (driven joints of the tree). loops: prescribed driven loops, as indices
+    in ``LoopEquations.loops``. positions: indices of prescribed coordinates among x, y, z. angles: indices of prescribed
+    orientation coordinates. orientation: their convention. fixed_dofs: freedoms of the tree that are kept constant.
         local_dofs: number of freedoms that do not move the platform; they stay as they are.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """
@@ -48,31 +44,31 @@ class PrescribedCoordinates:
 
     @cached_property
     def first_angle(self) -> int:
-        """Which of the targets is the first angle."""
+        """Index of the first angle among the targets."""
         return len(self.columns) + len(self.loops) + len(self.positions)
 
     @cached_property
     def unknown_angles(self) -> tuple[int, ...]:
-        """The orientation coordinates that the solver has to find, if any are given."""
+        """The orientation coordinates that are unknowns, if any others are prescribed."""
         return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
 
 
 def for_each(array: Array, N: int) -> Array:
-    """Return a copy (k, N) of an array of one pose or of N."""
+    """Return a copy (k, N) of an array for one pose or for N poses."""
     return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
 
 
 def line_start(
     prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool | Mask
 ) -> tuple[Array, Array]:
-    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
+    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) at the starts of lines to targets.
 
-    They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
-    of two turns are one line, which leaves but the sum of the turns determined.
+    They are those of ``origin``, except for full turns of the platform for the ``shorter`` way, and except where the axes of two
+    rotations coincide, so that only their sum is determined.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
-        if shorter is False and prescribed.orientation.is_unique(origin[1]):  # a record takes the general way
+        if shorter is False and prescribed.orientation.is_unique(origin[1]):  # recorded code uses the general case
             return first, c
         given = list(prescribed.angles)
         aim = np.array(c, subok=True)

@@ -66,19 +66,19 @@ class RobotKinematics:
         return characteristic_length(self.mechanism, self.topology, self.size)
 
     def _solver(self, slack: float = 1e-7) -> Solver:
-        """Return a solver; the platform may move by ``length`` or a quarter of the size in comparison with a turn."""
+        """Return a solver with its scales of lengths relative to angles."""
         return Solver(self.equations, self.length, max(self.length, self.size / 4), slack)
 
     # ---- the zero pose ----------------------------------------------------------------------------------------------------
 
     @cached_property
     def _closed_zero(self) -> tuple[SolverState, float]:
-        """The zero pose with its loops as closed as they can be, and the scaled residual: the search for it is long."""
+        """The zero pose with smallest gaps of the loops, and its scaled residual."""
         return zero_pose.closed_zero(self._solver(), self.actuator_coordinates)
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """The error that no pose near zero closes the loops, None if one does."""
+        """An error if no pose near zero closes the loops, else None."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None
@@ -88,7 +88,7 @@ class RobotKinematics:
 
     @cached_property
     def _zero(self) -> tuple[SolverState, float]:
-        """The closed zero pose, and the scaled residual with which it closes.
+        """The closed zero pose, and its scaled residual.
 
         Raises:
             AssemblyError: no pose near zero closes the loops.
@@ -99,7 +99,7 @@ class RobotKinematics:
 
     @cached_property
     def zero_poses(self) -> SolverState:
-        """The closed zero pose, from which all others are reached."""
+        """The closed zero pose, the default start of lines to other poses."""
         return self._zero[0]
 
     @cached_property
@@ -109,7 +109,7 @@ class RobotKinematics:
 
     @cached_property
     def zero_size(self) -> float:
-        """Diagonal of the box around all joints and links at the closed zero pose [m]; NaN if there is no such pose."""
+        """Diagonal of the box around all joints and links at the closed zero pose [m]; NaN if the loops cannot be closed."""
         try:
             points = self.zero_frames.position[:, :, 0]
         except KinetostaticsError:
@@ -124,18 +124,18 @@ class RobotKinematics:
 
     @cached_property
     def actuators_outside_limbs(self) -> tuple[str, ...]:
-        """Names of the driven joints in no limb: they only hold open branches of base, platform or a limb."""
+        """Names of the driven joints outside the limbs: they only move open branches."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
 
     @cached_property
     def zero_is_near(self) -> bool:
-        """Whether the loops are closed where all joints are at zero, but for rounding."""
+        """Whether the loops are closed with all joints at zero, except for rounding."""
         return are_within(self.zero_loop_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
 
     @cached_property
     def has_wrong_zero(self) -> bool:
-        """Whether the loops are open at zero by more than rounding, and no motion of the joints closes them."""
+        """Whether the gaps at zero exceed rounding and no motion of the joints closes them."""
         if self.zero_is_near:
             return False
         if self._unclosable is not None or self.closing_error > zero_pose.SIX_DIGITS:
@@ -144,18 +144,17 @@ class RobotKinematics:
 
     @cached_property
     def wrong_zero(self) -> AssemblyError | None:
-        """The error in the zero pose, None if there is none; see :attr:`has_wrong_zero`."""
+        """The error of the zero pose, or None; see :attr:`has_wrong_zero`."""
         if self._unclosable is not None or not self.has_wrong_zero:
             return self._unclosable
         text = zero_pose.wrong_zero_text(self.mechanism, self.zero_loop_gaps, self.size)
         return AssemblyError(text, self.zero_loop_gaps, self.mobility.platform)
 
     def accepts(self, closure_tolerance: float) -> bool:
-        """Whether a tolerance [m, rad] may excuse that the loops stay open: not where a mistake in the file is larger.
+        """Whether a tolerance [m, rad] is admissible: it must not hide errors in the file.
 
-        Where no motion of the joints closes the loops and the file leaves them open at zero by more than rounding, they may
-        close somewhere almost, as another machine. The tolerance must cover the file's own gap then, which may not exceed
-        ``zero_pose.ACCEPTED``.
+        If no motion of the joints closes the loops and the gaps at zero exceed rounding, the loops may almost close elsewhere, as
+        those of another machine. The tolerance must then cover the gaps at zero, which may not exceed ``zero_pose.ACCEPTED``.
         """
         if not self.has_wrong_zero:
             return True
@@ -218,14 +217,14 @@ class RobotKinematics:
 
     @cached_property
     def actuator_coordinates(self) -> PrescribedCoordinates:
-        """The driven joints as the solver sees them."""
+        """The driven joints as prescribed coordinates for the solver."""
         loops = [loop.name for loop in self.equations.loops]
         bodies = [self.mechanism.body_of_joint[name] for name in self.description.driven if name not in loops]
         columns = tuple(self.equations.joint_of_body[body].first_v for body in bodies)
         return PrescribedCoordinates(columns, tuple(loops.index(name) for name in self.description.driven if name in loops))
 
     def unit_hints(self, given: Mapping[str, ArrayLike]) -> list[str]:
-        """Return hints at coordinates of actuators or platform [m, rad] that look like millimetres or degrees."""
+        """Return hints at coordinates of actuators or platform [m, rad] that are probably in millimetres or degrees."""
         found: list[str] = []
         for name, values in given.items():
             amount = largest(values)
@@ -238,7 +237,7 @@ class RobotKinematics:
         return found
 
     def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return where lines from the zero pose start, see :meth:`Solver.origin`."""
+        """Return the starts of lines from the zero pose, see :meth:`Solver.origin`."""
         if prescribed not in self._origins:
             self._origins[prescribed] = self.solver.origin(prescribed, self.zero_poses)
         return self._origins[prescribed]

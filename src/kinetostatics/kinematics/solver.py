@@ -17,11 +17,11 @@ from kinetostatics.math.linalg import dot, have_one_sign, least_squares, surely_
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
 
-#: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
+#: Largest ratio of successive corrections; it must decrease at every iteration unless it is below the second value.
 SHRINKING, _QUADRATIC = 0.4, 0.25
-#: Corrections of a pose at most.
+#: Largest number of corrections of a pose.
 MOST_CORRECTIONS = 12
-#: How far scaled coordinates may be off on the way.
+#: Largest error of scaled coordinates at intermediate poses.
 ROUGHLY = 1e-7
 
 
@@ -42,11 +42,11 @@ class Correction(ShortRepr):
     """Poses corrected once.
 
     Attributes:
-        poses: the poses; those whose corrections do not shrink stay where they were.
-        size: (N,) of the scaled steps.
-        shrunk: (N,) how much smaller they were than those before.
-        done: (N,) which poses have converged steadily.
-        going: (N,) which are to be corrected again.
+        poses: the poses; those whose corrections do not decrease are unchanged.
+        size: (N,) sizes of the scaled steps.
+        shrunk: (N,) ratio to the previous sizes.
+        done: (N,) mask of steadily converged poses.
+        going: (N,) mask of poses to be corrected again.
     """
 
     poses: SolverState
@@ -57,11 +57,11 @@ class Correction(ShortRepr):
 
 
 class Solver:
-    """Newton's method for loops, joints that follow others and prescribed coordinates.
+    """Newton's method for loops, mimic joints and prescribed coordinates.
 
-    ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
-    are; ``slack`` is the scaled residual that the file's own rounding may leave. ``joint_of_column`` has the tree's joints by
-    their first freedoms. Where ``is_compiled``, chunks of poses are solved in threads.
+    ``length`` [m] is the scale of lengths relative to angles for ranks and prescribed coordinates, ``reach`` [m] that for steps;
+    ``slack`` is the scaled residual that counts as rounding of the file. ``joint_of_column`` are the joints of the tree by their
+    first freedoms. If ``is_compiled``, chunks of poses are solved in threads.
     """
 
     is_compiled = False
@@ -89,7 +89,7 @@ class Solver:
 
     @cached_property
     def strides(self) -> dict[PrescribedCoordinates, Array]:
-        """Known lengths of single steps of the coordinates [m, rad]."""
+        """Largest steps of prescribed coordinates computed so far [m, rad]."""
         return {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
@@ -104,12 +104,12 @@ class Solver:
             return dot(frames.direction(here, own.axis), gap)
         u, v, w = frames.direction(here, own.side), frames.direction(here, own.third), frames.direction(there, own.turned_side)
         angle: Array = np.arctan2(dot(v, w), dot(u, w))
-        if own.middle is not None:  # of the angles that differ by full turns the one that may be within the limits
+        if own.middle is not None:  # of the angles that differ by full turns, the one nearest to the middle of the limits
             angle = angle + 2 * np.pi * np.round((own.middle - angle) / (2 * np.pi))
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
-        """Return prescribed coordinates (n, N) of poses; of actuators' angles that differ by full turns those near ``near``."""
+        """Return prescribed coordinates (n, N) of poses; full turns of actuators are chosen near ``near``."""
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
@@ -129,7 +129,7 @@ class Solver:
         return np.array(np.broadcast_arrays(*rows)).reshape(prescribed.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
 
     def place(self, x: Array) -> Placed:
-        """Return where coordinates ``x`` (nq', N) put everything."""
+        """Return the poses with all frames at coordinates ``x`` (nq', N)."""
         parts = [self.equations.place(x[:, part]) for part in chunks(x.shape[1]) or [slice(0, 0)]]
         return parts[0] if len(parts) == 1 else joined(parts)
 
@@ -194,8 +194,8 @@ class Solver:
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return how the scaled residuals change: by scaled steps (m, free columns and unknown angles, N), and by each
-        coordinate that is given (m, n, N)."""
+        """Return the derivatives of scaled residuals with respect to scaled steps (m, free columns and unknown angles, N), and to
+        each prescribed coordinate (m, n, N)."""
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
@@ -217,7 +217,7 @@ class Solver:
         return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""
+        """Return the factors of scaled free columns in the rows of loops (count, f, 1), and in the platform's motion (f, 1)."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
             free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
@@ -225,7 +225,7 @@ class Solver:
         return self._scales[key]
 
     def free_columns(self, prescribed: PrescribedCoordinates) -> NDArray[np.intp]:
-        """Return the freedoms of the tree that matter and are not given, by themselves or by a joint that they follow."""
+        """Return the unknown freedoms of the tree: neither fixed nor prescribed, directly or through a leader."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._free:
             followers = self.equations.couplings.given_with(prescribed.columns)
             self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*prescribed.columns, *followers, *prescribed.fixed_dofs])
@@ -250,7 +250,7 @@ class Solver:
         return SolverState(self.tree.integrate(poses.x, v), c)
 
     def size(self, prescribed: PrescribedCoordinates, step: Array) -> Array:
-        """Return how large scaled steps (n, N) are: the largest turn [rad] or shift, in reaches."""
+        """Return the sizes of scaled steps (n, N): the largest rotation [rad] or displacement relative to the reach."""
         squares = step * step
         slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
         if slides.size:
@@ -299,9 +299,9 @@ class Solver:
         return result, good
 
     def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
-        """Return the pose at coordinates (n, 1) near one pose, as :meth:`newton` and :meth:`on_one_side` find it.
+        """Return the pose at coordinates (n, 1) near one pose, as :meth:`newton` and :meth:`on_one_side` do, in one call.
 
-        None where it is not found in one go and beyond doubt, or no quicker than by these two.
+        None if the result is not certain, or if there is no faster implementation.
         """
         return None
 
@@ -314,16 +314,16 @@ class Solver:
         shrunk: Array,
         passing: NDArray[np.bool_] | None,
     ) -> Correction:
-        """Correct poses, in which the given coordinates stand already, once; see :meth:`newton`.
+        """Correct poses that contain the prescribed coordinates once; see :meth:`newton`.
 
-        ``shrunk`` (N,) is by how much the last correction was smaller than that before.
+        ``shrunk`` (N,) is the ratio of the last correction to the previous one.
         """
         residual, gradient = self.system(prescribed, poses, target)
         step = -least_squares(gradient, residual[:, None], prescribed.local_dofs)[:, 0]
         size = self.size(prescribed, step)
         with np.errstate(invalid="ignore", over="ignore"):
             ratio = size / before
-            following = size * ratio**2  # corrections shrink quadratically
+            following = size * ratio**2  # quadratic convergence
         ok = np.isfinite(size) & (size < 1.2)
         ok &= (ratio < np.minimum(SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
         step = np.where(ok, step, 0.0)
@@ -331,7 +331,7 @@ class Solver:
         if passing is not None:
             last |= passing & (np.where(np.isfinite(before), following, size) < ROUGHLY)
         done = ok & last
-        if not everywhere(~done):  # the loops must close too, not only come as near as they can
+        if not everywhere(~done):  # the loops must close, not only reach a least-squares minimum
             left = residual + np.einsum("ij...,j...->i...", gradient, step)
             done = done & (np.max(np.abs(left), axis=0, initial=0.0) < self.slack)
         shrunk = np.where(np.isfinite(before), ratio, SHRINKING)
@@ -340,20 +340,20 @@ class Solver:
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
-        """Return whether there is no singular pose (N,) between two poses each: their gradients' determinants have one sign."""
+        """Return whether no singular pose (N,) lies between two poses: the determinants of their gradients have equal signs."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
-        """Return where :meth:`on_one_side` holds beyond doubt (N,)."""
+        """Return the mask (N,) of poses at which :meth:`on_one_side` is certain."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
         return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return where a line starts: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
+        """Return the start of a line: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
 
-        Of actuators' angles that differ by full turns those near ``near`` (n, N).
+        Full turns of actuators are chosen near ``near`` (n, N).
         """
         values = self.values(prescribed, start, near)
         if not prescribed.angles or prescribed.orientation is None:
@@ -364,5 +364,5 @@ class Solver:
     def line(
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
-        """Return where lines from poses to targets (n, N) start, see :meth:`origin` and :func:`.prescribed.line_start`."""
+        """Return the starts of lines from poses to targets (n, N), see :meth:`origin` and :func:`.prescribed.line_start`."""
         return line_start(prescribed, self.origin(prescribed, start, target if shorter else None), target, shorter)

@@ -8,19 +8,16 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver
 from kinetostatics.math.arrays import Array, zeros_for
 
-#: Part of a change that the loops cannot follow above which they stay open.
+#: Relative residual of the rates above which the loops cannot remain closed.
 _OPEN = 1e-6
 
 
 def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
-    """Return how fast the freedoms move (nv, k, N) that are not given; NaN where residuals do not stay zero.
+    """Return the rates (nv, k, N) of the free freedoms; NaN where the residuals cannot remain zero.
 
-    Args:
-        solver: of the loops.
-        prescribed: what is given.
-        gradient: (m, n, N) of the scaled residuals by scaled steps of what is free.
-        rates: (m, k, N) how fast the residuals change by themselves.
-        step: (n, k, N) the steps that undo that as well as possible.
+    Args: solver: solver of the loops. prescribed: prescribed coordinates. gradient: (m, n, N) derivatives of scaled residuals
+    with respect to scaled free steps. rates: (m, k, N) partial rates of the residuals. step: (n, k, N) steps that compensate them
+    in the least-squares sense.
     """
     left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
     stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
@@ -31,7 +28,7 @@ def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: A
 
 
 def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
-    """Return the rates (nv, n, N) by each given coordinate, those of the freedoms that are given and of their followers too."""
+    """Return the rates (nv, n, N) per prescribed coordinate, including prescribed freedoms and their followers."""
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
         for moved, by in solver.equations.couplings.moving_with(column):

@@ -1,4 +1,4 @@
-"""The zero pose: as written, with closed loops, and errors in the file that keep loops open."""
+"""The zero pose: as in the file, with closed loops, and errors of the file that prevent closure."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism
 
-#: Gap at zero, in robot sizes or [rad], up to which loops that cannot be closed show rounding; beyond, something is wrong.
+#: Gap at zero, relative to the robot's size or [rad], up to which unclosable loops count as rounded; a larger one is an error.
 ROUNDING = 1e-4
-#: The same, up to which a tolerance that is given is accepted all the same: angles of three digits.
+#: Largest gap at zero for which a given tolerance is accepted: angles of three digits.
 ACCEPTED = 1e-3
-#: Closing error [scaled m, rad] of a file that has its numbers with six digits but another zero.
+#: Closing error [scaled m, rad] of a file with six digits and another zero.
 SIX_DIGITS = 1e-5
 #: Residual [scaled m, rad] above which loops count as not closed at all.
 OPEN = 1e-2
-#: From so many places the search for a closed zero pose starts where nothing near the written one closes the loops.
+#: Number of random starts for the closed zero pose if the loops do not close near zero.
 _STARTS = 20
-#: How many corrections are shown.
+#: Number of corrections in a message.
 _SHOWN = 6
 
 
 def written_zero(equations: LoopEquations) -> SolverState:
-    """Return the pose in which all joints are at zero."""
+    """Return the pose with all joints at zero."""
     return SolverState(equations.from_model(equations.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
 
 
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
-    """Return the pose nearest to the written zero at which the loops are closed, and the scaled residual that is left.
+    """Return the pose with closed loops nearest to zero, and its scaled residual.
 
-    The actuators stay at zero where they can.
+    The actuators remain at zero if possible.
     """
     equations, tree = solver.equations, solver.tree
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
@@ -50,7 +50,7 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
     if left[0] < CLOSED or OPEN < residual > left[0]:
         best, residual = free, float(left[0])
     chance = np.random.default_rng(1).uniform(-0.7, 0.7, (_STARTS, tree.nv)).T * solver.column_scale[:, None]
-    for part in (slice(0, 1), slice(1, _STARTS)):  # the first nearly always does
+    for part in (slice(0, 1), slice(1, _STARTS)):  # the first nearly always suffices
         if residual >= OPEN:
             starts = start.take(np.zeros(chance[0, part].size, dtype=np.intp))
             found, left = close(solver, SolverState(tree.integrate(starts.x, chance[:, part]), starts.c), *nothing)
@@ -64,7 +64,7 @@ def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[Solve
 def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
     """Whether several loops are open at zero because of one wrong frame, although some motion nearly closes them.
 
-    Where a single loop is open any frame would do, and the turn of a joint about its own axis is another zero of that joint.
+    A single open loop could be closed by any frame, and the rotation of a joint about its own axis only changes its zero.
     """
     if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
@@ -73,13 +73,10 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
 
 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
-    """Return the gaps at zero, and single corrections that would close all loops, as text.
+    """Return the gaps at zero, and corrections of single frames that would close all loops, as text.
 
-    Args:
-        mechanism: whose loops cannot be closed.
-        gaps: how far each loop is open where all joints are at zero, {name: (m, rad)}.
-        size: of the robot [m].
-        closest: how far they stay open with all joints free, in words, if that is far.
+    Args: mechanism: mechanism whose loops cannot be closed. gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
+    size: size of the robot [m]. closest: smallest gaps with all joints free, as text, if they are large.
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
@@ -99,9 +96,9 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Say which single frame would close the loops at zero where joints have to move to close them, None if there is none.
+    """Return a hint at a single frame that would close the loops at zero, if joints must move to close them; else None.
 
-    Where an axis is left out, the reader's warning of that is enough.
+    There is no hint if an axis is missing in the file, which has its own warning.
     """
     if _missing_axes(mechanism):
         return None
@@ -145,4 +142,4 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
     if not joints:
         return text
     child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frame of its child wrong
-    return f"{text}. If such a joint is right, what lies on its child (as {child!r}) is to be moved the other way instead"
+    return f"{text}. If such a joint is right, the bodies on its child (as {child!r}) are to be moved the opposite way"

@@ -1,1 +1,1 @@
-"""Limbs, each by itself: constraint and attached wrenches, compliance, sag under its own weight."""
+"""Statics of single limbs: constraint and attached wrenches, compliance, sag under their own weight."""

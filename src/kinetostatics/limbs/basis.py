@@ -8,16 +8,17 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Candidate:
-    """A candidate: a unit force through a joint's centre, or a unit couple, along a direction.
+    """A candidate wrench: a unit force through the centre of a joint, or a unit couple, along a direction.
 
     Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose platform end a
-            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
-            ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th joint; ``("meets", f, h)``: so that the axes
-            of two freedoms are met; ``("complement", s)``: no direction but the s-th seed, see ``Basis``.
-        centre: the joint whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
+        direction: ``("limb", k)``: axis x, y or z of the limb; ``("beam", b)``: along the b-th beam, through its platform end;
+            ``("axis", f)``: axis of the f-th freedom; ``("cross", f, h)``: perpendicular to the axes of two freedoms;
+            ``("cross_limb", f, k)``: perpendicular to the axis of a freedom and a limb axis; ``("to", u)``: towards the centre of
+            the u-th joint; ``("meets", f, h)``: intersecting the axes of two freedoms; ``("complement", s)``: no direction, but
+            the s-th seed of the completion.
+        centre: the joint whose centre lies on the line of the force, or two freedoms whose axes intersect there; None for a
             couple.
-        label: its name in reports.
+        label: name in reports.
     """
 
     NOT_RECORDED: ClassVar = ("label",)
@@ -32,9 +33,9 @@ class Basis:
     """The candidates chosen for one limb.
 
     Attributes:
-        constraint, attached: candidates of J_ic and of J_ig.
-        independent: which of the twists that the limb allows are independent at generic poses, for the completion of J_ic.
-        carried: the same among the platform joint's freedoms, for the completion of J_ig.
+        constraint, attached: chosen candidates of J_ic and J_ig.
+        independent: indices of allowed twists that are independent at generic poses, for the completion of J_ic.
+        carried: likewise for the freedoms of the platform joint, for the completion of J_ig.
         gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
     """
 

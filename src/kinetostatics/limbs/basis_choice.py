@@ -33,20 +33,20 @@ from kinetostatics.math.arrays import Array, Index, settles
 from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, numerical_rank, step_across
 from kinetostatics.math.ordering import first_largest
 
-#: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that determines a direction.
+#: Smallest singular value of the unit wrenches of a chosen basis, and smallest sine of the angle that determines a direction.
 MARGIN = 0.01
 #: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a canonical basis counts as degenerate.
 DEGENERATE = 1e-10
-#: Up to this power of a unit wrench on a unit twist the two are reciprocal: it is rounding.
+#: Power of a unit wrench on a unit twist that counts as rounding, so that the two are reciprocal.
 RECIPROCAL = 1e-14
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the canonical bases degenerate.
+    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
 
-    There the bases are orthonormal ones, found by singular values. Elsewhere candidates that are almost reciprocal are moved by
-    as little as makes them so. ``allowed`` (6, k, g, N) are twists about o that span what the limb allows the platform to do; of
-    a serial limb those of its passive joints.
+    Degenerate bases are replaced by orthonormal ones, from singular values. Otherwise, almost reciprocal candidates are projected
+    on the reciprocal wrenches. ``allowed`` (6, k, g, N) are twists about o that span the motions of the platform permitted by the
+    limb; for a serial limb, those of its passive joints.
     """
     scale = _scale(group)[:, None]
     mine = [allowed[:, k] for k in group.basis.independent]
@@ -57,7 +57,7 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
     g, N = geometry.limb_axes.shape[2:]
     J = np.stack(columns, axis=1) if columns else np.zeros((6, 0, g, N))
     unit = normalize(J * scale)
-    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
+    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # arrays that are not finite are not definite
     if count and allowed.shape[1]:
         power = _power(allowed / scale, unit[:, :count])
         bad |= power > 1e-6 + 100 * group.model.closing_error
@@ -69,21 +69,21 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> 
         off = ~bad & (_power(twists / scale, unit[:, count:]) > RECIPROCAL)
         if not settles(~off):
             J[:, count:] = np.where(off, _moved(J, twists, scale)[:, count:], J[:, count:])
-    bad = np.asarray(bad)  # which a record takes for decided
+    bad = np.asarray(bad)  # a recorded value counts as decided
     if np.any(bad):
         _replace(group, J, count, scale[:, 0], geometry, allowed, bad)
     return J[:, :count], J[:, count:], bad
 
 
 def _power(twists: Array, unit: Array) -> Array:
-    """Return the largest power (g, N) of any of the unit wrenches (6, n, g, N) on any twist (6, k, g, N), made a unit one."""
+    """Return the largest power (g, N) of unit wrenches (6, n, g, N) on normalized twists (6, k, g, N)."""
     power = np.einsum("ki...,kj...->ij...", unit, twists) / np.sqrt(dot(twists, twists))
     largest: Array = np.max(np.abs(power), axis=(0, 1))
     return largest
 
 
 def _moved(J: Array, twists: Array, scale: Array) -> Array:
-    """Return wrenches J (6, n, g, N) that are reciprocal to all twists (6, k, g, N): almost they are, and as many as can be."""
+    """Project a maximal set of wrenches J (6, n, g, N) so that they are reciprocal to all twists (6, k, g, N)."""
     size = np.sqrt(dot(J * scale, J * scale))
     return J - step_across(normalize(twists / scale), J * scale / size) * size / scale
 
@@ -106,7 +106,7 @@ def _columns(
 def _replace(
     group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, allowed: Array, bad: NDArray[np.bool_]
 ) -> None:
-    """Put orthonormal bases, found by singular values, where the canonical ones degenerate."""
+    """Replace degenerate canonical bases by orthonormal ones from singular values."""
     s = scale[:, 0, 0]
     for limb, pose in np.argwhere(bad):
         mine = allowed[:, :, limb, pose] / s[:, None]
@@ -121,12 +121,12 @@ def _replace(
 
 
 def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
-    """Choose ranks and canonical wrenches; for a group of one limb, whose order of elimination is known.
+    """Choose ranks and canonical wrenches of one limb, whose order of elimination is known.
 
     Args:
         group: the limb.
-        geometry: at generic poses, which decide ranks, and behind them at ordinary poses, at which nothing may degenerate.
-        generic: how many poses are generic.
+        geometry: geometry at generic poses, which decide ranks, followed by ordinary poses, at which bases must not degenerate.
+        generic: number of generic poses.
     """
     if group.is_attached:
         return Basis((), (), (), (), np.inf)
@@ -179,17 +179,17 @@ def _chosen(
     independent: Array,
     known: list[Array],
 ) -> tuple[Candidate, ...]:
-    """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
+    """Choose candidates one by one, reciprocal to given twists and independent of the previous ones and ``known``.
 
     Args:
         group: the limb.
-        geometry: at generic poses and, behind them, ordinary ones.
-        generic: how many are generic.
-        candidates: in the order of preference.
-        count: how many are wanted; where the canonical ones do not suffice they are completed.
-        reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
-        independent: see ``reciprocal_to``.
-        known: (6, 1, poses) wrenches that are taken already.
+        geometry: geometry at generic poses, followed by ordinary ones.
+        generic: number of generic poses.
+        candidates: candidates in order of preference.
+        count: number of wrenches; missing ones are completed.
+        reciprocal_to: (6, k, poses) scaled twists.
+        independent: (6, r, poses) independent ones among these twists.
+        known: (6, 1, poses) wrenches that are chosen already.
     """
     if not count:
         return ()
@@ -211,12 +211,12 @@ def _chosen(
                 chosen.append(_with_own_label(candidate, chosen))
                 taken.append(column)
         seeds = (_seeds(geometry, length) * scale[:, None])[:, :, 0]
-        ordinary = judged[judged >= generic]  # which are the same however the robot's file is written
+        ordinary = judged[judged >= generic]  # independent of how the file is written
         return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
 
 
 def _regular(poses: Index, generic: int, spanned: list[Array], taken: list[Array]) -> Index:
-    """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
+    """Return the generic poses and the ordinary poses at which the limb is not singular."""
     return poses[(poses < generic) | (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)]
 
 
@@ -232,7 +232,7 @@ def _scale(group: LimbGroup) -> Array:
 
 
 def _singular_values(columns: list[Array]) -> Array:
-    """Return the smallest singular value (P,) of columns (6, P) at every pose; 0 where they are not finite."""
+    """Return the smallest singular value (P,) of the matrix with columns (6, P), at every pose; 0 where it is not finite."""
     if not columns:
         return np.asarray(1.0)
     stack = np.stack(columns, axis=1)
@@ -242,12 +242,12 @@ def _singular_values(columns: list[Array]) -> Array:
 
 
 def _least_singular_value(columns: list[Array], judged: Index) -> float:
-    """Return the smallest singular value of columns (6, P) over the poses ``judged``; 0 where they are not finite."""
+    """Return the minimum of the smallest singular value of the columns (6, P) over the poses ``judged``; 0 if not finite."""
     return float(np.min(_singular_values([column[:, judged] for column in columns])))
 
 
 def _seeds(geometry: LimbGeometry, length: float) -> Array:
-    """Return six wrenches (6, 6, g, N) along the limb axes, from which complementary wrenches are made."""
+    """Return six wrenches (6, 6, g, N) along the limb axes, the seeds of complementary wrenches."""
     axes = geometry.limb_axes
     zero = np.zeros_like(axes)
     return np.concatenate([np.concatenate([axes, zero]), np.concatenate([zero, axes * length])], axis=1)
@@ -255,7 +255,7 @@ def _seeds(geometry: LimbGeometry, length: float) -> Array:
 
 def _residue(v: Array, basis: list[Array]) -> Array:
     """Return the part of ``v`` (6, …) that is orthogonal to orthonormal vectors."""
-    for _ in range(2):  # once more against rounding
+    for _ in range(2):  # twice, against rounding
         for unit in basis:
             v = v - unit * dot(unit, v)
     return v
@@ -292,12 +292,12 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
 
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of (6, k, P) scaled columns at generic poses, and the gap with which it is decided."""
+    """Return the rank of scaled columns (6, k, P) at generic poses, and the ratio of singular values at the rank decision."""
     return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
 def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:
-    """Return ``count`` of the twists ``among`` (6, k, poses), the best independent of one another, taken one by one."""
+    """Return the indices of ``count`` twists (6, k, poses) from ``among``, chosen one by one for best independence."""
     chosen: list[int] = []
     among = list(among)
     for _ in range(count):

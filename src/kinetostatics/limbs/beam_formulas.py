@@ -1,4 +1,4 @@
-"""One straight elastic beam: compliance of its end, sag under its own weight, and its bent line.
+"""A straight elastic beam: end compliance, sag under its own weight, and deflection line.
 
 All in beam axes: x along the beam from its base end (clamped) to its platform end, wrenches ``[f; m]`` and twists
 ``[d; r]`` about the platform end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
@@ -28,7 +28,7 @@ def _six(*rows: Array | float) -> Array:
 
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
-    """Return the twists (6, …) of the platform end that wrenches (6, …) at that end cause: the end compliance times them.
+    """Return the twists (6, …) of the platform end under wrenches (6, …) at this end: end compliance times wrench.
 
     Args:
         c: (6, …) section compliances.
@@ -49,7 +49,7 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
 
 
 def sag(c: Array, length: Array, load: Array) -> Array:
-    """Return the twists (6, …) of the platform end under an even load ``load`` (6, …), force and moment per length [N/m, N]."""
+    """Return the twists (6, …) of the platform end under a uniform load ``load`` (6, …), force and moment per length [N/m, N]."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     qx, qy, qz, ux, uy, uz = load
@@ -69,7 +69,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
     Args:
         c, length: as above.
         wrench: (6, …) wrench at the platform end.
-        load: (6, …) even load, force and moment per length [N/m, N].
+        load: (6, …) uniform load, force and moment per length [N/m, N].
         s: (…) distance from the base end [m].
     """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
@@ -91,7 +91,7 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
 
 
 def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the section wrenches (6, …) at ``s``, of the outboard on the inboard part, about the section's centre."""
+    """Return the section wrenches (6, …) at ``s``, exerted by the outboard on the inboard part, about the section's centre."""
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz, ux, uy, uz = load
@@ -115,22 +115,23 @@ def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
 
 
 def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
-    """Return B (9, 9, N) of the second-order work zᵀ B z of a loaded beam's forces under motions z of its ends.
+    """Return B (9, 9, N) of the second-order work zᵀ B z of the forces in a loaded beam under motions z of its ends.
 
-    z is the rotation of the base end, then displacement and rotation of the platform end from where the base end alone would have
-    it; in between the beam bends as by a wrench at the platform end. What a section puts on the next, F and M, turns with both:
-    ∫ F · (θ × γ) + ½ M · (θ × κ) − ½ F · (θ × (θ × e_x)) ds with the strains γ, κ; and the weight's arm turns with its section.
+    z consists of the rotation of the base end, and of displacement and rotation of the platform end relative to rigid-body motion
+    with the base end; in between the beam bends as under a wrench at the platform end. Section force F and moment M rotate with
+    the beam: ∫ F · (θ × γ) + ½ M · (θ × κ) − ½ F · (θ × (θ × e_x)) ds with the strains γ, κ; the lever arm of the weight rotates
+    with its section.
 
     Args:
         c: (6, 1) section compliances.
         length: (N,) length [m].
         wrench: (6, N) wrench at the platform end.
-        load: (6, N) even load, force and moment per length [N/m, N].
-        lever: (3, N) from the beam to the line along which its mass lies [m].
+        load: (6, N) uniform load, force and moment per length [N/m, N].
+        lever: (3, N) vector from the beam to the line of its mass [m].
     """
     N = length.shape[0]
     units, none = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), np.zeros((6, 1, N))
-    points, shares = np.polynomial.legendre.leggauss(3)  # for the fifth degree
+    points, shares = np.polynomial.legendre.leggauss(3)  # exact up to degree 5
     along, turned = np.array([[1.0], [0.0], [0.0]]), np.broadcast_to(np.eye(3)[:, :, None], (3, 3, N))
     found = zeros_for((9, 9, N), length, wrench)
     for point, share in zip(points, shares, strict=True):

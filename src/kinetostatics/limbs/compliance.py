@@ -1,7 +1,7 @@
 """Deformation of limbs: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
 
-All are sums over beams and springs of the work of one unit wrench along the deformation by another, under cut-joint wrenches
-``(M, 6, …, limb, pose)`` about o.
+Each coefficient is a sum over beams and springs: the work of one unit wrench on the deformation due to another, for cut-joint
+wrenches ``(M, 6, …, limb, pose)`` about o.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from kinetostatics.math.linalg import Cholesky, correlation, cross, inverse_of
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
-#: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
+#: Compliance, relative to the sum of absolute contributions, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
-#: Smallest eigenvalue of the compliance along soft wrenches, and largest residue beside it, with which the split is certain.
+#: Limits for the fast split: smallest eigenvalue of the compliance along soft wrenches, and largest residue.
 _GIVES, _NOTHING_LEFT = 1e-6, 1e-13
 
 
 @dataclass(frozen=True)
 class LimbLoads:
-    """Wrenches by weights in the beams and springs of g limbs, at zero cut-joint wrenches.
+    """Wrenches in the beams and springs of g limbs due to weights, at zero cut-joint wrenches.
 
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
-        spring_beyond: (6, springs, g, N) the same of each spring.
+        spring_beyond: (6, springs, g, N) weights outboard of each spring.
         on_drives: (1, drives, g, N) the force or torque of weights on each elastic actuator [N or N·m].
         own: (6, beams, g, N) the beams' own weights, force and moment per length, in beam axes [N/m, N].
     """
@@ -43,11 +43,11 @@ class LimbLoads:
 
 
 def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Array) -> Array:
-    """Return the even loads (6, beams, g, N) [N/m, N], in beam axes, of the beams' weights under ``gravity`` (3, N) [m/s²].
+    """Return the uniform loads (6, beams, g, N) [N/m, N] due to the beams' weights under ``gravity`` (3, N) [m/s²], in beam axes.
 
-    A mass whose centre is not the beam's middle lies along a line beside the beam: each section carries its force with a moment.
+    A mass whose centre is not that of the beam is distributed on a parallel line: its force acts on each section with a moment.
     """
-    with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
+    with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
         given = group.beam_masses_per_length
         spread = np.where(np.isnan(given), group.beam_masses / geometry.beam_lengths, given)
     field = np.broadcast_to(gravity[:, None, None], (3, *spread.shape))
@@ -58,12 +58,12 @@ def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Arra
 def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
     """Return the compliance (n, n, g, N) along cut-joint wrenches, and the sag (n, g, N) along them.
 
-    C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13);
-    Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21): Castigliano's theorem, in closed form for beams.
-    X moves wrenches to the section at s, c is the compliance there; a spring or actuator adds one term to each sum.
+    C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13); Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21):
+    Castigliano's theorem, in closed form for beams. X transforms wrenches to the section at s, c is its compliance; a spring or
+    actuator adds one term to each sum.
 
     Args:
-        group, geometry: the limbs and where they are.
+        group, geometry: the limbs and their geometry.
         columns: (M, 6, n, g, N) cut-joint wrenches per unit of each of n intensities.
         particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
         loads: the weights on beams and springs.
@@ -98,7 +98,7 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
 
 
 def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
-    """Return (g, N) how far all that is elastic moves together along forces of 1 N and moments of 1 N times the length [m]."""
+    """Return the sum (g, N) of all elastic compliances, for forces of 1 N and moments of 1 N times the length [m]."""
     g, N = geometry.centres.shape[-2:]
     unit = np.broadcast_to(np.diag(group.twist_scale.reshape(6))[:, :, None, None], (6, 6, g, N))
     total: Array = np.zeros((g, N))
@@ -114,7 +114,7 @@ def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
 
 
 def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
-    """Return the twists (6, …, g, N) of elastic joints' outboard sides under wrenches, both at and in the joints' frames.
+    """Return the twists (6, …, g, N) of the outboard sides of elastic joints under wrenches, both in the joint frames.
 
     Args:
         linear, angular: (3, 3, g) compliances [m/N], [rad/(N·m)].
@@ -125,12 +125,10 @@ def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
 
 
 def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carried: Array) -> tuple[Array, Array]:
-    """Return the twists of the outboard parts by elastic joints (6, S, g, N), about o, and the strain energies (g, N) [J].
+    """Return the twists (6, S, g, N) of outboard parts due to elastic joints, about o, and the strain energies (g, N) [J].
 
-    Args:
-        linear, angular: as of :func:`spring_twist`.
-        axes, arm: (3, 3, g, N) and (3, g, N) their frames, from o.
-        carried: (6, S, g, N) wrenches about o of all contributions.
+    Args: linear, angular: compliances, see :func:`spring_twist`. axes, arm: (3, 3, g, N) and (3, g, N) axes and origins of the
+    joint frames, from o. carried: (6, S, g, N) wrenches about o for all contributions.
     """
     wrench = rotate(axes, move_wrench(carried, arm), back=True)
     local = spring_twist(linear, angular, wrench)
@@ -138,7 +136,7 @@ def spring_motion(linear: Array, angular: Array, axes: Array, arm: Array, carrie
 
 
 def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:
-    """Return J_icᵀ e of assembly errors e (6, elements, g, N) about o, by cut-joint wrenches (M, 6, n, g, N): (n, g, N)."""
+    """Return J_icᵀ e (n, g, N) for assembly errors e (6, elements, g, N) about o and cut-joint wrenches (M, 6, n, g, N)."""
     if assembly_error is None:
         return np.broadcast_to(0.0, columns.shape[2:])
     error: Array = np.zeros(columns.shape[2:])
@@ -150,12 +148,12 @@ def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Arr
 
 @dataclass(frozen=True)
 class RigidSplit:
-    """Wrenches of limbs that are rigid along some: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with any μ.
+    """Wrenches of partly rigid limbs: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with arbitrary μ.
 
     Attributes:
         rigid: (g, N, n, r) combinations of the n constraint wrenches along which the limbs are rigid.
-        give: (g, N, n, n) how the others resist: C give C = C.
-        sure: (g, N) where there are r of these, and no doubt about that.
+        give: (g, N, n, n) generalized inverse of the compliance: C give C = C.
+        sure: (g, N) mask of reliable splits with r rigid combinations.
     """
 
     rigid: Array
@@ -164,7 +162,7 @@ class RigidSplit:
 
 
 def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
-    """Split wrenches by the compliance (n, n, g, N) along them; ``soft`` are n − r of them that span all compliance."""
+    """Split wrenches by their compliance (n, n, g, N); ``soft`` are n − r wrenches that span the range of the compliance."""
     n = len(C)
     scaled, unit = correlation(np.moveaxis(C, (0, 1), (-2, -1)))
     scaled = np.moveaxis(scaled, (-2, -1), (0, 1))
@@ -187,7 +185,7 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
 
 
 def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
-    """Return the same combinations (…, n, r) and resistance (…, n, n) of limbs (…, n, n), for any compliance."""
+    """Return ``rigid`` (…, n, r) and ``give`` (…, n, n) of any compliance (…, n, n), by eigenvectors."""
     scaled, unit = correlation(C)
     values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors
@@ -196,8 +194,8 @@ def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
 
 
 def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
-    """Choose ``count`` of n wrenches that span all compliance (n, n, poses) along them: the softest
-    first, each of those that are left when the ones before are held."""
+    """Choose ``count`` of n wrenches that span the range of the compliance (n, n, poses), the softest first, each
+    with the previous ones fixed (Cholesky pivots)."""
     finite = np.all(np.isfinite(C), axis=(0, 1))
     scaled = np.moveaxis(correlation(np.moveaxis(C[..., finite], 2, 0))[0], 0, 2)
     chosen: list[int] = []
@@ -211,12 +209,12 @@ def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
 
 
 def count_rigid(C: Array) -> int:
-    """Return along how many combinations of constraint wrenches limbs with compliance (n, n, g, N) are rigid at least."""
+    """Return the smallest number of rigid combinations of constraint wrenches of limbs with compliance (n, n, g, N)."""
     return int(np.min(rigid_counts(C)))
 
 
 def rigid_counts(C: Array) -> NDArray[np.intp]:
-    """Return along how many combinations of constraint wrenches (g, N) each limb with compliance (n, n, g, N) is rigid."""
+    """Return the number (g, N) of rigid combinations of constraint wrenches of each limb with compliance (n, n, g, N)."""
     if not len(C):
         return np.zeros(C.shape[2:], dtype=np.intp)
     values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])

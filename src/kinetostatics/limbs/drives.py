@@ -1,8 +1,8 @@
-"""Elastic actuators of limbs built alike: each deforms along all freedoms that it moves, under the sum of their forces.
+"""Elastic actuators of equal limbs: an actuator with mimic joints deforms along all its freedoms, under the sum of their forces.
 
-Let s_j be the unit twists of the actuated joint and of those that mimic it with the ratios r_j, and w_j the wrenches that they
-carry. The force of the actuator is f = Σ r_j s_jᵀ w_j; with the compliance c it moves joint j by r_j s_j c f. This adds one term
-of rank one per actuator to the sums of Eqs. (1) and (16).
+Let s_j be the unit twists of the actuated joint and of the joints that mimic it with ratios r_j, and w_j their wrenches. The
+force of the actuator is f = Σ r_j s_jᵀ w_j; with the compliance c it moves joint j by r_j s_j c f. This adds one term of rank one
+per actuator to the sums of Eqs. (1) and (16).
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class BranchJoint:
     """A joint of an open branch that an elastic actuator moves.
 
     Attributes:
-        edge: the joint as it lies on the way out.
-        ratio: how far it moves per unit of the actuator's coordinate.
-        freedoms: the one that it has.
-        outboard: (W,) which weights it carries.
+        edge: the joint, directed outwards.
+        ratio: its motion per unit of the actuator's coordinate.
+        freedoms: its single freedom.
+        outboard: (W,) mask of the weights that it carries.
     """
 
     edge: Edge
@@ -37,7 +37,7 @@ class BranchJoint:
     outboard: Array
 
     def twist(self, frames: Frames, o: Array) -> Array:
-        """Return the twist (6, N), about o, of its outer side per unit of the actuator's coordinate."""
+        """Return the twist (6, N) of its outer side about o, per unit of the actuator's coordinate."""
         return self.freedoms.twists(frames, o)[:, 0] * self.ratio
 
 
@@ -53,14 +53,11 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
 
 @dataclass(frozen=True)
 class LimbDrive:
-    """An actuator in the same place of g limbs.
+    """Corresponding actuators of g limbs.
 
-    Attributes:
-        joints: its name in each limb.
-        compliance: (g, 1) of its own coordinate [m/N, rad/(N·m)].
-        freedoms: numbers of the limbs' freedoms that it moves.
-        ratios: (freedoms, g, 1) how far per unit of its own coordinate.
-        branches: of each limb, the joints of open branches that it moves, too.
+    Attributes: joints: its name in each limb. compliance: (g, 1) compliance along its coordinate [m/N, rad/(N·m)]. freedoms:
+    indices of the freedoms of the limbs that it moves. ratios: (freedoms, g, 1) their motion per unit of its coordinate.
+    branches: for each limb, the joints of open branches that it moves.
     """
 
     joints: tuple[str, ...]
@@ -71,7 +68,7 @@ class LimbDrive:
 
 
 def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[Sequence[str]]) -> tuple[LimbDrive, ...]:
-    """Return the actuators that move freedoms of alike limbs.
+    """Return the actuators that move freedoms of equal limbs.
 
     Args:
         model: the robot.

@@ -1,12 +1,12 @@
 """Statics of a limb with several cut joints by the force method: A X = −demand for the passive joints, P X = w.
 
-Unknown are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X
-= −d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the cut joints that end at it. The wrenches that the
-limb can transmit to the platform are the image of P N; solutions of P N y = 0 are self-stress (the method page, section 9;
-S. P. Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
+The unknowns are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one row of A
+X = −d, with the solutions X = X_0 + N y; the wrench on the platform is P X, the sum of the cut joints at the platform. The limb
+transmits the wrenches in the range of P N; solutions of P N y = 0 are self-stress (method page, section 9; S. P. Timoshenko and
+D. H. Young, *Theory of Structures*, chapter on the force method).
 
-The equations are eliminated with pivots chosen once, at generic poses, for thousands of poses at a time. Arrays are
-``(…, limb, pose)``; lengths are scaled by the caller so that forces and moments are comparable.
+The pivots of the elimination are chosen once, at generic poses, and used for many poses at a time. Arrays are ``(…, limb,
+pose)``; the caller scales lengths so that forces and moments are comparable.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import canonical_basis, numerical_rank
 from kinetostatics.math.ordering import first_largest
 
-#: Pivots below this are not trusted; the pose is then solved by singular values.
+#: Smallest accepted pivot; otherwise the pose is solved by singular values.
 _SMALL_PIVOT = 1e-6
-#: An elimination order is good enough for another limb if its pivots there are not smaller than this.
+#: Smallest pivot for which an elimination order of one limb is used for another.
 _GOOD_PIVOT = 1e-3
 
 
@@ -31,9 +31,9 @@ class EliminationOrder:
     """Pivots (row, column) of the elimination, fixed once per limb.
 
     Attributes:
-        joints: among the joints' equations.
-        platform: among the six sums of the platform's cut joints.
-        free: the columns that are left: self-stress.
+        joints: pivots in the equations of the joints.
+        platform: pivots in the six sums over the platform's cut joints.
+        free: remaining columns: self-stress.
     """
 
     joints: tuple[tuple[int, int], ...]
@@ -47,10 +47,10 @@ class Distribution:
 
     Attributes:
         particular: (n, …) X_0, in equilibrium with the weights.
-        spread: (n, 6, …) the cut joints' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
-        self_stress: (n, s, …) cut-joint wrenches that do not reach the platform.
-        allowed: (6, 6 − n_c, …) twists of the platform that the limb allows: reciprocal to all wrenches that it can carry.
-        doubtful: (…) where the pivots fail, so that the limb may have other ranks than at generic poses.
+        spread: (n, 6, …) cut-joint wrenches per unit of the platform's wrench on the limb, for wrenches that it can transmit.
+        self_stress: (n, s, …) cut-joint wrenches without resultant on the platform.
+        allowed: (6, 6 − n_c, …) twists of the platform that the limb permits: reciprocal to all wrenches that it transmits.
+        doubtful: (…) mask of failed pivots, where the ranks may differ from those at generic poses.
     """
 
     particular: Array
@@ -78,7 +78,7 @@ def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
 
 
 def suits(elimination: EliminationOrder, A: Array, P: Array, tolerance: float) -> bool:
-    """Whether an elimination order made for one limb is good for another at the same generic poses."""
+    """Whether the elimination order of one limb can be used for another at the same generic poses."""
     if ranks(A, P, tolerance) != (len(elimination.joints), len(elimination.platform)):
         return False
     M = _stacked(A, P)
@@ -86,14 +86,14 @@ def suits(elimination: EliminationOrder, A: Array, P: Array, tolerance: float) -
 
 
 def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
-    """Solve A X = −demand, P X = w for every wrench w that the limb can carry.
+    """Solve A X = −demand, P X = w for every wrench w that the limb can transmit.
 
     Args:
         elimination: the pivots.
         A: (k, n, g, N) the joints' equations.
-        filled: (k, n) which of their coefficients are not zero everywhere.
+        filled: (k, n) mask of the coefficients that are not zero everywhere.
         P: (6, n) sums over the platform's cut joints.
-        demand: (k, g, N) what the weights put on the passive freedoms.
+        demand: (k, g, N) power of the weights on the passive freedoms.
     """
     k, n = A.shape[:2]
     batch = A.shape[2:]
@@ -105,7 +105,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
     pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = filled, True, P != 0
     pattern[range(k, k + 6), range(n + 1, n + 7)] = True
     smallest = _eliminate(M, elimination.joints, pattern)
-    M[k:, n], pattern[k:, n] = 0, False  # the particular solution leaves the free columns alone
+    M[k:, n], pattern[k:, n] = 0, False  # the free columns of the particular solution are zero
     smallest = np.minimum(smallest, _eliminate(M, elimination.platform, pattern))
     pivots = (*elimination.joints, *elimination.platform)
     rows, columns = [row for row, _ in pivots], [column for _, column in pivots]
@@ -126,14 +126,14 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
 
 
 def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
-    """Return the part of the demand (k, g, N) that no cut-joint wrenches balance: orthogonal to the columns of A.
+    """Return the part of the demand (k, g, N) that cut-joint wrenches cannot balance, orthogonal to the columns of A.
 
     Args:
-        elimination: the pivots, of which the rank is taken.
+        elimination: the pivots, whose number is the rank.
         A: (k, n, g, N) the joints' equations.
-        demand: (k, g, N) what the weights put on the passive freedoms.
-        particular: (n, g, N) the solution by elimination, which leaves nothing where the equations agree. Where they do not,
-            what it leaves depends on the pivots.
+        demand: (k, g, N) power of the weights on the passive freedoms.
+        particular: (n, g, N) solution by elimination; its residual is zero if the equations are consistent, otherwise it depends
+            on the pivots.
     """
     left = demand + np.einsum("kn...,n...->k...", A, particular)
     where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)
@@ -146,12 +146,12 @@ def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular
 
 
 def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np.bool_] | None = None) -> Array:
-    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); the pivots' own columns stay behind.
+    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); pivot columns are not cleared.
 
     Args:
         M: (rows, columns, …) the equations.
         pivots: rows and columns.
-        filled: (rows, columns) where M is not zero throughout, kept up to date; None: everywhere.
+        filled: (rows, columns) mask of the entries of M that may differ from zero, updated in place; None: all.
     """
     filled = np.ones(M.shape[:2], dtype=bool) if filled is None else filled
     smallest = np.full(M.shape[2:], np.inf)
@@ -172,13 +172,13 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[slice]:
-    """Return where a mask is true, as slices."""
+    """Return the true ranges of a mask as slices."""
     ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
     return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 
 
 def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:
-    """Choose pivots one by one, the largest over all generic poses, and eliminate them from M (rows, n, poses) in place."""
+    """Choose the largest pivots over all generic poses, one by one, and eliminate their columns from M (rows, n, poses)."""
     chosen: list[tuple[int, int]] = []
     for _ in range(count):
         free_rows = [row for row in rows if row not in {r for r, _ in chosen}]
@@ -194,7 +194,7 @@ def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[in
 def _by_singular_values(
     elimination: EliminationOrder, limb: int, pose: int, A: Array, P: Array, demand: Array, result: Distribution
 ) -> None:
-    """Put the solution at one limb and pose, where the pivots fail, found by singular values, into ``result``."""
+    """Write the solution by singular values, for one limb at a pose with failed pivots, into ``result``."""
     one = A[..., limb, pose]
     if not np.all(np.isfinite(one)):
         return
@@ -211,7 +211,7 @@ def _by_singular_values(
 
 
 def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
-    """Return the rank of the joints' equations, and how many independent wrenches reach the platform."""
+    """Return the rank of the joints' equations, and the number of independent wrenches transmitted to the platform."""
     poses = range(A.shape[2])
     rank = max((numerical_rank(A[:, :, p], tolerance)[0] for p in poses), default=0)
     return rank, max((numerical_rank(P @ _null(A[:, :, p], rank), tolerance)[0] for p in poses), default=0)

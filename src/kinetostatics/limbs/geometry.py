@@ -1,6 +1,6 @@
-"""Geometry of limbs built alike at N poses: unit twists, centres, limb axes, beam axes.
+"""Geometry of equal limbs at N poses: unit twists, centres, limb axes, beam axes.
 
-Each is fixed in a body of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
+All are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ class LimbGeometry:
     """Geometry of a group of g limbs at N poses; all arms are from o [m], world axes.
 
     Attributes:
-        axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
-        twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard: the columns behind Eqs. (2), (4).
-        centres: (3, compounds + 1, g, N) joint centres, and the limb's platform end; of an axis without a centre of its own the
-            point nearest to the next joint with one along a serial limb, else to o.
+        axes: (3, k, g, N) axes of all freedoms, with a sense that does not depend on the file, see :func:`_orientations`.
+        twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard side, as in Eqs. (2), (4).
+        centres: (3, compounds + 1, g, N) joint centres, and the platform end of the limb. For an axis without a centre, the point
+            nearest to the next joint centre in a serial limb, otherwise to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
         beam_ends: (3, beams, g, N) platform ends.
-        beam_levers: (3, beams, g, N) from their middles to the centres of their masses.
-        spring_axes: (3, 3, springs, g, N) axes of the sprung joints' frames.
-        spring_arms: (3, springs, g, N) their origins.
+        beam_levers: (3, beams, g, N) vectors from the middles of beams to their centres of mass.
+        spring_axes: (3, 3, springs, g, N) axes of the frames of elastic joints.
+        spring_arms: (3, springs, g, N) origins of these frames.
     """
 
     axes: Array
@@ -60,14 +60,11 @@ class LimbGeometry:
 
 
 class LimbSkeleton:
-    """Points and directions of limbs built alike, fixed in the robot's bodies.
+    """Points and directions of equal limbs, fixed in the bodies of the robot.
 
-    Attributes:
-        dofs: of every limb, the freedoms of its joints, inboard ones first.
-        rotates: (k,) which of them are rotations.
-        passive: (k,) which of them are passive.
-        compound_of: (k,) the compound joint that each belongs to.
-        y_choice: what the limbs' y axis follows: ``("axis", f)`` or ``("world", -1)``.
+    Attributes: dofs: for every limb, the freedoms of its joints, inboard ones first. rotates: (k,) mask of rotations. passive:
+    (k,) mask of passive freedoms. compound_of: (k,) index of the compound joint of each freedom. y_choice: reference of the y
+    axis: ``("axis", f)`` or ``("world", -1)``.
     """
 
     def __init__(
@@ -143,14 +140,14 @@ class LimbSkeleton:
         )
 
     def _joints(self, frames: Frames, o: Array) -> tuple[Array, Array, Array]:
-        """Return the freedoms' axes as in the file and arms to a point of each (3, k, g, N), and ``LimbGeometry.centres``."""
+        """Return axes of the freedoms as in the file, arms to a point of each axis (3, k, g, N), and ``LimbGeometry.centres``."""
         axes, arms = self._axes.at(frames), self._centres.points(frames) - o[:, None, None]
         centres = np.concatenate([arms[:, self._last_dofs], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
         for compound, near in self._loose.items():
             along = axes[:, self._last_dofs[compound]]
             arm = centres[:, compound] if near is None else centres[:, compound] - centres[:, near]
             centres[:, compound] -= along * dot(along, arm)
-        if self._ends_at_joint:  # which is where its axes meet
+        if self._ends_at_joint:  # the intersection of its axes
             centres[:, -1] = centres[:, -2]
         return axes, arms, centres
 
@@ -163,7 +160,7 @@ class LimbSkeleton:
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
-        """Choose the reference of the y axis across ``z`` (3,): a passive revolute, a universal, a driven axis, or the world."""
+        """Choose the reference of the y axis, not parallel to ``z`` (3,): an axis (passive, universal, driven) or the world."""
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.compound_of):
                 kind = self._compounds[k].type
@@ -174,7 +171,7 @@ class LimbSkeleton:
 
 
 class _Vectors:
-    """Points or directions (3,), or axes (3, 3), fixed in bodies: those of the k members of each of g limbs, limb by limb."""
+    """Points or directions (3,), or axes (3, 3), fixed in bodies, for the k members of each of g limbs."""
 
     def __init__(self, rows: list[list[tuple[int, Array]]], shape: tuple[int, ...] = (3,)) -> None:
         g, k = len(rows), len(rows[0])
@@ -193,13 +190,13 @@ class _Vectors:
 
     def _shaped(self, evaluate: Callable[[Index, Array], Array], frames: Frames) -> Array:
         N = frames.position.shape[2]
-        if not self._bodies.size:  # which indexing would pay for
+        if not self._bodies.size:  # avoid indexing
             return zeros_for((*self._shape, N), frames.position)
         return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
 
 
 def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
-    """Return for each joint without a centre the next one in the limb that has one, the outer of two, if there is any."""
+    """Return for each joint without a centre the nearest joint of the limb with a centre, the outer of two, or None."""
     known = [u for u, has in enumerate(has_centre) if has and is_serial]
     return {
         u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has
@@ -207,28 +204,28 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
 
 
 def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
-    """Return the signs (k, g) of the axes of g limbs that orient them by their lines in space, independent of the file.
+    """Return the signs (k, g) that orient the axes of g limbs by their lines in space, independent of the file.
 
-    At the closed zero pose it points along the world's z axis; if it is level, anticlockwise around that; if it meets the z axis,
-    along x, else along y. Axes of one limb that are parallel point the same way.
+    At the closed zero pose an axis points upwards along the world's z axis; if it is horizontal, anticlockwise about that axis;
+    if it intersects that axis, along x, else along y. Parallel axes of a limb have the same sense.
 
     Args:
-        axes: (3, k, g) at the zero pose, as in the file.
-        moments: (3, k, g) of unit forces along them about the world's origin [m]; 0 for translations.
-        named: (k,) which axes are those of a joint alone; others do not matter.
+        axes: (3, k, g) axes at the zero pose, as in the file.
+        moments: (3, k, g) moments of unit forces along them about the world's origin [m]; 0 for translations.
+        named: (k,) mask of the axes of single joints; others are ignored.
         length: characteristic length [m].
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
     alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)
     around = np.einsum("khg,hg->kg", alike, moments[2] * named[:, None]) / length
     signs = np.ones(axes.shape[1:])
-    for size in (axes[1], axes[0], around, axes[2]):  # the last has the last word
+    for size in (axes[1], axes[0], around, axes[2]):  # the last has priority
         signs = np.where(np.abs(size) > _CLEAR, np.sign(size), signs)
     return signs
 
 
 def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
-    """Return body and point (3,) [m] of a limb's platform end: its last joint's or beam's."""
+    """Return body and point (3,) [m] of the platform end of a limb: its last joint or beam end."""
     edge = limb.edges[-1]
     if edge.beam:
         span = model.beams[edge.beam].span

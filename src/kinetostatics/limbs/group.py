@@ -1,7 +1,7 @@
-"""Limbs built alike, stacked: joints, beams, springs, and the cut-joint wrenches and weights that these carry.
+"""Groups of equal limbs: joints, beams, springs, and the cut-joint wrenches and weights in them.
 
 The wrench in an edge of a limb is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
-outboard of it. Limbs have an axis of their own: arrays are ``(component, column, limb, pose)``.
+outboard of it. Arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -26,35 +26,29 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class LimbGroup:
-    """Limbs built alike.
+    """Equal limbs, stacked.
 
-    Attributes:
-        limbs: the limbs.
-        numbers: their positions among the robot's limbs.
-        compounds: of every limb, its joints.
-        elements: of every limb, its beams and joints, alike but for how many edges of the file they are.
-        beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
-        drives: the elastic actuators of the limbs.
-        spring_elements: which elements the springs belong to.
-        dofs: of every limb, the freedoms of its joints, inboard ones first.
-        passive, rotates: (k,) which freedoms are passive, and which are rotations.
-        compound_of: (k,) the compound joint that each freedom belongs to.
-        platform_joint: (k,) which freedoms belong to the platform joint.
+    Attributes: limbs: the limbs. numbers: their indices among the robot's limbs. compounds: for every limb, its joints. elements:
+    for every limb, its beams and joints, equal except for their numbers of edges in the file. beams, springs: for every limb, the
+    beams and springs on its edges, inboard ones first. drives: the elastic actuators of the limbs. spring_elements: index of the
+    element of each spring. dofs: for every limb, the freedoms of its joints, inboard ones first. passive, rotates: (k,) masks of
+    passive freedoms and of rotations. compound_of: (k,) index of the compound joint of each freedom. platform_joint: (k,) mask of
+    the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
-        beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
+        beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] or mass per length [kg/m], whichever is constant; else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
-        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches that each of
-            them carries. to_platform: (M,) which cut joints end at the platform.
+        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in
+        each of them. to_platform: (M,) mask of the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 
     Attributes:
-        elimination: how the cut-joint wrenches of a limb that is not serial are found.
-        basis: the canonical wrenches, alike for all but for their labels.
+        elimination: order of elimination for the cut-joint wrenches of a limb that is not serial.
+        basis: the canonical wrenches, equal except for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
-        rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
-        soft: as many of the constraint wrenches as there are other combinations; what gives way along them tells all.
-        at_one_pose: whether that was decided at one pose, at which the limb is another one
+        rigid_directions: number of rigid combinations of the constraint wrenches.
+        soft: constraint wrenches that span the range of the compliance.
+        at_one_pose: whether these decisions were made for a single pose with other ranks
             (:mod:`kinetostatics.statics.limb_ranks`).
     """
 
@@ -78,7 +72,7 @@ class LimbGroup:
         self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
-        names = [[c.joints[0] for c in row for _ in c.dofs] for row in self.compounds]  # of driven freedoms those of their joints
+        names = [[c.joints[0] for c in row for _ in c.dofs] for row in self.compounds]  # joints of the driven freedoms
         self.drives = limb_drives(model, list(drives_of(model.mechanism).values()), names)
         self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
         self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
@@ -111,7 +105,7 @@ class LimbGroup:
         rigid_directions: int = 0,
         soft: tuple[int, ...] = (),
     ) -> LimbGroup:
-        """Return the same limbs with the decisions made once, at generic poses; ``bases`` are those of every limb."""
+        """Return the same limbs with the decisions made at generic poses; ``bases`` are those of every limb."""
         group = copy.copy(self)
         group.elimination, group.rigid_directions, group.soft = elimination, rigid_directions, soft
         if bases:
@@ -125,7 +119,7 @@ class LimbGroup:
         return self._again(self.model, [position])
 
     def on(self, model: StaticModel) -> LimbGroup:
-        """Return the same limbs of a slightly different robot, with the decisions made for these."""
+        """Return the same limbs of a slightly different robot, with the same decisions."""
         return self._again(model, range(len(self.numbers)))
 
     def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
@@ -138,16 +132,16 @@ class LimbGroup:
 
     @property
     def is_serial(self) -> bool:
-        """Whether the limb is a single way from base to platform."""
+        """Whether the limb is a single chain from base to platform."""
         return self.limbs[0].is_serial
 
     @property
     def is_attached(self) -> bool:
-        """Whether these are closed chains that hang on base or platform alone."""
+        """Whether these are closed chains attached to the base or the platform alone."""
         return not np.any(self.to_platform)
 
     def spring(self, number: int) -> tuple[Array, Array]:
-        """Return the linear and angular compliances (3, 3, g) of the limbs' springs of a number."""
+        """Return the linear and angular compliances (3, 3, g) of the springs with an index."""
         return self.spring_linear[:, :, number], self.spring_angular[:, :, number]
 
     @property
@@ -186,9 +180,9 @@ class LimbGroup:
         return freedoms, beams, springs
 
     def _platform_joint(self) -> NDArray[np.bool_]:
-        """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them.
+        """Return the mask of the freedoms of the outermost passive joints with neither beam nor weight between them.
 
-        Where several joints lead to the platform none is the platform joint.
+        If several joints lead to the platform, there is no platform joint.
         """
         limb = self.limbs[0]
         inside = np.zeros(len(self.passive), dtype=bool)
@@ -224,7 +218,7 @@ class LimbGroup:
 
     @property
     def places(self) -> set[str]:
-        """Places at which loads are felt: those of the limbs, and of open branches elsewhere that their actuators move."""
+        """Places of loads that affect the limbs: those of the limbs, and of other open branches moved by their actuators."""
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
@@ -235,7 +229,7 @@ class LimbGroup:
         return self._on_drives(geometry, carried, frames, o, lambda joint: np.einsum("w,iwn->in", joint.outboard, weights))
 
     def loads_on_drives(self, geometry: LimbGeometry, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> Array:
-        """Return that of loads (6, N), about o, by the place at which they act."""
+        """Return the force or torque (1, drives, g, N) of loads (6, N), given about o by place, on every elastic actuator."""
         nothing = zeros_for(o[:1].repeat(6, axis=0).shape, o)
 
         def on(edge: Edge) -> Array:
@@ -277,10 +271,10 @@ class LimbGroup:
         """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
 
         Args:
-            wrenches: (6, N) about o by the place at which they act [N, N·m].
+            wrenches: (6, N) wrenches about o, by place [N, N·m].
 
         Returns:
-            As :meth:`weights_outboard`.
+            See :meth:`weights_outboard`.
         """
         loads = np.stack(list(wrenches.values()), axis=1)
         tables = [
@@ -296,7 +290,7 @@ class LimbGroup:
         """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.
 
         Args:
-            weights: (6, W, N) wrenches of all of the robot's weights about o [N, N·m].
+            weights: (6, W, N) wrenches of all weights of the robot about o [N, N·m].
 
         Returns:
             (6, passive freedoms, g, N), (6, beams, g, N) and (6, springs, g, N).
@@ -316,7 +310,7 @@ class LimbGroup:
     # ---- cut joints -----------------------------------------------------------------------------------------------------
 
     def _cut_signs(self, edges: list[Edge]) -> NDArray[np.int8]:
-        """Return the signs (edges, M) of the cut-joint wrenches that edges carry."""
+        """Return the signs (edges, M) of the cut-joint wrenches in given edges."""
         table = np.zeros((len(edges), len(self.to_platform)), dtype=np.int8)
         for row, edge in enumerate(edges):
             for cut, sign in edge.cut_joints:
@@ -324,7 +318,7 @@ class LimbGroup:
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
-        """Return the passive joints' equations (k, 6 M, g, N) for scaled cut-joint wrenches: no power on any, Eq. (2)."""
+        """Return the equations (k, 6 M, g, N) of the passive joints for scaled cut-joint wrenches: no power, Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
         signs = self.dof_cut_signs[self.passive]
         rows = zeros_for((*signs.shape, *scaled.shape[1:]), scaled)
@@ -334,7 +328,7 @@ class LimbGroup:
 
     @property
     def joint_pattern(self) -> NDArray[np.bool_]:
-        """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of cut joints that a freedom carries."""
+        """Mask (k, 6 M) of the coefficients of these equations that are not zero everywhere."""
         return np.repeat(self.dof_cut_signs[self.passive] != 0, 6, axis=1)
 
     @property
@@ -348,7 +342,7 @@ class LimbGroup:
         return np.array([1.0] * 3 + [self.model.length] * 3).reshape(6, 1, 1, 1)
 
     def even_twists(self, geometry: LimbGeometry) -> Array:
-        """Return the twists (6, k, g, N) of all freedoms in characteristic lengths: turns by 1 rad, slides by one of these."""
+        """Return dimensionless twists (6, k, g, N) of all freedoms: rotations by 1 rad, translations by the length."""
         return geometry.twists * self.twist_scale / np.where(self.rotates, self.model.length, 1.0)[:, None, None]
 
     @property
@@ -357,7 +351,7 @@ class LimbGroup:
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
     def platform_wrench(self, cut_wrenches: Array) -> Array:
-        """Return the platform's wrench acting on the limb (6, …) by cut-joint wrenches (M, 6, …)."""
+        """Return the wrench (6, …) of the platform on the limb from cut-joint wrenches (M, 6, …)."""
         return carried_wrench(self.to_platform.astype(np.int8), cut_wrenches)
 
 

@@ -1,4 +1,4 @@
-"""Grouping of limbs built alike, with the decisions made once for each: basis, elimination order, rigid directions."""
+"""Grouping of equal limbs, with the decisions made once for each group: basis, elimination order, rigid directions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.mechanism.tree import Frames
 
 
 def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
-    """Decide about every limb at generic ``frames`` and choose a basis that suits ``ordinary`` ones too; stack limbs built alike.
+    """Decide ranks at generic ``frames``, choose bases that are valid at ``ordinary`` ones too, and stack equal limbs.
 
     Raises:
         StaticsError: a limb's wrenches cannot be completed to a basis.
@@ -44,7 +44,7 @@ def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tu
 
 
 def decided_at(model: StaticModel, number: int, frames: Frames) -> LimbGroup:
-    """Return one limb with the decisions made at one pose, for that pose alone."""
+    """Return one limb with decisions made at one pose and valid for this pose only."""
     here = frames, model.mechanism.platform_pose(frames)[1]
     group = _decided(LimbGroup(model, [number]), here, here, {})[0]
     group.at_one_pose = True
@@ -57,7 +57,7 @@ def _decided(
     both: tuple[Frames, Array],
     plans: dict[tuple[object, ...], list[force_method.EliminationOrder]],
 ) -> tuple[LimbGroup, Basis, force_method.EliminationOrder | None]:
-    """Decide about one limb at generic poses; the basis suits others behind them too."""
+    """Return one limb with decisions made at generic poses; the basis is valid at the ordinary poses too."""
     geometry = limb.geometry(*generic)
     elimination = None if limb.is_serial else _elimination(limb, geometry, plans.setdefault(limb.signature, []))
     basis = choose_basis(limb.decided(elimination), limb.geometry(*both), generic[1].shape[1])
@@ -66,14 +66,14 @@ def _decided(
 
 
 def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
-    """Return limbs that are built alike, each a group of its own with its basis, as one group."""
+    """Join groups of one limb each, all equal, to one group."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
     return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions, first.soft)
 
 
 def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, tuple[int, ...]]:
-    """Return along how many combinations of its constraint wrenches a limb is rigid at generic poses, and the soft ones."""
+    """Return the number of rigid combinations of a limb's constraint wrenches at generic poses, and the soft wrenches."""
     N = o.shape[1]
     weightless = np.zeros((6, len(limb.model.weights.names), N))
     C = limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C
@@ -84,7 +84,7 @@ def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, t
 def _elimination(
     limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.EliminationOrder]
 ) -> force_method.EliminationOrder:
-    """Return the order that another limb built alike has, if it suits, else a new one, which is then ``known`` too."""
+    """Return the elimination order of an equal limb from ``known`` if it is suitable; otherwise a new one, added to ``known``."""
     A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.model.rank_tolerance
     for elimination in known:
         if force_method.suits(elimination, A, P, tolerance):

@@ -1,4 +1,4 @@
-"""The robot as frozen data for limbs and statics, independent of poses and of kinematics."""
+"""Immutable data of a robot for limbs and statics, independent of poses and kinematics."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class StaticModel(ShortRepr):
 
     Attributes:
         mechanism: bodies and connections.
-        topology: limbs, and what is attached to base and platform.
-        beams: by name.
-        weights: everything that weighs something.
+        topology: limbs, and the bodies attached to base and platform.
+        beams: beams by name.
+        weights: weights of links and beams.
         zero_frames: frames of the closed zero pose, a batch of one.
         length: characteristic length [m], which makes forces and moments comparable.
         rank_tolerance: relative singular value below which a direction counts as dependent.
-        closing_error: how far loops stay open because of rounding in the file [scaled m, rad].
+        closing_error: residual of the loops due to rounding in the file [scaled m, rad].
     """
 
     NOT_RECORDED: ClassVar = ("zero_frames", "example")

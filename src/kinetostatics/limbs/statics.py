@@ -1,7 +1,7 @@
 """Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
 
-All limbs are solved alike: the wrench in an edge is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and
-weights. Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
+The wrench in an edge of a limb is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and weights. Equal limbs are
+stacked: arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
 from kinetostatics.mechanism.tree import Frames
 
-#: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
+#: Smallest eigenvalue of the scaled compliance along self-stresses for which Cholesky factors replace eigenvectors.
 _WELL_CONDITIONED = 1e-5
-#: Part of a limb's whole compliance below which that along its forces is rounding.
+#: Compliance along wrenches, relative to the sum of all elastic compliances of the limb, that counts as rounding.
 _STRAINING = 1e-20
 
 
@@ -44,19 +44,19 @@ class LimbStatics(ShortRepr):
         group: the limbs.
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
-        R_g: (6, g, N) their sum J_ig W_ig [N, N·m].
+        R_g: (6, g, N) resultant J_ig W_ig [N, N·m].
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
-        assembly_error: (n_c, g, N) the same of assembly errors.
-        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
-        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb R_g.
-        assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors with no intensity: self-stress.
-        loose: (M, 6, s, g, N) self-stresses without any compliance, of undetermined size.
+        assembly_error: (n_c, g, N) displacements along constraint wrenches due to assembly errors [m or rad].
+        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; J_c for a serial limb.
+        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; R_g for a serial limb.
+        assembly_error_cut_wrenches: (M, 6, g, N) self-stress: cut-joint wrenches due to assembly errors at zero intensities.
+        loose: (M, 6, s, g, N) self-stresses without compliance, of undetermined magnitude.
         loads: the weights on beams and springs.
-        unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
-        degenerate: (g, N) where the bases are not the canonical ones.
-        doubtful: (g, N) where the limb may have other ranks than at generic poses.
-        may_stiffen: (g, N) where it may be rigid along more or fewer combinations of its wrenches than at generic poses.
+        unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
+        degenerate: (g, N) mask of degenerate canonical bases.
+        doubtful: (g, N) mask of limbs whose ranks may differ from those at generic poses.
+        may_stiffen: (g, N) mask of limbs whose number of rigid combinations may differ from that at generic poses.
     """
 
     group: LimbGroup
@@ -87,7 +87,7 @@ class LimbStatics(ShortRepr):
 def limb_statics(
     group: LimbGroup, frames: Frames, o: Array, weights: Array, gravity: Array, assembly_error: Array | None = None
 ) -> LimbStatics:
-    """Evaluate the wrenches, compliances and sag of alike limbs.
+    """Compute wrenches, compliances and sag of equal limbs.
 
     Args:
         group: the limbs.
@@ -95,7 +95,7 @@ def limb_statics(
         o: (3, N) reference point [m].
         weights: (6, W, N) wrenches of all weights about o [N, N·m].
         gravity: (3, N) [m/s²].
-        assembly_error: (6, elements, g, N) what each element's outboard side is off by for no force, about o; None: nothing.
+        assembly_error: (6, elements, g, N) twists of outboard sides due to assembly errors of elements, about o; None: none.
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.weights_outboard(weights)
@@ -105,13 +105,13 @@ def limb_statics(
 
 
 def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
-    """Evaluate alike limbs without their weights, under loads at some of their places alone.
+    """Compute the statics of equal limbs without weights, under loads at some places.
 
     Args:
         group: the limbs.
         frames: of all bodies.
         o: (3, N) reference point [m].
-        wrenches: (6, N) about o by the place at which they act [N, N·m].
+        wrenches: (6, N) wrenches about o, by place [N, N·m].
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
@@ -120,7 +120,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
-    """Return limbs under their weights and under loads together; each of the ``parts`` counts so many times (N,)."""
+    """Return limbs under their weights plus loads: ``parts`` are statics under single loads with factors (N,)."""
 
     def total(name: str) -> Array:
         pick = operator.attrgetter(name)
@@ -141,18 +141,18 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 def _statics(
     group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None, loaded: bool
 ) -> LimbStatics:
-    """Evaluate limbs under loads (6, passive freedoms, g, N) outboard of passive freedoms, and on their beams and springs.
+    """Compute the statics of limbs under loads (6, passive freedoms, g, N) outboard of freedoms, and on beams and springs.
 
     ``loaded``: these are not weights, see :func:`limb_wrenches`.
 
-    The self-stress y of limbs with rings takes the value of least complementary energy, ∂U/∂y = 0, which the elasticity of beams
-    and springs gives it (the force method; the method page, section 9).
+    The self-stress y of limbs with rings minimizes the complementary energy of beams and springs, ∂U/∂y = 0 (force method; method
+    page, section 9).
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
         C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
-        if group.only_springs:  # a beam gives under any force
+        if group.only_springs:  # a beam is compliant in every direction
             C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
         stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
@@ -196,9 +196,9 @@ def _statics(
 
 
 def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Array) -> Mask:
-    """Return where (g, N) any of some wrenches (M, 6, n, g, N) strains a beam or spring, by the compliance along them.
+    """Return the mask (g, N) of limbs in which any of the wrenches (M, 6, n, g, N) strains a beam or spring.
 
-    Where none does, all of the compliance is rounding, and nothing in it tells so.
+    Otherwise the compliance along them consists of rounding errors only.
     """
     forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2), initial=0.0)
     largest = np.einsum("ii...->i...", C).max(axis=0, initial=0.0)
@@ -206,14 +206,14 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:
-    """Return where (g, N) limbs that only springs make elastic may be rigid along others than usual; a beam makes all elastic."""
+    """Return the mask (g, N) of limbs whose rigid directions may differ from the usual ones (only limbs without beams)."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft).sure
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return how much self-stress answers a strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
+    """Return the self-stress per unit strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
 
     Args:
         gram: (n + s, n + s, g, N) compliance along n intensities and s self-stresses together.
@@ -234,7 +234,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
 
 
 def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
-    """Return the same gain (s, s, P), and the combinations (P, s, s) of self-stresses without compliance, by eigenvectors."""
+    """Return the self-stress per unit strain (s, s, P), and rigid combinations (P, s, s) of self-stresses, by eigenvectors."""
     values, vectors = np.linalg.eigh(scaled)
     soft = values > RIGID
     inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
@@ -243,7 +243,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
 
 
 def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
-    """Return where (g, N) assembly errors are incompatible: they do work on self-stresses without compliance."""
+    """Return the mask (g, N) of incompatible assembly errors, which do work on self-stresses without compliance."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

@@ -1,6 +1,6 @@
 """Candidates for wrench bases: forces through joint centres along limb, beam and joint axes, and couples along these.
 
-They are preferred in the order of the method page, sections 3 and 4; candidates for bent links and general joints follow.
+The order of preference is that of the method page, sections 3 and 4; candidates for bent links and general joints follow.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limb_joints import CompoundJoint
 
-#: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
+#: Sine of the angle below which two directions count as parallel; also a distance relative to the characteristic length.
 PARALLEL = 1e-6
-#: Sine of the angle between axes that meet nowhere.
+#: Sine of the angle below which two axes have no intersection.
 _MEETS_NOWHERE = 1e-3
 
 
 class CandidateWrenches:
-    """The wrenches of candidates, whose directions are worked out once for all points at which they act."""
+    """The wrenches of candidates; directions are computed once and used at all points of application."""
 
     def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
         """Prepare for some poses.
 
         Args:
-            geometry: at the poses in question.
+            geometry: geometry at these poses.
             length: characteristic length [m].
-            least: sine of the smallest angle between two directions, and part of ``length`` between two points, by which these
-                tell another direction. What is smaller is rounding, or too near to it.
+            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
+                that determine another direction.
         """
         self.geometry, self.length, self.least = geometry, length, least
         self._known: dict[tuple[str | int, ...], Array] = {}
@@ -56,7 +56,7 @@ class CandidateWrenches:
         return wrench_of_force(self._direction(candidate.direction, point), point)
 
     def _direction(self, direction: tuple[str | int, ...], point: Array | None) -> Array:
-        """Return a unit vector (3, g, N); ``point`` (3, g, N) is where the wrench acts, if anywhere."""
+        """Return a unit vector (3, g, N); ``point`` (3, g, N) is the point of application of a force, or None."""
         if point is not None and direction[0] in ("to", "meets"):
             return self._from(point, str(direction[0]), [int(number) for number in direction[1:]])
         if direction not in self._known:
@@ -76,7 +76,7 @@ class CandidateWrenches:
         geometry = self.geometry
         if kind == "to":
             return self._along(geometry.centres[:, which[0]] - point, self.length)
-        # planes which hold the point and an axis each
+        # planes through the point and an axis each
         planes = [self._along(cross(geometry.axes[:, f], point - _foot(f, geometry)), self.length) for f in which]
         return self._along(cross(planes[0], planes[1]), 1.0)
 
@@ -87,13 +87,13 @@ class CandidateWrenches:
 
 
 def _foot(dof: int, geometry: LimbGeometry) -> Array:
-    """Return the point (3, g, N) of a turning freedom's axis that is nearest to o, as seen from there."""
+    """Return the arm (3, g, N) from o to the nearest point of a rotation axis."""
     twist = geometry.twists[:, dof]
     return cross(twist[3:], twist[:3])
 
 
 def _meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
-    """Return the point (3, g, N) of one turning freedom's axis that is nearest to another's; NaN where they are parallel."""
+    """Return the point (3, g, N) of one rotation axis nearest to another; NaN if they are parallel."""
     a, b = geometry.axes[:, f], geometry.axes[:, h]
     start, normal = _foot(f, geometry), cross(a, b)
     square = dot(normal, normal)
@@ -108,7 +108,7 @@ def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a limb that is a network, with a label that says so: no force in one of its parts."""
+    """Return a candidate of a network with a label that marks it as a component, not a force in one of its parts."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate
@@ -150,7 +150,7 @@ def constraint_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | None:
-    """Return two freedoms of different joints in whose axes' common point all passive axes of a serial limb meet, if they do."""
+    """Return two freedoms of different joints whose axes meet in the common point of all passive axes, or None."""
     free = [int(f) for f in np.flatnonzero(group.passive)]
     if not group.is_serial or not all(group.rotates[f] for f in free):
         return None
@@ -166,7 +166,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
-    """Yield forces through the point in which all passive axes meet, along two of them and across, and the couple across."""
+    """Yield forces through the common point of all passive axes, along two of them and perpendicular to both, and this couple."""
     names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
@@ -175,7 +175,7 @@ def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
 
 
 def further_candidates(group: LimbGroup) -> Iterator[Candidate]:
-    """Yield candidates of J_ic for limbs with bent links and joints that lie anywhere."""
+    """Yield candidates of J_ic for limbs with bent links and joints in general position."""
     compounds, labels = group.compounds[0], [dof.label for dof in group.dofs[0]]
     axes = _candidate_axes(group)
     for f in axes:
@@ -183,7 +183,7 @@ def further_candidates(group: LimbGroup) -> Iterator[Candidate]:
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
     for u, v in itertools.combinations([k for k, compound in enumerate(compounds) if compound.has_centre], 2):
         yield Candidate(("to", v), u, f"force along the line from {compounds[u].label} to {compounds[v].label}")
-    if not group.is_serial:  # whose joints are too many to look for more
+    if not group.is_serial:  # too many joints for further candidates
         return
     turning = [f for f in axes if group.rotates[f]]
     pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if group.compound_of[f] != group.compound_of[h]]
@@ -218,7 +218,7 @@ def attached_candidates(group: LimbGroup) -> Iterator[Candidate]:
 
 
 def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
-    """Return the joint through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
+    """Return the joint whose centre is preferred for forces: the outermost rotating joint, if it is passive."""
     for k in range(len(compounds) - 1, -1, -1):
         if not compounds[k].passive:
             break
@@ -228,7 +228,7 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
 
 
 def _candidate_axes(group: LimbGroup) -> list[int]:
-    """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
+    """Return the freedoms whose axes are features of the limb: single joints before universal ones, platform side first."""
     rotates, joints = group.rotates, [group.compounds[0][k] for k in group.compound_of]
     free = [int(f) for f in np.flatnonzero(group.passive)[::-1] if joints[f].has_axis(bool(rotates[f]))]
     single = [f for f in free if joints[f].type.turns is not Axes.BOTH]

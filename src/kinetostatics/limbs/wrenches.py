@@ -17,23 +17,23 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky, definite, least_squares, normalize
 
-#: Below this squared sine it is seen to whether joints are dependent.
+#: Squared sine of an angle below which the dependence of joint twists is checked.
 DOUBTFUL = 1e-8
 
 
 @dataclass(frozen=True)
 class LimbWrenches:
-    """Wrenches of g limbs with M cut joints that passive joints carry, at N poses.
+    """Wrenches of g limbs with M cut joints, in equilibrium with the passive joints, at N poses.
 
     Attributes:
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
-        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
-        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb J_g W_g.
-        self_stress: (M, 6, s, g, N) cut-joint wrenches that do not reach the platform; of a serial limb none.
-        unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
-        degenerate: (g, N) where the bases are not the canonical ones.
-        doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.
+        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; J_c for a serial limb.
+        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; J_g W_g for a serial limb.
+        self_stress: (M, 6, s, g, N) cut-joint wrenches without resultant on the platform; none for a serial limb.
+        unbalanced: (passive freedoms, g, N) residual of Eq. (3) [N].
+        degenerate: (g, N) mask of degenerate canonical bases.
+        doubtful: (g, N) mask of limbs whose joint twists may be dependent, so that they transmit more wrenches.
     """
 
     J_c: Array
@@ -48,15 +48,15 @@ class LimbWrenches:
 
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loaded: bool = False) -> LimbWrenches:
-    """Find the wrenches of limbs that do no work on any passive freedom j, whose unit twists are T.
+    """Compute the wrenches of limbs that do no work on any passive freedom j, with unit twists T.
 
     Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution of
     Eq. (4) in the canonical basis.
 
     Args:
-        group, geometry: the limbs and where they are.
+        group, geometry: the limbs and their geometry.
         outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
-        loaded: whether they are loads, which may act on the links inside a platform joint, too.
+        loaded: whether these are loads, which may also act on links inside a platform joint.
     """
     T = geometry.twists[:, group.passive]
     demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
@@ -64,13 +64,13 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
 
 
 def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array, loaded: bool) -> LimbWrenches:
-    """Return the wrenches of serial limbs: that of the single cut joint is the platform's wrench on the limb.
+    """Return the wrenches of serial limbs: the wrench of the single cut joint is that of the platform on the limb.
 
     Args:
-        group, geometry: the limbs and where they are.
+        group, geometry: the limbs and their geometry.
         T: (6, k, g, N) unit twists of the passive freedoms.
         demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
-        loaded: whether other wrenches than the attached ones of weights may be needed.
+        loaded: whether wrenches other than the attached ones of weights may occur.
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
@@ -78,10 +78,10 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
     if J_g.shape[1]:
         A = np.einsum("ik...,ij...->kj...", T, J_g) / group.power_scale
         factor = Cholesky(np.einsum("ki...,kj...->ij...", A, A))
-        # where an attached wrench is reciprocal to all passive joints, these have become dependent
+        # if an attached wrench is reciprocal to all passive joints, their twists are dependent
         pivots = np.einsum("ii...->i...", factor.factor) ** 2
         doubtful |= ~(np.min(pivots, axis=0) > DOUBTFUL * np.max(pivots, axis=0))
-        for _ in range(2):  # the second round removes the error of the normal equations
+        for _ in range(2):  # the second iteration corrects the error of the normal equations
             right = -np.einsum("ki...,k...->i...", A, left)
             W_g = W_g + factor.solve(right[:, None])[:, 0]
             left = demand + np.einsum("ki...,i...->k...", A, W_g)
@@ -94,12 +94,12 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
 
 
 def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
-    """Return a wrench (6, g, N) with the power −``demand`` on the twists ``T``, and the residual; both as above."""
+    """Return a wrench (6, g, N) with the power −``demand`` on the twists ``T``, and the residual."""
     twists = T * group.twist_scale / np.swapaxes(group.power_scale, 0, 1)
     chosen = list(group.basis.independent)
     factor = Cholesky(np.einsum("ia...,ib...->ab...", twists[:, chosen], twists[:, chosen]))
     wrench = np.zeros((6, *demand.shape[1:]))
-    for _ in range(2):  # the second round removes the error of the normal equations
+    for _ in range(2):  # the second iteration corrects the error of the normal equations
         more = np.einsum("ia...,ak...->i...", twists[:, chosen], factor.solve(demand[chosen, None]))
         wrench = wrench - more * group.twist_scale[:, 0]
         demand = demand - np.einsum("ik...,i...->k...", twists, more)
@@ -107,7 +107,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
-    """Return where (g, N) the twists of a platform joint may be dependent: those of one unit alone never are."""
+    """Return the mask (g, N) of limbs with possibly dependent twists of the platform joint (never those of one joint unit)."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
@@ -132,7 +132,7 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
     total = group.platform_wrench(particular)
     W_g = np.zeros((n_g, *batch))
     if n_c + n_g:
-        # The particular solution is made the one whose platform wrench has only canonical attached parts.
+        # Choose the particular solution whose wrench on the platform is a combination of canonical attached wrenches.
         basis = np.concatenate([J_c, J_g], axis=1) / scale
         parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
         W_g = parts[n_c:]

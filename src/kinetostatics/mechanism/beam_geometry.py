@@ -1,4 +1,4 @@
-"""Ends of beams: defaults, telescopes, and errors."""
+"""Ends of beams: default ends, telescopic beams, and errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
 
-#: Two points of one link that are closer than this [m] are the same point of the file.
+#: Distance [m] below which two points of a link count as one.
 SAME_POINT = 1e-6
 
 
@@ -25,12 +25,12 @@ class BeamSpan:
     """A beam between two points of the robot.
 
     Attributes:
-        beam: its description.
-        start_body, start: body and point (3,) in it of the end towards the base.
-        end_body, end: the same of the end towards the platform.
+        beam: description of the beam.
+        start_body, start: body of the end towards the base, and its position (3,) in this body.
+        end_body, end: body and position (3,) of the end towards the platform.
         carrier: the body that carries the beam's weight.
-        start_link, end_link: the links of these bodies that the ends belong to.
-        inward, outward: the joints from the beam's link to these links; none but for a telescopic beam.
+        start_link, end_link: the links of the ends.
+        inward, outward: the joints from the beam's link to these links; empty except for telescopic beams.
     """
 
     beam: Beam
@@ -51,13 +51,13 @@ class BeamSpan:
 
     @property
     def reversed(self) -> BeamSpan:
-        """The same beam from its other end."""
+        """The same beam with start and end exchanged."""
         span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
         return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
 def beam_error(beam: Beam, reason: str) -> RobotFileError:
-    """Return an error that names a beam and where it is written."""
+    """Return an error that names a beam and its line in the file."""
     return beam.place.error(f"<beam {beam.name!r}>: {reason}")
 
 
@@ -91,8 +91,8 @@ class SpanFinder:
     """Search for the two ends of every beam.
 
     Attributes:
-        base_links, platform_links: links that are rigidly part of base and platform.
-        warnings: what is suspicious, in full sentences.
+        base_links, platform_links: links rigidly fixed to base and platform.
+        warnings: warnings about the file, in full sentences.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -118,14 +118,14 @@ class SpanFinder:
         """Return all beams by name.
 
         Raises:
-            RobotFileError: a beam's ends are invalid, or its mass is written in two ways.
+            RobotFileError: the ends of a beam are invalid, or its mass is specified twice.
         """
         spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
         self._check_densities()
         return spans
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return the links rigidly joined to ``link`` by fixed joints, stopping at elastic ones and at links that carry beams."""
+        """Return the links joined to ``link`` by rigid fixed joints, not beyond links that carry beams."""
 
         def welded(link: str) -> Iterator[str]:
             for item in self.mechanism.at_link[link]:
@@ -146,7 +146,7 @@ class SpanFinder:
         return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
-        """Return the ends as they are written; of a link with just two joints these two are the default."""
+        """Return the ends of a beam from the file; the default for a link with two joints are these joints."""
         here = self.mechanism.at_link[beam.link]
         if len(here) == 1 and (beam.start is None or beam.end is None):
             raise beam_error(
@@ -166,9 +166,9 @@ class SpanFinder:
         return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
 
     def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
-        """Count the joints from ``link`` to the base, beginning with ``connection``: without passing the platform, and at all.
+        """Count the joints from ``link`` to the base, through ``connection``: on paths that avoid the platform, and on all paths.
 
-        A run of passive joints that are one universal, spherical or cylindrical joint counts once. ``inf`` if none lead there.
+        Passive joints that form one universal, spherical or cylindrical joint count once. ``inf`` without a path.
         """
 
         def count(barred: set[str]) -> float:
@@ -241,7 +241,7 @@ class SpanFinder:
         return None
 
     def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
-        """Return the link in which a beam's end is fixed, and the connections from the beam's link to it."""
+        """Return the link to which a beam's end is fixed, and the connections from the beam's link to this link."""
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
         sliding = joint.type.slides is not Axes.NONE
@@ -292,7 +292,7 @@ class SpanFinder:
 
     @staticmethod
     def _ends_on_carrier(span: BeamSpan) -> tuple[Array, Array]:
-        """Return both ends (3,) [m] in the carrier body, of a beam whose span crosses fixed joints and loops at most."""
+        """Return both ends (3,) [m] in the carrier body, for a beam whose span crosses only fixed joints and loops."""
         link = span.beam.link
         return _point_on(link, span.inward, span.start), _point_on(link, span.outward, span.end)
 
@@ -301,7 +301,7 @@ class SpanFinder:
         placement = self.mechanism.body_of[beam.link][1]
         across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
         if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
-            raise beam_error(beam, "its y_axis is parallel to the beam; give a direction across it")
+            raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")
 
     def _check_densities(self) -> None:
         for link, beams in self.beams_of.items():

@@ -1,4 +1,4 @@
-"""The pose-independent numbers of beams: axes, compliances, masses."""
+"""Pose-independent data of beams: axes, section compliances, masses."""
 
 from __future__ import annotations
 
@@ -20,23 +20,21 @@ from kinetostatics.sections.kinds import beam_compliance_coefficients
 if TYPE_CHECKING:
     import pinocchio as pin
 
-#: What a length may be, relative to the coordinates of the beam's ends, and still be zero.
+#: Length, relative to the coordinates of the beam's ends, that counts as zero.
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, repr=False)
 class BeamModel(ShortRepr):
-    """A beam's numbers that do not depend on the pose.
+    """Pose-independent data of a beam.
 
-    Attributes:
-        name: of the beam.
-        span: where it lies.
+    Attributes: name: name of the beam. span: its ends.
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
-        mass_per_length: [kg/m], or None when ``mass`` [kg] is spread over whatever length the beam has.
-        mass: see ``mass_per_length``.
-        centre: (3,) of ``mass``, in the carrier body [m]: the mass lies evenly along a line beside the beam, or shifted along it,
-            which is rigidly part of the beam's sections. None: along the beam itself.
+        mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
+        mass: total mass [kg], distributed uniformly over the length at every pose, or None.
+        centre: (3,) centre of ``mass`` in the carrier body [m]: the mass is distributed along a shifted parallel line, rigidly
+            connected to the sections. None: along the beam.
     """
 
     name: str
@@ -62,7 +60,7 @@ class BeamModel(ShortRepr):
         return self.span.start_body != self.span.end_body
 
     def remaining_length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m]: zero of a telescope pushed together to nothing, negative of one pushed further."""
+        """Return the length (N,) [m] with sign: negative if a telescopic beam is retracted beyond zero length."""
         length = self.length(frames)
         rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
@@ -72,25 +70,25 @@ class BeamModel(ShortRepr):
         return self.mass_of(self.length(frames))
 
     def mass_of(self, length: Array) -> Array:
-        """Return the mass [kg] at given lengths (…) [m]; a telescope that has no length left has none."""
+        """Return the mass [kg] at given lengths (…) [m]; zero for a telescopic beam without length."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def line_density(self, length: Array) -> Array:
-        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite where a mass is left without length."""
+        """Return the mass per length [kg/m] at given lengths (…) [m]; infinite for a mass at zero length."""
         if self.mass_per_length is not None:
             return np.full_like(length, self.mass_per_length)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.mass / length)
 
     def lever(self, frames: Frames) -> Array:
-        """Return the arm (3, N) [m] from the beam's middle to the centre of its mass, world axes."""
+        """Return the arm (3, N) [m] from the middle of the beam to its centre of mass, world axes."""
         start, end = self.ends(frames)
         return np.zeros_like(start) if self.centre is None else frames.point(self.span.carrier, self.centre) - (start + end) / 2
 
     def rod(self, frames: Frames) -> tuple[int, pin.Inertia]:
-        """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
+        """Return the beam as a rigid prism at one pose: the body that carries it, and ``pin.Inertia`` in this body.
 
-        About its own centre it has m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.
+        The moments of inertia about its centre are m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.
         """
         import pinocchio as pin
 
@@ -106,19 +104,19 @@ class BeamModel(ShortRepr):
 
 
 def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
-    """Return the error of telescopes without length at a pose."""
+    """Return an error message on telescopic beams without length at a pose, or None."""
     short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
     words = [f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0]
     if not words:
         return None
-    return f"telescopic beams are pushed together to nothing or further at this pose: {', '.join(words)}"
+    return f"telescopic beams have no length at this pose: {', '.join(words)}"
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
-    """Compute the beams' constants; ``zero`` holds the frames of one closed pose, which orients telescopes.
+    """Compute the data of all beams; ``zero`` are the frames of a closed pose, which orients telescopic beams.
 
     Raises:
-        RobotFileError: a telescope's prismatic joint does not lie along its beam, or y_axis is parallel to it.
+        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or y_axis is.
     """
     models = {}
     middles: dict[str, tuple[float, Array]] = {}
@@ -159,7 +157,7 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
 def _with_spread_mass(
     mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
 ) -> BeamModel:
-    """Give a beam without density its share, by length, of its link's own mass; all shares together have the link's centre.
+    """Return a beam without density with its share, by length, of the link's mass; the shares have the link's centre of mass.
 
     Args:
         mechanism: the robot.

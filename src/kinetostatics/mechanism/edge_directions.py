@@ -1,10 +1,10 @@
 """Direction of edges from base to platform in one component of the graph, and a spanning tree.
 
-If all paths from base to platform pass an edge in the same direction, that is its direction. It is the sign of the current in an
-electrical network with the same graph, which is the same for all resistances if and only if the edge is passed in one direction
-only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A search for paths decides whether any
-passes the edge against the current. Edges passed in both directions have that of the current, so that there are no directed
-rings.
+If all paths from base to platform pass an edge in the same direction, this is its direction. It is the sign of the current in an
+electrical network with the same graph; this sign is the same for all resistances if and only if the edge is passed in one
+direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965). A path search decides
+whether a path passes the edge against the current. Edges passed in both directions have the direction of the current, so that
+there are no directed rings.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import Paths, reachable
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, RigidBody
 
-#: Part of the whole current below which an edge leads nowhere: mere rounding.
+#: Current, relative to the total, that counts as rounding, so that the edge is not on a path from base to platform.
 _NO_CURRENT = 1e-9
 
 _Edges = dict[RigidBody, list[BodyEdge]]
@@ -30,9 +30,9 @@ class DirectedEdge:
 
     Attributes:
         edge: the edge.
-        inner, outer: the bodies at its ends, on the way out from the base.
+        inner, outer: the bodies at its inboard and outboard end.
         in_tree: whether the spanning tree reaches ``outer`` through it.
-        both_ways: whether it is passed in both directions, so that base and platform give it none.
+        both_ways: whether paths from base to platform pass it in both directions.
     """
 
     edge: BodyEdge
@@ -45,7 +45,7 @@ class DirectedEdge:
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
     """Return all edges of one component, depth first from the base (from the platform, if it does not touch the base).
 
-    An edge that ends at a body where others end too, or at the platform, comes last on its own way there.
+    An edge that ends at the platform, or at a body with other incoming edges, follows the edges that lead to it.
 
     Args:
         edges: all edges that touch the component's bodies, or an edge directly between base and platform.
@@ -68,18 +68,18 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
                 if paths.pass_along(edge, edge.other(inner[edge]), inner[edge]):
                     both_ways.add(edge)
     reached_by: dict[RigidBody, BodyEdge] = {}
-    for edge in sorted(inner, key=lambda edge: edge.beam is None):  # the tree prefers beams
+    for edge in sorted(inner, key=lambda edge: edge.beam is None):  # beams first, so that they are in the tree
         outer = edge.other(inner[edge])
         if outer is not platform:
             reached_by.setdefault(outer, edge)
     live = dict.fromkeys([root, *(end for edge in inner for end in edge.ends)])
     seen = set(live)
-    # what leads nowhere points away from the rest
+    # dead ends are directed away from the other edges
     for body in reachable(live, lambda body: [edge.other(body) for edge in at[body]]):
         for edge in at[body]:
             other = edge.other(body)
             if edge not in inner:
-                inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring that hangs
+                inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring of a dead end
                 if _in_ring(edge, at, live):
                     both_ways.add(edge)
             if other not in seen:
@@ -115,13 +115,15 @@ def _depth_first(
 
 
 def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: RigidBody) -> Array:
-    """Return the edges' currents (edges,), parts of the whole current; positive where it enters at the first end."""
+    """Return the currents (edges,) relative to the total; positive if the current enters at the first end."""
     bodies = [body for body in at if body not in (base, platform)]
     number = {body: k for k, body in enumerate([*bodies, base, platform])}
     incidence = np.zeros((len(edges), len(number)))
     for row, edge in zip(incidence, edges, strict=True):
         row[[number[body] for body in edge.ends]] = -1.0, 1.0
-    conductance = 10 ** np.random.default_rng(0).uniform(-2.5, 2.5, len(edges))  # like ones would leave edges without current
+    conductance = 10 ** np.random.default_rng(0).uniform(
+        -2.5, 2.5, len(edges)
+    )  # equal conductances would leave edges without current
     n = len(bodies)
     laplacian = (incidence.T * conductance) @ incidence
     potential = np.append(np.linalg.solve(laplacian[:n, :n], -laplacian[:n, n + 1]), [0.0, 1.0])

@@ -1,7 +1,8 @@
 """Elastic joints and bearings: compliances at a joint's centre, in its frame on the predecessor's side; and elastic actuators.
 
 The rules are those of ``<joint_stiffness>`` in the page on robot files. Along a constrained direction of the joint, a missing or
-infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; any other value leaves it free.
+infinite stiffness means rigid. Along a freedom, a finite positive stiffness is a spring; with any other value the freedom is
+passive.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ class ElasticJoint:
     """The elasticity of one joint.
 
     Attributes:
-        joint: its name.
-        body, frame: the joint's frame (4, 4) in the body on the predecessor's side.
+        joint: name of the joint.
+        body, frame: the joint frame (4, 4) in the body on the predecessor's side.
         linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
         angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
     """
@@ -35,12 +36,10 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator; it deforms under its own force and, times their multipliers, those of joints that mimic it.
+    """An elastic actuator; it deforms under its own force plus those of joints that mimic it times their multipliers.
 
-    Attributes:
-        joint: its name.
-        compliance: of its own coordinate [m/N, rad/(N·m)].
-        moves: the joints that it moves, and how far per unit of its own coordinate: itself, then those that follow.
+    Attributes: joint: name of the joint. compliance: compliance along its coordinate [m/N, rad/(N·m)]. moves: the joint and those
+    that mimic it, with their motion per unit of its coordinate.
     """
 
     joint: str
@@ -75,9 +74,9 @@ def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | Non
     """Whether a joint's freedom is elastic.
 
     Args:
-        stiffness: of the joint, if it has any.
+        stiffness: stiffness of the joint, or None.
         rotates: whether the freedom is a rotation.
-        axis: (3,) its axis in the joint's frame on the predecessor's side, None if it moves in that frame.
+        axis: (3,) axis of the freedom in the joint frame on the predecessor's side, None if it moves in this frame.
     """
     group = None if stiffness is None else stiffness.angular if rotates else stiffness.linear
     if group is None:

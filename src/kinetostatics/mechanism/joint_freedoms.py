@@ -1,4 +1,4 @@
-"""Freedoms of joints of all types: their axes, the bodies these are fixed in, and a point on them."""
+"""Freedoms of joints of all types: axes, the bodies in which they are fixed, and a point on each axis."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from kinetostatics.mechanism.tree import Frames
 class Freedom:
     """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
 
-    ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 where the joint is passed against the file's
-    direction. ``passive``: it is neither driven nor held by a spring, of which ``stiffness`` [N/m, N·m/rad] may tell.
+    ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint is directed against the file.
+    ``passive``: neither driven nor sprung; ``stiffness`` [N/m, N·m/rad] is that of a spring, if given.
     """
 
     rotates: bool
@@ -35,7 +35,7 @@ class Freedom:
 
 
 class Freedoms:
-    """Some freedoms as arrays; ``rotates`` (k,): which are rotations."""
+    """Freedoms as arrays; ``rotates`` (k,): mask of rotations."""
 
     def __init__(self, items: Sequence[Freedom]) -> None:
         self.rotates = np.array([item.rotates for item in items], dtype=bool)
@@ -51,7 +51,7 @@ class Freedoms:
 
 
 def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> tuple[Freedom, ...]:
-    """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
+    """Return the freedoms of a joint or loop from base to platform; driven and sprung ones are not passive."""
     kind, stiffness = connection.type, mechanism.description.joint_stiffness.get(connection.name)
     here, frame, there, other = (
         *(connection.predecessor_body, connection.predecessor_frame),

@@ -1,4 +1,4 @@
-"""Compound joints and elements of a limb: revolutes that meet in a point are one universal or spherical joint."""
+"""Compound joints and elements of a limb: revolutes with a common point form one universal or spherical joint."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_poi
 
 @dataclass(frozen=True)
 class CompoundJoint:
-    """A joint of a limb; revolutes in turn that meet in a point are one universal or spherical joint.
+    """A joint of a limb; consecutive revolutes with a common point form one universal or spherical joint.
 
     Attributes:
         type: its type, ``universal`` or ``spherical`` of runs.
@@ -25,9 +25,9 @@ class CompoundJoint:
         joints: names of its joints.
         passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
         dofs: its freedoms, base to platform.
-        edge: position of its last joint among the limb's edges.
-        has_centre: whether its centre is a point of the machine; else it is one that the file has chosen on its axis.
-        shift: how far along its last joint's axis its centre lies from that joint's origin [m].
+        edge: index of its last joint among the limb's edges.
+        has_centre: whether its centre is a point of the machine; otherwise it is an arbitrary point of the axis in the file.
+        shift: distance of its centre from the origin of its last joint, along this joint's axis [m].
     """
 
     type: JointType
@@ -45,7 +45,7 @@ class CompoundJoint:
         return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
-        """Whether the axes of its rotations or translations are lines of the machine, not of a frame that the file has chosen."""
+        """Whether the axes of its rotations or translations are lines of the machine, not arbitrary axes of the file."""
         return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
@@ -64,12 +64,9 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
 def compound_joints(
     mechanism: Mechanism, limb: Limb, together: Collection[tuple[str, ...]] | None = None
 ) -> tuple[CompoundJoint, ...]:
-    """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out).
+    """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    Args:
-        mechanism: of the limb.
-        limb: whose joints they are.
-        together: the names of joints that may be one, where that is decided already.
+    Args: mechanism: the mechanism. limb: the limb. together: the groups of joints that form one, if decided before.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -105,15 +102,12 @@ def compound_joints(
 
 @dataclass(frozen=True)
 class Element:
-    """A beam, a joint or a run of joints that is one, as limbs that are built alike have it in the same place.
+    """A beam or a compound joint of a limb; equal limbs have equal elements.
 
-    Attributes:
-        edges: positions of its edges in the limb; the last is its outboard end.
-        parent: the element on its inboard side, −1 for none.
-        cut_joints: signs of the cut-joint wrenches that it carries, by number.
-        compound: which of the limb's compound joints it is, None for a beam or a fixed joint.
-        is_beam: whether it is a beam.
-        turned: whether base and platform give it no direction and it lies against the file's.
+    Attributes: edges: indices of its edges in the limb; the last is its outboard end. parent: index of the element on its inboard
+    side, −1 for none. cut_joints: signs of the cut-joint wrenches in it, by index. compound: index of the compound joint, None
+    for a beam or a fixed joint. is_beam: whether it is a beam. turned: whether it is passed in both directions and directed
+    against the file.
     """
 
     edges: tuple[int, ...]
@@ -150,14 +144,14 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
-    """Return body and joint frame on the inboard and on the outboard side."""
+    """Return body and joint frame on the inboard and outboard side."""
     first, second = connection.predecessor_body, connection.successor_body
     sides = (first, connection.predecessor_frame), (second, connection.successor_frame)
     return sides if edge.sign > 0 else (sides[1], sides[0])
 
 
 def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
-    """Return where on the first and the last axis (m from the origins) those of 2 or 3 revolutes meet, None if they do not."""
+    """Return the positions on the first and last axis [m, from the origins] of the common point of 2 or 3 revolutes, or None."""
     if len(run) < 2:
         return None
     meetings = []

@@ -1,9 +1,9 @@
 """Limbs and attached bodies as data: the graph of rigid bodies, cut at base and platform.
 
-With base and platform removed, every connected component that touches both is a limb; one that touches only one of them is
-attached to it, dead weight (the method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb;
-the edges that it leaves out are the limb's *cut joints*, chords of the graph. With the wrenches of all cut joints known,
-equilibrium gives those of all other edges; a serial limb has one cut joint, its joint to the platform.
+With base and platform removed, every connected component of the graph that touches both is a limb; one that touches only one of
+them is an attached body (method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb; the other
+edges, chords of the graph, are the *cut joints* of the limb. The wrenches of the cut joints determine those of all other edges by
+equilibrium; a serial limb has one cut joint, its joint to the platform.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ class Edge:
         joint: name of the joint or loop, or None for a beam.
         beam: name of the beam, or None for a joint.
         sign: +1 if the joint's predecessor is its inboard side, else −1.
-        outboard: names of the weights outboard of it; for a beam, of its outer end. Weights are named after their link or,
-            for distributed ones, ``beam:`` and the beam. Links that weigh nothing, and ``start:`` and ``end:`` of beams, are
-            among them: loads may act there.
-        excluded: names of weights that what lies outboard seems to carry but does not: of links inside a telescope that go with
-            its outer end although they hang on the inner side of this joint.
-        parent: ``key`` of the edge on its inboard side, None if that is the base (where all is attached to the platform: this).
-        cut_joints: ``{number: sign}`` of the cut joints whose wrenches it carries: what its outboard side puts on its inboard
-            side is the signed sum of them and of the weights outboard.
-        both_ways: whether some ways from base to platform pass it in one direction and others in the other, so that its
-            direction is the file's: from predecessor to successor.
+        outboard: names of the weights outboard of it (for a beam, of its outer end). The name is that of the link or, for
+            distributed weights, ``beam:`` and the beam. Massless links and ``start:`` and ``end:`` of beams are included, because
+            loads may act there.
+        excluded: names of weights that lie outboard in the tree but are not carried: links inside a telescopic beam that move
+            with its outer end although they are attached on the inboard side of this joint.
+        parent: ``key`` of the edge on its inboard side, None for the base (for bodies attached to the platform: the platform).
+        cut_joints: ``{number: sign}`` of cut joints: the wrench of its outboard side on its inboard side is the signed sum of
+            their wrenches and of the weights outboard.
+        both_ways: whether paths from base to platform pass it in both directions, so that it has the direction of the file: from
+            predecessor to successor.
     """
 
     joint: str | None
@@ -51,7 +51,7 @@ class Edge:
 
 
 def carries(edge: Edge, name: str) -> int:
-    """Return 1 where a weight or a place for loads lies outboard of an edge, else 0."""
+    """Return 1 if a weight or a place for loads lies outboard of an edge, else 0."""
     return (name in edge.outboard) - (name in edge.excluded)
 
 
@@ -60,9 +60,9 @@ class LimbSegment:
     """A part of a limb between two bodies that all its paths pass.
 
     Attributes:
-        keys: of its edges, inboard ones first.
-        start, end: names of a link of the body at which it begins and ends.
-        is_serial: whether it is a single way.
+        keys: keys of its edges, inboard ones first.
+        start, end: names of links of its first and its last body.
+        is_serial: whether it is a single chain.
     """
 
     keys: tuple[str, ...]
@@ -78,15 +78,15 @@ class Limb(ShortRepr):
     Attributes:
         name: ``limb_1``, …
         links: its links, in the order of the file.
-        edges: joints and beams that carry cut joints, inboard ones first. The joints inside a telescopic beam stand next to it.
+        edges: joints and beams with cut-joint wrenches, inboard ones first. Joints inside a telescopic beam are next to it.
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
-        ends: whether the k-th edge ends a way: a weight or more than the next edge lies directly outboard of it.
-        to_platform: for each cut joint whether it ends at the platform.
-        on_platform: whether it is attached to the platform alone: the spanning tree is rooted there.
-        parts: its parts from base to platform, if it is split by bodies that everything passes through (a frame under the
-            robot, a serial wrist); else one.
+        ends: whether a weight, or more than the next edge, is directly outboard of the k-th edge.
+        to_platform: for each cut joint, whether it ends at the platform.
+        on_platform: whether it is attached to the platform alone, the root of the spanning tree.
+        parts: its parts in series from base to platform, divided at bodies that all paths pass (a frame under the robot, a serial
+            wrist); otherwise one.
     """
 
     name: str
@@ -102,21 +102,21 @@ class Limb(ShortRepr):
 
     @property
     def is_serial(self) -> bool:
-        """Whether its edges are a single way from base to platform."""
+        """Whether its edges are a single chain from base to platform."""
         return self.to_platform == (True,)
 
     @property
     def platform_edges(self) -> tuple[Edge, ...]:
-        """Its outermost edges on the ways to the platform: joints, and beams that are welded to the platform."""
+        """Its outermost edges at the platform: joints, and beams welded to the platform."""
         cut_joints = [number for number, ends in enumerate(self.to_platform) if ends]
         return tuple([edge for edge in self.edges if number in dict(edge.cut_joints)][-1] for number in cut_joints)
 
 
 @dataclass(frozen=True)
 class AttachedBodies:
-    """Bodies attached to the base or to the platform alone, these included.
+    """Bodies attached to the base or to the platform alone, including the base or platform.
 
-    ``edges`` are those of open branches only; ``places`` are names of the places at which loads may act, as of a :class:`Limb`.
+    ``edges`` are those of open branches only; ``places`` are the places at which loads may act, as in :class:`Limb`.
     """
 
     links: tuple[str, ...]
@@ -129,10 +129,9 @@ class AttachedBodies:
 class Topology(ShortRepr):
     """The robot's limbs, beams and attached bodies.
 
-    ``hanging`` holds attached bodies with closed chains, as limbs that do not reach the platform. ``carried_by`` tells for every
-    rigid link, and every other place for loads, of a limb or open branch the ``key`` of the edge that it is the outer side of.
-    ``beam_ends`` names the places at the ends of every beam of ``beams``.
-    ``without_support`` tells for places that hang on a beam elsewhere than at its ends the joint: nothing can act there.
+    ``hanging``: attached closed chains, as limbs that do not reach the platform. ``carried_by``: for every place for loads on a
+    limb or open branch, the ``key`` of the edge with this place on its outer side. ``beam_ends``: the places at the ends of every
+    beam of ``beams``. ``without_support``: for places attached to a beam between its ends, the joint; no load can act there.
     """
 
     NOT_RECORDED: ClassVar = ("warnings",)
@@ -148,13 +147,13 @@ class Topology(ShortRepr):
     without_support: dict[str, str]
 
     def link_of(self, place: str) -> str:
-        """Return the link that a place for loads belongs to."""
+        """Return the link of a place for loads."""
         kind, _, beam = place.partition(":")
         return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:
-        """The limbs, and behind them the closed chains that hang on base or platform alone."""
+        """The limbs, followed by the closed chains attached to the base or the platform alone."""
         return (*self.limbs, *self.hanging)
 
     @property

@@ -1,4 +1,4 @@
-"""A robot as joints between bodies: the Pinocchio model, and every joint and loop with its frames on both sides.
+"""A robot as joints between bodies: the Pinocchio model, and all joints and loops with their frames on both sides.
 
 A *connection* is a joint of the tree or a loop; other modules do not distinguish them.
 """
@@ -28,7 +28,7 @@ from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 if TYPE_CHECKING:
     import pinocchio as pin
 
-#: ``data``: what Pinocchio works with, for each mechanism; every thread has its own.
+#: ``data``: Pinocchio's working data for each mechanism, separate for each thread.
 _of_thread = threading.local()
 
 
@@ -41,12 +41,12 @@ class Connection:
         predecessor, successor: the links; of a tree joint the parent and the child.
         predecessor_body, successor_body: the bodies with which they move.
         predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
-        axis, axis2: (3,) unit vectors, in the predecessor's and the successor's joint frame.
+        axis, axis2: (3,) unit vectors, in the joint frames of predecessor and successor.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
         driven: whether it is locked in the statics; joints that mimic a driven one are locked with it.
         is_loop: whether it closes a loop of the file's tree.
-        place: where it is written.
+        place: file and line.
         mimic: the driven joint that it follows, if any; only joints without one get an actuator force.
     """
 
@@ -87,7 +87,7 @@ class Connection:
 class SphericalRun:
     """Three passive revolute joints with massless links between, whose axes meet in one point: a spherical joint.
 
-    Treating them as one joint avoids the pose at which three revolutes lock each other.
+    Treating them as one joint avoids the singularity of three revolutes.
 
     Attributes:
         joints: names of the three, from parent to child.
@@ -106,13 +106,13 @@ class SphericalRun:
     orientation: Array
 
 
-#: There is one standard error in a process, and one thread at a time that has it.
+#: Lock of the standard error of the process.
 _SILENT = threading.Lock()
 
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Swallow what Pinocchio's URDF parser prints on the process's own standard error."""
+    """Discard the output of Pinocchio's URDF parser on the standard error of the process."""
     with _SILENT:
         sys.stderr.flush()
         saved, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
@@ -126,7 +126,7 @@ def _silence() -> Iterator[None]:
 
 
 def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float] | None:
-    """Return where two lines p + s a and q + t b meet, as (s, t), or None if they are parallel or miss each other."""
+    """Return the parameters (s, t) of the intersection of two lines p + s a and q + t b, or None if there is none."""
     normal = np.cross(a, b)
     square = float(normal @ normal)
     size = 1.0 + float(np.linalg.norm(q - p))
@@ -153,14 +153,14 @@ class Mechanism:
     """Bodies, connections and the spanning tree of a robot, independent of its pose.
 
     Attributes:
-        description: the robot's, validated.
-        model: Pinocchio's model of the tree, with the inertias that the URDF part of the file gives.
+        description: the validated description of the robot.
+        model: Pinocchio's model of the tree, with the inertias of the URDF elements.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
-        body_of: body and placement (4, 4) in it of every link.
+        body_of: body of every link, and its placement (4, 4) in this body.
         tree: the tree in Pinocchio's coordinates.
-        platform_frame: body and placement (4, 4) in it of the frame o-xyz.
+        platform_frame: body and placement (4, 4) of the frame o-xyz.
         base_frame: body and placement of the base link if it moves relative to the root of the tree, else None. World axes are
-            those of the root link, or of the base link if it is not rigidly joined to the root.
+            those of the base link in this case, else those of the root link.
     """
 
     NOT_RECORDED = ("model", "at_link", "link_inertias")
@@ -197,12 +197,12 @@ class Mechanism:
         joints = []
         for name, body in self.body_of_joint.items():
             joint, number = description.joints[name], model.joints[body]
-            axis = (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis  # as Pinocchio moves it
+            axis = (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis  # as in Pinocchio
             placement, first = np.array(model.jointPlacements[body].homogeneous), (int(number.idx_q), int(number.idx_v))
             joints.append(TreeJoint(JOINT_TYPES[joint.type], int(model.parents[body]), body, placement, axis, *first))
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
-        for item in self.tree.joints:  # those that follow others belong elsewhere when all others are at zero
+        for item in self.tree.joints:  # the zero of mimic joints includes their offset
             mimic = description.joints[model.names[item.body]].mimic
             if mimic is not None:
                 item.write(mimic.offset, self.tree.neutral)
@@ -212,7 +212,7 @@ class Mechanism:
         self.base_frame: tuple[int, Array] | None = None if base[0] == 0 else base
 
     def forward(self, q: Array) -> Frames:
-        """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""
+        """Return the frames of all bodies at Pinocchio's coordinates (nq, N): one pose by Pinocchio, many by NumPy."""
         if q.shape[1] != 1 or q.dtype == object:
             return self.tree.forward(q)
         import pinocchio as pin
@@ -244,7 +244,7 @@ class Mechanism:
 
     @cached_property
     def spherical_runs(self) -> tuple[SphericalRun, ...]:
-        """All runs of three revolutes in the tree that are spherical joints with axes at right angles in turn."""
+        """All triples of consecutive revolutes in the tree with perpendicular axes that form spherical joints."""
         beam_links = {beam.link for beam in self.description.beams.values()}
         runs: list[SphericalRun] = []
         taken: set[str] = set()

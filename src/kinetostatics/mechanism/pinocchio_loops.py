@@ -1,8 +1,8 @@
 """Loops of a robot as constraints of Pinocchio, for dynamics with closed loops.
 
 Pinocchio constrains a point or a whole frame of one body to another. A revolute joint is two such points. Any other joint becomes
-a series of revolute and prismatic joints in the tree, ending in a body that takes half the mass of its neighbour and is welded to
-it: the mass of the robot is unchanged, and no body is massless.
+a series of revolute and prismatic joints in the tree; its last body takes half the mass of the successor and is welded to it, so
+that the total mass is unchanged and no body is massless.
 """
 
 from __future__ import annotations
@@ -30,10 +30,9 @@ def _closes(loop: Connection) -> bool:
 
 @dataclass(frozen=True)
 class LoopModel:
-    """A robot at one pose as a tree and constraints, all Pinocchio's.
+    """A robot at one pose as Pinocchio's tree and constraints.
 
-    Attributes:
-        model: ``pin.Model``: that of the pose, and behind its joints those of the loops that had to become runs of joints.
+    Attributes: model: ``pin.Model`` of the pose, followed by the joints that replace loops.
         q: (nq,) coordinates of the pose [m, rad].
         constraints: one or two for each loop, each with the loop's name.
     """
@@ -50,8 +49,8 @@ def loop_model(mechanism: Mechanism, model: pin.Model, q: Array, length: float, 
         mechanism: the robot's joints and loops.
         model: ``pin.Model`` of its tree.
         q: (nq,) the pose.
-        length: distance [m] of the two points by which a hinge is held.
-        anchors: whether constraints of Pinocchio 4 are wanted instead of ``pin.RigidConstraintModel``.
+        length: distance [m] of the two points that constrain a hinge.
+        anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.
     """
     import pinocchio as pin
 
@@ -87,9 +86,9 @@ def constraint_models(
     Args:
         mechanism: the robot's joints and loops.
         model: ``pin.Model`` on which the constraints work.
-        length: distance [m] of the two points by which a hinge is held.
-        anchors: whether constraints of Pinocchio 4 are wanted instead of ``pin.RigidConstraintModel``.
-        welds: for the loops that have become runs of joints, what is welded: body and ``pin.SE3`` in it, of either side.
+        length: distance [m] of the two points that constrain a hinge.
+        anchors: whether to return constraints of Pinocchio 4 instead of ``pin.RigidConstraintModel``.
+        welds: for each loop replaced by joints, body and ``pin.SE3`` of both sides of the weld.
     """
     import pinocchio as pin
 
@@ -102,7 +101,7 @@ def constraint_models(
         if not _closes(loop) and welds is None:
             raise ArgumentError(
                 f"Pinocchio has no constraint for the {loop.type.name} loop {loop.name!r}: use configuration.loop_model(), "
-                "which makes such a loop a run of joints of the tree"
+                "which replaces such a loop by joints of the tree"
             )
         own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
         body, first, other, second = (welds or {}).get(loop.name, own)
@@ -120,9 +119,9 @@ def constraint_models(
 
 
 def _run(loop: Connection, placements: Sequence[pin.SE3]) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
-    """Return a loop as a run of joints: the body and frame where it begins, those where it ends, (slides, axis, value) of each.
+    """Return a loop as a chain of joints: first body and frame, last body and frame, and (slides, axis, value) of each joint.
 
-    It begins at the predecessor, but where the successor does not move: then it runs the other way round.
+    The chain begins at the predecessor, or at the successor if this does not move.
     """
     first = placements[loop.predecessor_body].homogeneous @ loop.predecessor_frame
     second = placements[loop.successor_body].homogeneous @ loop.successor_frame

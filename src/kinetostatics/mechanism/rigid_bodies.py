@@ -21,10 +21,10 @@ class RigidBody:
     """Links, and ends of beams, that move together.
 
     Attributes:
-        links: its links; a link with beams belongs to every body that one of its beams ends in.
-        rigid_links: those without beams.
-        weights: those of them that have a mass.
-        places: where loads may act: its rigid links, and the ends of beams.
+        links: its links; a link with beams belongs to all bodies at the ends of its beams.
+        rigid_links: links without beams.
+        weights: rigid links with mass.
+        places: places of loads: rigid links and ends of beams.
     """
 
     links: list[str] = field(default_factory=list)
@@ -43,7 +43,7 @@ class BodyEdge:
 
     @property
     def key(self) -> str:
-        """The joint's name, or ``beam:`` and the beam's, as of an :class:`~kinetostatics.mechanism.limbs.Edge`."""
+        """The joint's name, or ``beam:`` and the beam's, as in :class:`~kinetostatics.mechanism.limbs.Edge`."""
         return self.connection.name if self.connection is not None else f"beam:{self.beam.beam.name}" if self.beam else ""
 
     def other(self, body: RigidBody) -> RigidBody:
@@ -60,13 +60,13 @@ class BodyGraph:
     """Rigid bodies and edges of a mechanism.
 
     Attributes:
-        base, platform: the bodies that base and platform belong to.
-        base_links, platform_links: links that are rigidly part of them.
+        base, platform: the bodies of base and platform.
+        base_links, platform_links: the links of these bodies.
         spans: all beams, from start to end as in the file.
         bodies: all bodies, in the order of the file.
         edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
-        misplaced: joints that are attached to a beam elsewhere than at its ends, and the beam's link.
-        warnings: what is suspicious, in full sentences.
+        misplaced: joints that are attached to a beam between its ends, and the beam's link.
+        warnings: warnings about the file, in full sentences.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -78,7 +78,7 @@ class BodyGraph:
         self.spans = finder.spans()
         self.warnings = list(finder.warnings)
         self.misplaced: list[tuple[Connection, str]] = []
-        #: of every link the bodies that it belongs to, each with the point at which one of its beams ends
+        #: for every link its bodies, each with the end point of one of its beams
         self._at = {link: self._bodies_of(link) for link in self.description.links}
         self._join_links_in_spans()
         self.base, self.platform = (
@@ -107,7 +107,7 @@ class BodyGraph:
         return tuple(link for link in self.description.links if link in found)
 
     def weighs(self, link: str) -> bool:
-        """Whether a link is rigid and weighs something."""
+        """Whether a link is rigid and has mass."""
         return self.is_rigid(link) and self.description.links[link].mass > 0
 
     def is_rigid(self, link: str) -> bool:
@@ -117,7 +117,7 @@ class BodyGraph:
     # ---- construction -----------------------------------------------------------------------------------------------
 
     def _bodies_of(self, link: str) -> list[tuple[Array | None, RigidBody]]:
-        """Return the bodies of a link, still apart from other links': one, or one for each point at which its beams end."""
+        """Return the bodies of a link before they are joined to others: one, or one for each end point of its beams."""
         points: list[Array] = []
         for beam in self.beams_of.get(link, []):
             span = self.spans[beam.name]
@@ -127,7 +127,7 @@ class BodyGraph:
         return [(point, RigidBody()) for point in points] or [(None, RigidBody())]
 
     def _body_at(self, link: str, point: Array) -> RigidBody | None:
-        """Return the body of a link at a point, None if the link has beams and none of them ends there."""
+        """Return the body of a link at a point, None if the point is between the ends of a beam."""
         return next((body for other, body in self._at[link] if other is None or _are_one_point(point, other)), None)
 
     def _ends(self, span: BeamSpan) -> tuple[RigidBody, RigidBody]:
@@ -138,13 +138,13 @@ class BodyGraph:
         return start, end
 
     def _join(self, bodies: list[RigidBody]) -> RigidBody:
-        """Make several bodies one, and return it."""
+        """Join several bodies to one, and return it."""
         for here in self._at.values():
             here[:] = [(point, bodies[0] if body in bodies else body) for point, body in here]
         return bodies[0]
 
     def _join_links_in_spans(self) -> None:
-        """Join the links that a telescopic beam passes to its end on their side, and its own link to its start."""
+        """Join the links inside the span of a telescopic beam to the end on their side, and the beam's link to its start."""
         for span in self.spans.values():
             ends = self._ends(span)
             for path, body in zip((span.inward, span.outward), ends, strict=True):
@@ -172,7 +172,7 @@ class BodyGraph:
                     yield BodyEdge(ends, connection=connection)
 
     def _body_of(self, connection: Connection, link: str) -> RigidBody:
-        """Return the body of a link that a joint is attached to: if it stands along a beam, the nearest."""
+        """Return the body of a link to which a joint is attached; for a joint between the ends of a beam, the nearest one."""
         centre = connection.centre_on(link)
         found = self._body_at(link, centre)
         if found is None:
@@ -181,7 +181,7 @@ class BodyGraph:
         return found
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
-        """Sort joints by the places of their links in the file, be they joints of its tree or loops; beams stay first."""
+        """Sort joints and loops by the order of their links in the file; beams remain first."""
         order: dict[RigidBody, int] = {}
         for number, here in enumerate(self._at.values()):
             for _, body in here:

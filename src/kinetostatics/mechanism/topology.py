@@ -18,7 +18,7 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
     """Find limbs, beams and attached bodies.
 
     Raises:
-        RobotFileError: a beam's ends, or joints along it, are invalid.
+        RobotFileError: the ends of a beam or the joints along it are invalid.
     """
     return _TopologyBuilder(mechanism).build()
 
@@ -77,7 +77,7 @@ class _TopologyBuilder:
     def _moved_together(
         self, limbs: list[tuple[list[RigidBody], list[BodyEdge]]]
     ) -> Iterator[tuple[list[RigidBody], list[BodyEdge]]]:
-        """Yield the bodies and edges of limbs; those with joints that one elastic actuator moves, which couples them, are one."""
+        """Yield the bodies and edges of limbs; limbs coupled by an elastic actuator with mimic joints are joined."""
         owner = {joint: k for k, (_, edges) in enumerate(limbs) for edge in edges for joint in _joints_of(edge)}
         rows = [[owner[name] for name, _ in drive.moves if name in owner] for drive in drives_of(self.mechanism).values()]
         together = joined(range(len(limbs)), (pair for row in rows for pair in itertools.pairwise(row)))
@@ -137,7 +137,7 @@ class _TopologyBuilder:
         )
 
     def _ends_in_span(self, step: DirectedEdge) -> tuple[list[str], list[str]]:
-        """Return the inner and the outer end of a beam that joints in its span part from base or platform."""
+        """Return the places at the inner and outer end of a beam that joints in its span separate from base or platform."""
         if step.edge.beam is None:
             return [], []
         roots, name = (self.graph.base, self.graph.platform), step.edge.beam.beam.name
@@ -148,7 +148,7 @@ class _TopologyBuilder:
         return inner, outer
 
     def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
-        """Note that the ends of a beam with joints in its span are ends of the beam, not of the links behind these joints."""
+        """Assign the places at the ends of a beam with joints in its span to the beam, not to the links beyond these joints."""
         if step.edge.beam is None:
             return
         name = step.edge.beam.beam.name
@@ -159,7 +159,7 @@ class _TopologyBuilder:
             self.carried_by[end] = chain[number].key
 
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
-        """Split a limb at the bodies that every way from base to platform passes, serial stretches in one."""
+        """Divide a limb at the bodies that all paths from base to platform pass; serial parts are not divided further."""
         graph = self.graph
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
         for inner, outer, mine in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
@@ -179,7 +179,7 @@ class _TopologyBuilder:
 
     @staticmethod
     def _stretch(steps: list[DirectedEdge]) -> int:
-        """Return how many different bodies lie at the outer ends of some edges: as many as edges on a single way."""
+        """Return the number of different bodies at the outer ends of edges; in a single chain it equals the number of edges."""
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
     def _name_of(self, body: RigidBody) -> str:
@@ -190,7 +190,7 @@ class _TopologyBuilder:
         return self.graph.links_of([body], [])[0]
 
     def _weights_below(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
-        """Return the names of the weights, and of places for loads, that the tree carries beyond each of its edges."""
+        """Return the names of weights and places for loads outboard of each edge of the tree."""
         hanging: dict[RigidBody, list[str]] = {}
         below: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
@@ -205,7 +205,7 @@ class _TopologyBuilder:
     def _directed(
         self, step: DirectedEdge, below: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
     ) -> list[Edge]:
-        """Return an edge, and the joints inside a telescopic beam, as seen on the way out."""
+        """Return an edge and the joints inside a telescopic beam, directed outwards."""
         edge = step.edge
         forward = edge.ends[0] is step.inner
         if edge.connection is not None:
@@ -227,8 +227,8 @@ class _TopologyBuilder:
         links = [span.start_link]
         for item in joints:
             links.append(item.other(links[-1]))
-        # Links in mid-span go with the end on their side; a joint in between carries those outboard of it all the same.
-        # So do joints with what acts on the beam's own link at its ends.
+        # Links inside the span move with the end on their side, but a joint in between carries those outboard of it.
+        # The same holds for loads on the beam's own link at its ends.
         start, end = self.beam_ends[name]
         near = [link for link in links[1:before_carrier] if self.graph.is_rigid(link)]
         far = [link for link in links[before_carrier + 1 : -1] if self.graph.is_rigid(link)]
@@ -252,7 +252,7 @@ class _TopologyBuilder:
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
     def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
-        """Raise an error if a joint along a beam, not at its end, carries load; return the places where no load may act."""
+        """Raise an error if a joint between the ends of a beam carries load; return the places without support."""
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
         branches = [edge for limb in limbs for edge in limb.branches]
         outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
@@ -274,7 +274,7 @@ class _TopologyBuilder:
             joints = {name for name, _ in drive.moves}
             if sum(any(edge.joint in joints for edge in limb.edges) for limb in limbs) > 1:
                 raise self.mechanism.connections[drive.joint].place.error(
-                    f"the elastic actuator of {drive.joint!r} moves joints of a closed chain that hangs on base or platform, and "
+                    f"the elastic actuator of {drive.joint!r} moves joints of a closed chain attached to base or platform, and "
                     "others elsewhere; make it rigid"
                 )
 
@@ -291,7 +291,7 @@ class _TopologyBuilder:
 
 
 def _joints_of(edge: BodyEdge) -> list[str]:
-    """Return the names of an edge's joint, or of those that its beam spans."""
+    """Return the name of an edge's joint, or those of the joints inside a beam's span."""
     inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
     return [item.name for item in (edge.connection, *inside) if item is not None]
 
@@ -304,10 +304,10 @@ def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Itera
 
 
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
-    """Return for each edge the signs of the cut joints' wrenches in the wrench of its outboard on its inboard side.
+    """Return for each edge the signs of the cut-joint wrenches in the wrench of its outboard side on its inboard side.
 
-    A cut joint's wrench is what its outer side puts on its inner side: it loads what lies beyond the edges on the way to its
-    inner end, and unloads what lies beyond those on the way to its outer end.
+    The wrench of a cut joint is that of its outer side on its inner side: its sign is positive in the edges of the path to its
+    inner end, and negative in those of the path to its outer end.
     """
     carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
     for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
@@ -324,7 +324,7 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
 def _leads_to_ring(
     steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
 ) -> set[BodyEdge]:
-    """Return the edges that carry a cut joint, or beyond which one that does lies."""
+    """Return the edges with a cut-joint wrench, or with such an edge further outboard."""
     found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:

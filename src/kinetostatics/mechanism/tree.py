@@ -1,8 +1,8 @@
 """Forward kinematics of a spanning tree for a whole batch of poses, batch axis last.
 
-Pinocchio has no batched forward kinematics in its wheel, and its loop takes a Python call per pose. A
-:class:`Tree` takes joint placements and the layout of ``q`` from the Pinocchio model, so that ``q`` means the same in
-both, and moves thousands of poses at once. Bodies are numbered as Pinocchio numbers joints; body 0 is the root link.
+Pinocchio's wheel has no batched forward kinematics, only one Python call per pose. :class:`Tree` takes the joint placements and
+the layout of ``q`` from the Pinocchio model, so that ``q`` has the same meaning in both, and computes thousands of poses at once.
+Bodies are numbered as Pinocchio numbers joints; body 0 is the root link.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from kinetostatics.math.screws import unit_twist
 class TreeJoint:
     """One moving joint: its type, the numbers of the bodies it joins, its placement and axis in the parent body.
 
-    ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their
-    coordinates are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin) about its axis z, a floating one
-    (x, y, z, quaternion); spherical has a quaternion (x, y, z, w).
+    ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their coordinates
+    are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin) about its axis z, a floating one (x, y, z,
+    quaternion), a spherical one a quaternion (x, y, z, w).
     """
 
     type: JointType
@@ -76,8 +76,8 @@ class Frames(ShortRepr):
 
     def directions(self, bodies: Index, local: Array) -> Array:
         """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
-        filled = is_filled(local) if local.dtype == object else local  # what is computed may be 0 at the example alone
-        used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # for so few numbers faster than NumPy
+        filled = is_filled(local) if local.dtype == object else local  # computed values may be 0 at the recorded example only
+        used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # faster than NumPy for few numbers
         result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
         for j in used[1:]:
             result += self.rotation[:, j, bodies] * local[j][:, None]
@@ -109,15 +109,15 @@ class Frames(ShortRepr):
         return Frames(self.rotation[..., poses], self.position[..., poses])
 
     def are_finite(self) -> Mask:
-        """Return at which poses (N,) the positions of all bodies are finite."""
+        """Return the mask (N,) of poses at which the positions of all bodies are finite."""
         return np.all(np.isfinite(self.position), axis=(0, 1)) & np.all(np.isfinite(self.rotation), axis=(0, 1, 2))
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Write others in place of some poses."""
+        """Replace some poses by others, in place."""
         self.rotation[..., poses], self.position[..., poses] = others.rotation, others.position
 
     def followed_by(self, other: Frames) -> Frames:
-        """Return these poses and behind them others."""
+        """Return these poses followed by others."""
         pairs = (self.rotation, other.rotation), (self.position, other.position)
         return Frames(*(np.concatenate(pair, axis=-1) for pair in pairs))
 
@@ -174,7 +174,7 @@ class _Group:
             q[self.q[first:]] = _turn(turn, by[0]) if self.type.endless else turn + by
 
     def rates(self, q: Array, v: Array, found: Array) -> None:
-        """Write how fast the coordinates ``q`` (nq, N) change at velocities ``v`` (nv, N) into ``found`` (nq, N)."""
+        """Write the time derivatives of ``q`` (nq, N) at velocities ``v`` (nv, N) into ``found`` (nq, N)."""
         c, d, first = q[self.q], v[self.v], self.shifts
         turn, by = c[first:], d[first:]
         if first:
@@ -185,7 +185,7 @@ class _Group:
             found[self.q[first:]] = np.stack([-turn[1], turn[0]]) * by if self.type.endless else by
 
     def _shift(self, turn: Array, shift: Array) -> Array:
-        """Return a displacement in the axes of the joint's placement, of one in those of the body, turned already."""
+        """Transform a displacement from the axes of the rotated body to those of the joint's placement."""
         if self.type.slides is Axes.ACROSS:
             shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
         elif self.type.slides is Axes.ALL:
@@ -210,8 +210,8 @@ class Tree:
         joints: the moving joints.
         bodies: number of bodies, the root included.
         nq, nv: numbers of coordinates and of freedoms.
-        column_body, column_axis, column_rotates: of every freedom, the body in which its axis is fixed, the axis (3, nv) in
-            that body, and whether it is a rotation (about an axis through the body's origin) or a translation.
+        column_body, column_axis, column_rotates: for every freedom, the body in which its axis is fixed, the axis (3, nv) in this
+            body, and whether it is a rotation (about an axis through the body's origin) or a translation.
         moves: (B, nv) whether a freedom moves a body.
     """
 
@@ -271,7 +271,7 @@ class Tree:
         return moved
 
     def rates(self, q: Array, v: Array) -> Array:
-        """Return how fast the coordinates ``q`` (nq, N) change at velocities ``v`` (nv, N) [m/s, rad/s]."""
+        """Return the time derivatives of ``q`` (nq, N) at velocities ``v`` (nv, N) [m/s, rad/s]."""
         found = zeros_for(q.shape, q, v)
         for group in self._groups:
             group.rates(q, v, found)

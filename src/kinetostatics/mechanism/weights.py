@@ -1,6 +1,6 @@
 """Weights of a robot: of links at their centres of mass, of beams with a density along their length.
 
-Masses and centres are those of the inertias in Pinocchio's model. It computes the weights of one pose, NumPy those of many.
+Masses and centres are those of the inertias in Pinocchio's model. Pinocchio computes single poses, NumPy batches.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from kinetostatics.mechanism.tree import Frames
 if TYPE_CHECKING:
     import pinocchio as pin
 
-#: Masses below this part of what moves with them are what rounding leaves of a link without mass.
+#: Mass of a link, relative to that of its body, that counts as zero (rounding).
 _NOTHING = 1e-14
 
 
@@ -30,8 +30,8 @@ class Weights:
     """The robot's weights.
 
     Attributes:
-        names: a rigid link's own name, or ``beam:`` and the beam's; those of the limbs in turn, then base, then platform.
-        owner: for each of them the limb it belongs to, or ``base`` or ``platform``.
+        names: name of the rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
+        owner: for each weight its limb, or ``base`` or ``platform``.
     """
 
     NOT_RECORDED = ("_inertias", "_known")
@@ -84,12 +84,12 @@ class Weights:
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
-        if o.shape[1] == 1 and frames.are_finite()[0]:  # Pinocchio refuses what is NaN where no pose is
+        if o.shape[1] == 1 and frames.are_finite()[0]:  # Pinocchio rejects NaN
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         return self.wrenches_of_many(frames, o, gravity)
 
     def wrenches_of_many(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        """Return the same of any number of poses, by the same operations on all of them."""
+        """Return the wrenches (6, W, N) of any number of poses, by NumPy."""
         force = self.masses(frames)[None] * gravity[:, None]
         return wrench_of_force(force, self.centres(frames) - o[:, None])
 
@@ -101,7 +101,7 @@ class Weights:
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
-        """Return body and ``pin.Inertia`` of every weight at one pose; those that no pose changes are worked out once."""
+        """Return body and ``pin.Inertia`` of every weight at one pose; constant ones are computed once."""
         if self._known is None:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
             rigid = zip(self._body.tolist(), self._inertias, strict=True)
@@ -113,14 +113,14 @@ class Weights:
         """Return a copy of Pinocchio's model of the tree with the masses of the robot at one pose.
 
         Raises:
-            StaticsError: a telescope is pushed together beyond its start.
+            StaticsError: a telescopic beam has no length.
         """
         if any(float(beam.remaining_length(frames)[0]) < 0 for beam in self._beams):
             raise StaticsError(without_length(self._beams, frames, 0))
         return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
-        """Return the sum (6, N) of the wrenches (6, W, N) of those of some names that are weights."""
+        """Return the sum (6, N) of the wrenches (6, W, N) with given names; names of other places are ignored."""
         which = [self._number[name] for name in names if name in self._number]
         total: Array = wrenches[:, which].sum(axis=1)
         return total
@@ -130,15 +130,15 @@ class Weights:
         return np.array([carries(edge, name) for name in self.names], dtype=float)
 
     def of(self, owner: str) -> NDArray[np.bool_]:
-        """Return which weights belong to a limb, to ``base`` or to ``platform``."""
+        """Return the mask (W,) of the weights of a limb, of ``base`` or of ``platform``."""
         return np.array([item == owner for item in self.owner], dtype=bool)
 
 
 def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
     """Return every link's own ``pin.Inertia``, in the frame of the body (Pinocchio's joint) with which it moves.
 
-    Pinocchio adds up the links that fixed joints weld together; what each of them brings stays in the frame of its fixed
-    joint, and what is left is the link that hangs on the moving joint itself.
+    Pinocchio sums the inertias of links welded by fixed joints. The part of each such link is stored in the frame of its fixed
+    joint; the remainder is that of the link at the moving joint.
 
     Args:
         model: ``pin.Model`` built from a URDF.
@@ -164,7 +164,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` with the given inertias alone: bodies, and a ``pin.Inertia`` in each."""
+    """Return a copy of a ``pin.Model`` with its inertias replaced by the given ones (body, ``pin.Inertia``)."""
     import pinocchio as pin
 
     copy = model.copy()
@@ -181,9 +181,9 @@ def weight_wrench(inertia: pin.Inertia, rotation: Array, arm: Array, gravity: Ar
 
     Args:
         inertia: ``pin.Inertia`` in the body's frame.
-        rotation: (3, 3) of the body.
-        arm: (3,) from the reference point to the body's origin, world axes [m].
-        gravity: (3,) in world axes [m/s²].
+        rotation: (3, 3) rotation of the body.
+        arm: (3,) vector from the reference point to the body's origin, world axes [m].
+        gravity: (3,) gravity in world axes [m/s²].
     """
     import pinocchio as pin
 

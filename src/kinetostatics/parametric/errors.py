@@ -15,7 +15,7 @@ from kinetostatics.robot import Robot
 
 @dataclass(frozen=True)
 class ErrorParameter:
-    """One error of a joint or beam of the unloaded robot.
+    """An assembly error of a joint or beam of the unloaded robot.
 
     Attributes:
         name: ``PART.error.KIND``.
@@ -31,7 +31,7 @@ class ErrorParameter:
 
     @property
     def value(self) -> float:
-        """Of the nominal robot."""
+        """Value of the nominal robot: zero."""
         return 0.0
 
 
@@ -51,7 +51,7 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
 
 
 def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
-    """Return errors by amounts (errors, N) as :func:`kinetostatics.analyze` takes them, a batch of N."""
+    """Return errors with amounts (errors, N) as an argument of :func:`kinetostatics.analyze`, a batch of N."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:

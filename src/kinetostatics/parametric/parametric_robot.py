@@ -1,4 +1,4 @@
-"""The parametric robot: other arguments of its file and numbers of its parts, and its pose at the same coordinates."""
+"""The parametric robot: a robot with other arguments of its file and dimensions of its parts, and its pose at the same coordinates."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ from kinetostatics.robot import Robot
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-#: Fields of a description, its links, joints and loops on which neither statics nor mass depend: what is drawn, moments of
-#: inertia, limits, how it was read.
+#: Fields of a description, its links, joints and loops that affect neither statics nor mass: visuals, moments of inertia, limits,
+#: places in the file.
 IDLE = ("parameters", "file_warnings", "extra", "inertia", "lower", "upper", "cone", "effort", "velocity")
 
 
@@ -35,7 +35,7 @@ class ParametricRobot:
 
     Args:
         robot: the robot.
-        links: ``platform_link`` and ``base_link`` of its file; None: they are found, if the file still says what the robot is.
+        links: ``platform_link`` and ``base_link`` of its file; None: they are found by comparison with the file.
     """
 
     def __init__(self, robot: Robot, links: Mapping[str, str | None] | None = None) -> None:
@@ -46,7 +46,7 @@ class ParametricRobot:
 
     @cached_property
     def every_part(self) -> dict[str, tuple[RobotNumber, ...]]:
-        """All numbers of parts by name, of vectors and placements all components."""
+        """All numbers of parts by name, including all components of vectors and placements."""
         return numbers_of_parts(self.robot)
 
     @cached_property
@@ -61,10 +61,10 @@ class ParametricRobot:
 
     @cached_property
     def arguments(self) -> dict[str, float]:
-        """The values of all arguments of the file that are numbers, in its order.
+        """The values of all numerical arguments of the file, in its order.
 
         Raises:
-            ArgumentError: the robot is not what its file says.
+            ArgumentError: the robot differs from its file.
         """
         assert self._links is not None
         description, found = self.robot.description, dict[str, float]()
@@ -91,12 +91,12 @@ class ParametricRobot:
             if same == own:
                 return links
         raise ArgumentError(
-            f"the robot {self.robot.name!r} is not what its file {own.path!r} says: parameters belong to a file; load it from "
+            f"the robot {self.robot.name!r} differs from its file {own.path!r}: parameters belong to a file; load it from "
             "there, or save it"
         )
 
     def number(self, name: str) -> RobotNumber:
-        """Return one number that is known to be there."""
+        """Return an existing number by name."""
         if "." in name and name in self.parts:
             return self.parts[name]
         value = self.arguments[name]
@@ -109,16 +109,16 @@ class ParametricRobot:
         )
 
     def names(self, patterns: Sequence[str], what: str = "", errors: bool = False) -> dict[str, str]:
-        """Return the names that patterns stand for, each with its pattern.
+        """Return the names that match patterns, each with its pattern.
 
         Args:
-            patterns: names of arguments of the robot's file and of numbers of its parts; ``*`` is a wildcard.
-            what: name of the argument with the patterns, if each number is to be named once.
-            errors: whether assembly errors, ``revolute_*.error.[xyz]``, may be among them.
+            patterns: names of arguments of the file and of dimensions of parts; ``*`` is a wildcard.
+            what: name of the argument with the patterns, if numbers must not be named twice.
+            errors: whether assembly errors, ``revolute_*.error.[xyz]``, are included.
 
         Raises:
-            ArgumentError: a pattern names nothing, or arguments of a file that says something else than the robot is; or a number
-                is named twice.
+            ArgumentError: a pattern has no match, or matches arguments although the robot differs from its file; or a number is
+                named twice.
         """
         known = [*self.parts, *(self.arguments if any("." not in name for name in patterns) else ())]
         found: dict[str, str] = {}
@@ -138,7 +138,7 @@ class ParametricRobot:
         return [(pattern, self.number(name)) for name, pattern in self.names(patterns, what).items()]
 
     def check_units(self, typed: Mapping[str, str], what: str) -> None:
-        """Complain of arguments of the file that are given in units of another kind than their own, see :func:`check_unit`."""
+        """Check the units of given arguments of the file, see :func:`check_unit`."""
         for name, given in typed.items():
             if name in self.arguments:
                 check_unit(self.number(name), given, what)
@@ -149,7 +149,7 @@ class ParametricRobot:
         """Return the file's description with other values of some arguments; descriptions are cached.
 
         Raises:
-            RobotFileError: the file is wrong with them.
+            RobotFileError: the file is invalid with these values.
         """
         key = tuple(sorted((name, value) for name, value in arguments.items() if value != self.arguments[name]))
         own = self.robot.description
@@ -174,7 +174,7 @@ class ParametricRobot:
         """Return the robot's description with numbers changed by amounts, those of parts relative to the values of the file.
 
         Raises:
-            RobotFileError: the file is wrong with them.
+            RobotFileError: the file is invalid with these values.
             ArgumentError: a part cannot have such numbers.
         """
         parts = self.parts
@@ -183,10 +183,9 @@ class ParametricRobot:
 
 
 def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
-    """Return a robot with numbers changed, in an order that makes a robot at each step: a tube grows before its hole.
+    """Return a robot with changed numbers, in an order with a valid robot at each step: outer before inner diameters.
 
-    Raises:
-        ArgumentError: there is none.
+    Raises: ArgumentError: there is no such order.
     """
     left = list(changes)
     for _ in changes:
@@ -197,16 +196,15 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber,
             except ArgumentError:
                 put_off.append((number, by))
         left = put_off
-    for number, by in left:  # what is wrong is said
+    for number, by in left:  # raises the error
         description = number.changed_in(description, by)
     return description
 
 
 def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
-    """Complain of a number that is given in a unit of another kind than its own; that may not be known.
+    """Check that a number is given in a unit of its own kind, if this is known.
 
-    Raises:
-        ArgumentError: it is.
+    Raises: ArgumentError: the unit is of another kind.
     """
     own, given = (text.replace(" ", "·") for text in (number.unit, typed))
     if own and given and (own == "1" or unit(own.replace("·", " ")).dimension != unit(given.replace("·", " ")).dimension):
@@ -215,7 +213,7 @@ def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> N
 
 
 def alike(one: RobotDescription, other: RobotDescription) -> bool:
-    """Whether two robots differ in nothing that statics depend on."""
+    """Whether two robots are equal for the statics."""
     for item in fields(RobotDescription):
         a, b = getattr(one, item.name), getattr(other, item.name)
         if item.name in IDLE or not item.compare or a == b:
@@ -230,9 +228,9 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return the pose of another robot at the same coordinates: those that the pose was assembled with, or else its actuators'.
+    """Return the pose of another robot at the coordinates used for assembly, or at the same actuator coordinates.
 
-    It is followed from the pose of the first, so that the assembly mode is the same. ``loops`` says which solver does that.
+    It is followed from the pose of the first robot, so that the assembly mode is the same. ``loops`` chooses the solver.
     """
     near = replace(configuration, robot=robot)
     if configuration.prescribed:
@@ -244,8 +242,8 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
 
 
 def opens_loops(name: str) -> ArgumentError:
-    """Return the complaint of a number with which, a little off, loops that are closed do not close any more."""
+    """Return an error for a number whose small change opens closed loops."""
     return ArgumentError(
-        f"{name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
+        f"{name}: with a small change of it the loops do not close, or the pose is lost; for an overconstrained robot, "
         "tolerances of JOINT.error.x … rz compute the effect of such errors, and the internal forces"
     )

@@ -24,22 +24,22 @@ from kinetostatics.mechanism.weights import Weights
 from kinetostatics.robot import Robot
 from kinetostatics.statics.robot_statics import statics_on
 
-#: Steps and weights of the central difference of fourth order; what does not change at all drops out of each.
+#: Steps and weights of the central difference of fourth order; unchanged constants cancel exactly.
 CENTRAL = ((1, 2 / 3), (2, -1 / 12))
-OTHER_MECHANISM = "the robot would be another mechanism, as axes that meet in a point would not meet any more"
+OTHER_MECHANISM = "the robot would become another mechanism, because concurrent axes would no longer meet"
 
 
 def rates_of(numbers: Callable[[float], Array], step: float) -> Array:
-    """Return how fast a robot's numbers (P,) change with an amount, by a small step of it."""
+    """Return the derivatives of a robot's constants (P,) with respect to an amount, by a small step."""
     terms = [weight / step * (numbers(count * step) - numbers(-count * step)) for count, weight in CENTRAL]
     return np.sum(terms, axis=0)
 
 
 def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
-    """Return model and numbers (P,) of a robot that differs a little, decided about as ``own``, the model of the other one.
+    """Return model and constants (P,) of a slightly changed robot, with the decisions made for ``own``, the original model.
 
     Raises:
-        KinetostaticsError: there is no such robot, or it has other coordinates, loops or limbs.
+        KinetostaticsError: the values yield no robot, or one with other coordinates, loops or limbs.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -59,7 +59,7 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:
-    """Return a description in which every beam has the y axis that it has in the robot; one of its own could be another one."""
+    """Return a description with explicit y axes of all beams, because default ones could change."""
     beams = {}
     for name, beam in description.beams.items():
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]

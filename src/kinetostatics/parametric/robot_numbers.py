@@ -18,29 +18,25 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section
 
-#: Part of a number, or of the robot's length, by which it is changed where it is differenced; and such a turn [rad].
+#: Step of differences, relative to the number or the robot's length, or as a rotation [rad].
 STEP = 1e-3
 _AREAS = {"area": "m²", "I_y": "m⁴", "I_z": "m⁴", "J": "m⁴", "shear_area_y": "m²", "shear_area_z": "m²"}
 _MATERIAL = {"youngs_modulus": "Pa", "shear_modulus": "Pa", "poisson_ratio": "1", "density": "kg/m³"}
 _SPRING = {"stiffness": "N/m", "free_length": "m", "preload": "N"}
 
-#: Where a number stands in a description: names of attributes, keys and indices, one within the other.
+#: Path of a number in a description: names of attributes, keys and indices.
 Path = tuple[str | int, ...]
-Part: TypeAlias = Any  # what stands there: parts of a robot and their fields, mappings, tuples and numbers
+Part: TypeAlias = Any  # parts of a robot and their fields, mappings, tuples and numbers
 
 
 @dataclass(frozen=True)
 class RobotNumber:
-    """One number of a robot: an argument of its file, or a number of a part.
+    """A number of a robot: an argument of its file, or a dimension of a part.
 
-    Attributes:
-        name: of an argument, or of a part, a dot, and of its number: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
-        unit: SI; "1" of a ratio, empty where it is not known.
-        value: SI; of a placement, which is told by how it is displaced, 0.
-        step: by how much it is changed where it is differenced; None where it cannot be changed.
-        description: of the robot.
-        path: of a number of a part.
-        read: of an argument: returns what the file says with another value.
+    Attributes: name: name of the argument, or of part and dimension: ``rod_1.outer_diameter``, ``revolute_1.placement.x``. unit:
+    SI unit; "1" for a ratio, empty if unknown. value: value, SI; 0 for a placement, which is given as a displacement. step: step
+    of differences; None if it cannot be changed. description: description of the robot. path: path of a dimension of a part.
+    read: for an argument, function that returns the description with another value.
     """
 
     name: str
@@ -55,8 +51,8 @@ class RobotNumber:
         """Return the robot's description with this number larger by an amount, and the file's expressions evaluated with it.
 
         Raises:
-            RobotFileError: the file is wrong with it.
-            ArgumentError: the part cannot have such a number.
+            RobotFileError: the file is invalid with this value.
+            ArgumentError: the part cannot have this value.
         """
         return self.changed_in(self.description, by) if self.read is None else self.read(self.value + by)
 
@@ -64,18 +60,18 @@ class RobotNumber:
         """Return another description in which this number of a part is larger by an amount.
 
         Raises:
-            ArgumentError: the part cannot have such a number.
+            ArgumentError: the part cannot have this value.
         """
         found: RobotDescription = _changed(there, self.path, by)
         return found
 
     def of(self, there: RobotDescription) -> float:
-        """Return this number of a part in another description; of a placement 0."""
+        """Return this number of a part in another description; 0 for a placement."""
         return _value(there, self.path)
 
 
 def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
-    """Return the numbers of a robot's parts by name; of vectors and placements all components, also those that cannot change."""
+    """Return the numbers of a robot's parts by name, with all components of vectors and placements, even constant ones."""
     found: dict[str, tuple[RobotNumber, ...]] = {}
     for name, path, unit in _places(robot):
         item = _found(robot.description, path)
@@ -99,7 +95,7 @@ def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
 
 
 def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
-    """Yield names and places of the numbers of a part (one, several or a frame), and the unit."""
+    """Yield names and paths of the numbers of a part (one, several or a frame), and their unit."""
     there = robot.description
     for name, link in there.links.items():
         if link.mass > 0:
@@ -129,10 +125,10 @@ def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
 
 
 def _sizes(section: Section) -> dict[str, float]:
-    """Return the sizes of a section of some shape, from which all else follows."""
+    """Return the independent dimensions of a section with a shape."""
     plain = {item.name for item in fields(Section)}
     sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
-    sizes.pop("torsion_modulus", None)  # which follows from the others
+    sizes.pop("torsion_modulus", None)  # follows from the others
     return sizes
 
 
@@ -155,7 +151,7 @@ def _value(item: Part, path: Path) -> float:
 
 
 def _changed(item: Part, path: Path, by: float) -> Part:
-    """Return a copy in which the number at a place is larger by an amount."""
+    """Return a copy with the number at a path increased by an amount."""
     if not path:
         return (item or 0.0) + by
     key: Part = path[0]

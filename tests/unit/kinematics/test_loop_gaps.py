@@ -23,11 +23,11 @@ def test_gaps_that_are_alike_are_told_together():
 def test_the_widest_gaps_are_told_first():
     gaps = {"a": (0.01, 0.0), "belt": (0.3, 0.0), "b": (0.2, 0.1), "c": (1e-3, 0.0), "d": (0.015, 0.0)}
     assert worst_gaps_text(EQUATIONS, gaps) == (
-        "joint 'belt' is 0.3 m beside where its <mimic> puts it, loop 'b' stays 0.2 m and 0.1 rad open, "
+        "joint 'belt' is 0.3 m away from the position by its <mimic>, loop 'b' stays 0.2 m and 0.1 rad open, "
         "loop 'd' stays 0.015 m open"
     )
     assert worst_gaps_text(EQUATIONS, {"gear": (0.0, 0.3), "c": (2.9e-3, 0.0), "d": (0.0, 3.1e-3)}) == (
-        "joint 'gear' is 0.3 rad beside where its <mimic> puts it, loop 'd' stays 0 m and 0.0031 rad open"
+        "joint 'gear' is 0.3 rad away from the position by its <mimic>, loop 'd' stays 0 m and 0.0031 rad open"
     )
     assert worst_gaps_text(EQUATIONS, {"a": (0.5, 0.4e-9)}) == "loop 'a' stays 0.5 m open"
     assert worst_gaps_text(EQUATIONS, {"a": (0.9e-9, 0.5e-9)}) == "no loop stays open"  # rounding
