@@ -88,7 +88,7 @@ def test_coordinates_that_do_not_fit() -> None:
     names = list(robot.model.names)
     for joint in ("motor", "belt"):
         q[robot.model.joints[names.index(joint)].idx_q] += 0.01
-    with pytest.raises(ks.AssemblyError, match=r"coupled joints of 'belt' do not fit.*'belt' is 0\.02 m beside .*<mimic>"):
+    with pytest.raises(ks.AssemblyError, match=r"coupled joints of 'belt' do not fit.*'belt' is 0\.02 m away from .*<mimic>"):
         robot.configuration(q)
     assert robot.configuration(q, on_failure="nan").status == ks.Status.UNREACHABLE
     with pytest.raises(ks.exceptions.CoordinatesError, match="no driven joint 'belt'"):

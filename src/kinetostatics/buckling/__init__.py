@@ -1,1 +1,1 @@
-"""Buckling: stiffness and geometric stiffness of the whole robot, its critical load factors, and the members that buckle."""
+"""Buckling: stiffness and geometric stiffness of the robot, critical load factors, and the members that buckle."""

@@ -41,7 +41,7 @@ _BENDING, _TENSION = _matrices()
 #: Largest eigenvalue of the inner part of ∫ f′f′: 1 / 4π².
 _CLAMPED = float(np.linalg.eigvalsh(_TENSION[0, 3:, 3:])[-1])
 _A, _B = _TENSION[:, :3, 3:]
-#: Of :func:`condensed_tension` what belongs to the force at the start, its change along the beam, and their squares and product.
+#: Matrices of :func:`condensed_tension` for the force at the start, its change along the beam, their squares and product.
 _CONDENSED = np.array([*_TENSION[:, :3, :3], -_A @ _A.T, -_A @ _B.T - _B @ _A.T, -_B @ _B.T])
 
 
@@ -67,9 +67,10 @@ def tension(forces: Array, EI: float, length: Array) -> Array:
 
 
 def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
-    """Return a lower bound (3, 3, N) of :func:`tension` and the inner stiffness 1, whatever the inner coordinates are.
+    """Return a lower bound (3, 3, N) of :func:`tension` plus the inner stiffness 1, for any inner coordinates.
 
-    These are held by 1 − β, with β the larger pressure over that at which a clamped beam buckles; NaN where β reaches 1.
+    The inner stiffness is bounded by 1 − β, with β the ratio of the larger pressure to the critical one of a clamped beam; NaN
+    for β ≥ 1.
     """
     first, last = forces / length
     held = 1 - np.maximum(-forces.min(axis=0), 0.0) * length**2 / EI * _CLAMPED

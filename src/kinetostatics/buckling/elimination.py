@@ -12,13 +12,13 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, Mask
 
-#: Coordinates that are eliminated together, and the others that these are coupled with then.
+#: Coordinates that are eliminated together, and the remaining ones coupled with them.
 Front = tuple[list[int], list[int]]
 
 
 @lru_cache(maxsize=64)
 def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
-    """Return the order in which n coordinates are eliminated, of which some sets are coupled with each other."""
+    """Return the elimination order of n coordinates with given sets of coupled ones."""
     alike: dict[frozenset[tuple[int, ...]], list[int]] = {}
     for k in range(n):
         alike.setdefault(frozenset(some for some in coupled if k in some), []).append(k)

@@ -1,4 +1,4 @@
-"""Members: collinear beams, welded or telescoping, that buckle as one; their ratios of load to critical load."""
+"""Members: collinear beams, welded or telescopic, that buckle together; their ratios of load to critical load."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from kinetostatics.statics.solution import Solution
 
 #: Beams are collinear up to this distance, relative to their length.
 _IN_LINE = 1e-6
-#: Part of the strain energy of the member that is bent most above which another one buckles with it.
+#: Strain energy, relative to the member with the largest one, above which a member takes part in a mode.
 _TAKES_PART = 0.05
-#: Estimate below which no pose is looked at more closely: nothing buckles there.
+#: Upper bound of the ratios below which no eigenvalues are computed.
 _NO_RISK = 0.1
-#: Numbers in the matrices of so many poses at a time.
+#: Largest number of matrix entries at a time.
 _CHUNK = 2_000_000
-#: Poses at a time in the estimates before.
+#: Number of poses at a time for the upper bounds.
 _BLOCK = 512
 
 
@@ -68,7 +68,7 @@ class Members:
         return False
 
     def _welded(self, x: Array) -> dict[RigidBody, frozenset[RigidBody]]:
-        """Return for every body those that are one with it, or elastic or sliding along x against it."""
+        """Return for every body the bodies that are fixed to it, elastically or rigidly, or slide relative to it along x."""
         graph, frames = self.structure.graph, self.structure.model.zero_frames
         pairs = []
         for joint in self.structure.joints:
@@ -82,7 +82,7 @@ class Members:
     def ratios(self, solution: Solution) -> dict[str, Array]:
         """Return for every beam the ratio (N,) of the forces to those at which its member buckles.
 
-        It is 1/λ of the first mode in which the member takes part: 0 where there is none, as under tension.
+        It is 1/λ of the first mode that involves the member; 0 without such a mode, as under tension.
         """
         forces = forces_of(self.structure, solution)
         found = np.zeros((len(self.names), solution.o.shape[1]))
@@ -117,9 +117,9 @@ class Members:
         return np.where(np.isnan(ratios[:, 0]), np.nan, mine.max(axis=2))
 
     def _estimate(self, forces: Forces, compliance: Array) -> Array:
-        """Return a number (N,) that exceeds the largest ratio: as if all limbs were as soft as the softest, and in one column.
+        """Return an upper bound (N,) of the largest ratio, assuming that all limbs are as soft as the softest, in one column.
 
-        So it is without loops; with loops a part may turn further where the platform does, too, or tenfold within ``_NO_RISK``.
+        The bound is rigorous without loops; with loops, parts may rotate further, which the margin of ``_NO_RISK`` covers.
         """
         model, freedoms = self.structure.model, self.structure.freedoms
         lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}
@@ -132,7 +132,7 @@ class Members:
         }
         springs.update({item.column: item.times**2 * springs[item.master] for item in self.structure.followers})
         turns = sum(soft.values()) + sum(c for k, c in springs.items() if k in turning) / model.length**2
-        with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
+        with np.errstate(divide="ignore", invalid="ignore"):  # the length of a telescopic beam may be zero
             turns += sum(c for k, c in springs.items() if k not in turning) / np.min(list(lengths.values()), axis=0) ** 2
         arms = sum(np.linalg.norm(forces.beams[name], axis=1).max(axis=0) * lengths[name] for name in lengths)
         arms += np.linalg.norm(forces.joints, axis=0).max(axis=0, initial=0.0) * model.length

@@ -1,11 +1,11 @@
 """Broyden's method for the pose to be commanded, on arrays of numbers or of recorded ones.
 
-Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
-the twist there; that pose is to have the target coordinates. The first step takes the sag at the target pose away; the sag at the
-new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
-(C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
+The unknowns are the coordinates u commanded to the unloaded robot. The pose of the loaded platform is that of u displaced by the
+twist; it must have the target coordinates. The first step subtracts the sag at the target pose. The sag at the new pose differs
+slightly, and Broyden's update corrects the Jacobian, initially the identity, by these differences. (C. G. Broyden, A class of
+methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
 
-A tool's tip has other coordinates than those that are commanded: the Jacobian begins with how far each of these moves the tip.
+For a tool's tip, the initial Jacobian is that of the tip's coordinates with respect to the commanded ones.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.linalg import apply, dot
 from kinetostatics.math.orientation import Orientation
 
-#: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
+#: Error [m, and rad times the characteristic length; relative for robots above 1 m] that counts as corrected, and the goal.
 CORRECTED, EXACT = 1e-12, 1e-15
-#: The same where not the platform's coordinates but those of the actuators are given.
+#: The same if actuator coordinates are prescribed instead of platform coordinates.
 LED = 1e-9
-#: Corrections at most, and how many in a row may not halve the deviation.
+#: Largest number of corrections, and of successive ones that do not halve the error.
 MOST, STALE = 40, 4
 
 
 def error_tolerance(length: float) -> float:
-    """Return the error [m] that counts as corrected, of a robot with a characteristic length [m]."""
+    """Return the error [m] that counts as corrected, for a characteristic length [m]."""
     return CORRECTED * max(1.0, length)
 
 
 def arrival_tolerance(robot: RobotKinematics) -> float:
-    """Return the deviation [m] up to which actuators that were given lead where they were found: loops close but so well."""
+    """Return the position error [m] of a pose assembled from actuator coordinates, limited by the closure of loops."""
     return LED * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
 
@@ -42,9 +42,9 @@ class ScaledCoordinates:
     """Some coordinates of the platform, scaled to lengths.
 
     Attributes:
-        names: which ones.
-        orientation: what the angles among them mean.
-        scale: (n, 1) what makes them lengths [m].
+        names: names of the coordinates.
+        orientation: convention of the angles.
+        scale: (n, 1) factors that convert them to lengths [m].
     """
 
     def __init__(self, names: Sequence[str], orientation: Orientation, length: float) -> None:
@@ -68,11 +68,11 @@ class BroydenSearch:
     Attributes:
         u: (n, N) scaled coordinates that are commanded.
         step: (n, N) the last step that led to them.
-        inverse: (n, n, N) what is known of the inverse Jacobian.
-        error: (n, N) by how much the loaded platform was off before that step.
-        size: (N,) of the error.
-        stale: (N,) how many steps in a row did not halve it.
-        going: (N,) whether there is more to correct.
+        inverse: (n, n, N) approximate inverse Jacobian.
+        error: (n, N) error of the loaded platform before that step.
+        size: (N,) magnitude of the error.
+        stale: (N,) number of successive steps that did not halve it.
+        going: (N,) whether to continue.
     """
 
     u: Array
@@ -85,7 +85,7 @@ class BroydenSearch:
 
     @classmethod
     def begun(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
-        """Return the first step from the target pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
+        """Return the first step from the target pose (n, N), with an inverse Jacobian (n, n, N) and the error there (n, N)."""
         size = _size(error)
         still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
         return cls(u, still, inverse, error, size, never, np.isfinite(size) & (size > EXACT)).moved()
@@ -106,7 +106,7 @@ class BroydenSearch:
 
 
 def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
-    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes that came of them."""
+    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the resulting changes."""
     moved = apply(inverse, change)
     along = dot(step, moved)
     usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step))

@@ -25,10 +25,10 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
-#: Step of commanded coordinates, as part of the robot's length, by which the tip's Jacobian is found, and its least singular
-#: value, as part of the largest, with which the coordinates move the tip at all.
+#: Difference step for the tip's Jacobian, relative to the characteristic length, and smallest ratio of its singular values for
+#: which the coordinates move the tip.
 STEP, SINGULAR = 1e-5, 1e-6
-#: Cosine of the tilt down to which azimuth and tilt are written as two turns, which have no singularity at tilt 0.
+#: Smallest cosine of the tilt for which azimuth and tilt are replaced by two rotations, which are not singular at tilt 0.
 UPRIGHT = 0.1
 
 
@@ -51,23 +51,23 @@ def compensate(
 
     Args:
         configuration: the target of the loaded platform: a pose or a batch of poses.
-        load: (…, 6) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
+        load: (…, 6) external wrench on the platform [N, N·m], see :func:`kinetostatics.analyze`.
         gravity: (…, 3) [m/s²].
         controlled: names of the platform's coordinates that are to reach their targets, as many as the mobility, such as
             ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the best conditioned set at the
             first pose.
         orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
-        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
+        closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip; ``controlled`` and errors refer to its
             x, y and z instead of those of o. With three freedoms, ``controlled=("x", "y", "z")`` brings the tip to its target and
-            leaves the angles; with six a tool changes nothing. Where ``load`` acts is ``point``.
+            leaves the angles; with six, a tool has no effect. The point of application of ``load`` is ``point``.
         analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``assembly_errors``, ``engine``, ….
 
     Returns:
-        Actuator positions, forces, residual errors, and a status for each pose. An actuator may exceed its limit: nothing is
-        clipped, and the status is LIMIT_EXCEEDED. Where the actuators, moved straight from the target pose, would reach another
-        assembly mode, beyond a singular pose, the status is UNREACHABLE.
+        Actuator positions, forces, residual errors, and a status for each pose. If an actuator exceeds its limit, the status is
+        LIMIT_EXCEEDED and the correction is not clipped. If the actuators, moved straight from the target pose, would reach
+        another assembly mode through a singular pose, the status is UNREACHABLE.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
@@ -77,7 +77,7 @@ def compensate(
         StaticsError: no actuator positions were found, or the analysis fails at the target pose.
 
     Examples:
-        A tripod that carries 500 N is commanded a little higher, and then stands at its target:
+        A tripod that carries 500 N is commanded slightly higher, so that it reaches its target under load:
 
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
@@ -121,10 +121,10 @@ def _controlled(
     if given is not None:
         names = names_in("controlled", given, '("z", "rx", "ry")')
         try:
-            platform_coordinates(robot, dict.fromkeys(names), convention.name)  # which complains of them
+            platform_coordinates(robot, dict.fromkeys(names), convention.name)  # raises an error
         except CoordinatesError:
             if tool is None or len(names) != robot.mobility.platform or not set(names) <= set(convention.pose_names):
-                raise  # else they may be those of a tool's tip all the same
+                raise  # otherwise they may determine the tip of a tool
         return names
     if configuration.prescribed and set(configuration.prescribed) <= set(convention.pose_names):
         return configuration.prescribed
@@ -148,7 +148,7 @@ def _well_conditioned(target: Configuration, names: tuple[str, ...]) -> tuple[tu
 
 
 class _Problem:
-    """The equations: coordinates of the loaded platform, less those that are wanted, as functions of commanded coordinates."""
+    """The equations: coordinates of the loaded platform less their targets, as functions of commanded coordinates."""
 
     def __init__(
         self,
@@ -169,10 +169,10 @@ class _Problem:
         self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
-        """Return the analysis at the corrected actuators; poses at which there is no correction count as not reached.
+        """Return the analysis at the corrected actuators; poses without a correction count as not reached.
 
         Raises:
-            AssemblyError, StaticsError: there is none, if ``raising``.
+            AssemblyError, StaticsError: no correction was found, if ``raising``.
         """
         pose, found = self.target, uncorrected
         u, least = self.commanded.of(target_frame(self.target, None)), error_tolerance(self.robot.length)
@@ -193,7 +193,7 @@ class _Problem:
         return self._analyzed(replace(pose, reached=reached, model_q=frozen(q)))
 
     def _first_inverse(self, u: Array) -> Array:
-        """Return the inverse Jacobians (n, n, N) of the controlled coordinates by those commanded (n, N) without weight and load.
+        """Return the inverse Jacobians (n, n, N) of the controlled coordinates of the unloaded robot at ``u`` (n, N).
 
         Raises:
             CoordinatesError: they are singular everywhere.
@@ -208,7 +208,7 @@ class _Problem:
             sides = [(self.controlled.of(end, self._angles) - self._asked) / step for end in ends]
             one, other = sides[0], -sides[1]
             both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
-            columns.append(both)  # of one side alone where the other is out of reach
+            columns.append(both)  # one-sided if the other side is out of reach
         jacobian = np.moveaxis(np.stack(columns, axis=1), 2, 0)
         known = np.all(np.isfinite(jacobian), axis=(1, 2))
         sizes = np.linalg.svd(jacobian[known], compute_uv=False)
@@ -224,7 +224,7 @@ class _Problem:
         return np.moveaxis(inverse, 0, 2)
 
     def _is_led_there(self, pose: Configuration, which: Mask) -> Mask:
-        """Return where (N,) the actuators of a pose, moved there straight from the target pose, bring the loaded platform.
+        """Return the mask (N,) of poses that the actuators reach when moved straight from the target pose.
 
         Beyond a singular pose the robot has other assembly modes at the same actuators.
         """
@@ -247,7 +247,7 @@ class _Problem:
         return replace(found, orientation=self.target.orientation, prescribed=self.target.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, corrected: bool) -> None:
-        """Raise the reason why there is no correction."""
+        """Raise an error with the reason why there is no correction."""
         names = ", ".join(self.controlled.names)
         try:
             self._commanded(u, self.target, "raise")
@@ -272,5 +272,5 @@ class _Problem:
         )
 
     def _error(self, result: Result) -> Array:
-        """Return by how much the coordinates of the loaded platform (n, N) are off, scaled."""
+        """Return the scaled errors (n, N) in the coordinates of the loaded platform."""
         return self.controlled.of(loaded_frame(result, self.tool), self._angles) - self._asked

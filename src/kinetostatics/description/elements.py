@@ -1,7 +1,7 @@
 """Elements of a description as frozen dataclasses: links, joints, loops, beams, materials, springs.
 
-The fields are those of robot files, in SI units and radians. Values are checked when the whole description is validated or
-made a robot. The position in the file (``place``) does not enter comparisons: parts that differ only in it are equal.
+The fields are those of robot files, in SI units and radians. Values are checked when the whole description is validated or a
+robot is created. The position in the file (``place``) is ignored in comparisons.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Place:
         return RobotFileError(reason, self.file, self.line)
 
 
-#: Where things are that are not in a file.
+#: Place of parts that are not from a file.
 IN_PYTHON = Place()
 
 
@@ -64,9 +64,9 @@ class Origin(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Inertia(ShortRepr):
-    """Moments of inertia about a link's centre of mass, which vibrations and Pinocchio's model need, but not the statics.
+    """Moments of inertia about a link's centre of mass, for vibrations and Pinocchio's model; the statics does not use them.
 
-    ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] along axes that ``rpy`` [rad] turns out of the link's.
+    ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] in axes rotated by ``rpy`` [rad] relative to the link's.
     """
 
     moments: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -89,8 +89,8 @@ class Link(ShortRepr):
         mass: [kg], at ``center_of_mass`` [m] in the link's frame; zero and the origin without ``<inertial>``.
         inertia: about the centre of mass.
         has_inertial: whether it has an ``<inertial>``, as all links with a mass do.
-        extra: XML of what else stands inside the link and is kept: visuals and collisions.
-        place: where it is written.
+        extra: XML of further elements, which are preserved: visuals and collisions.
+        place: file and line.
     """
 
     name: str
@@ -123,13 +123,13 @@ class Joint(ShortRepr):
         name: its name.
         type: ``fixed``, ``revolute``, ``continuous``, ``prismatic``, ``floating`` or ``planar``.
         parent, child: names of the links.
-        origin: the joint's frame in the parent link, which is the child's frame where the joint is at zero.
+        origin: the joint's frame in the parent link; it equals the child's frame with the joint at zero.
         axis: in the joint's frame; a unit vector once the description is validated.
-        lower, upper: limits [rad or m], both infinite where there are none.
-        mimic: the joint that it follows, if any.
-        effort, velocity: what the actuator can do [N or N·m, m/s or rad/s]; for other tools.
-        extra: XML of other elements of the joint, which are kept: dynamics, safety controller.
-        place: where it is written.
+        lower, upper: limits [rad or m], infinite without limits.
+        mimic: the joint that it mimics, if any.
+        effort, velocity: limits of the actuator [N or N·m, m/s or rad/s]; for other tools.
+        extra: XML of further elements, which are preserved: dynamics, safety controller.
+        place: file and line.
     """
 
     name: str
@@ -162,13 +162,13 @@ class Loop(ShortRepr):
 
     Attributes:
         name: its name.
-        type: one of the eight of the page on robot files.
+        type: one of the eight types on the page on robot files.
         predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
         axis: in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once validated.
-        lower, upper: limits [rad or m] of a joint with one freedom, both infinite where there are none.
+        lower, upper: limits [rad or m] of a joint with one freedom, infinite without limits.
         cone: limit of a universal or spherical joint.
-        effort, velocity: as of a :class:`Joint`.
-        place: where it is written.
+        effort, velocity: see :class:`Joint`.
+        place: file and line.
     """
 
     name: str
@@ -193,12 +193,12 @@ class JointStiffness(ShortRepr):
 
     Attributes:
         joint: the joint or loop.
-        linear: stiffness [N/m] along the axes of the joint's frame on the predecessor's side. Along what the joint blocks an
-            infinite value means rigid. Along a passive freedom a finite value is a spring that is relaxed at the analysed pose,
-            zero and infinity mean that there is none. None: rigid, and no spring.
-        angular: the same for rotations [N·m/rad] about these axes.
+        linear: stiffness [N/m] along the axes of the joint's frame on the predecessor's side. Along constrained directions,
+            infinity means rigid. Along a passive freedom, a finite value is a spring that is relaxed at the analysed pose; zero
+            and infinity mean no spring. None: rigid, without springs.
+        angular: rotational stiffness [N·m/rad] about these axes, likewise.
         drive: stiffness [N/m, N·m/rad] of a driven joint's actuator along its own coordinate; None or infinity: rigid.
-        place: where it is written.
+        place: file and line.
     """
 
     joint: str
@@ -217,9 +217,9 @@ class Spring(ShortRepr):
         stiffness: [N/m]; zero for a constant force.
         predecessor, successor: names of the links; an elastic one only at an end of its beam.
         predecessor_point, successor_point: its ends in the links' frames [m].
-        free_length: the length at which its tension is the preload [m]; zero with no preload makes a balancing spring.
-        preload: tension at the free length [N]; negative pushes.
-        place: where it is written.
+        free_length: the length at which its tension is the preload [m]; zero without preload for a balancing spring.
+        preload: tension at the free length [N], negative in compression.
+        place: file and line.
     """
 
     name: str
@@ -239,8 +239,8 @@ class Material(ShortRepr):
 
     Attributes:
         youngs_modulus: E [Pa].
-        poisson_ratio: ν, or None where ``shear_modulus`` G [Pa] is given; one of the two.
-        density: ρ [kg/m³]; None: the mass of the beam's link is spread along the beam.
+        poisson_ratio: ν, or None if ``shear_modulus`` G [Pa] is given; one of the two.
+        density: ρ [kg/m³]; None: the mass of the beam's link is distributed along the beam.
         thermal_expansion: α [1/K].
     """
 
@@ -255,8 +255,8 @@ class Material(ShortRepr):
 class BeamEnd(ShortRepr):
     """One end of a beam: the centre of a joint or loop.
 
-    ``side`` is ``"parent"`` or ``"child"`` (of a loop: predecessor or successor) where the file says so, else None:
-    the side on which the beam's link lies. It only matters for joints that slide.
+    ``side`` is ``"parent"`` or ``"child"`` (for a loop: predecessor or successor) if given in the file; None: the side of the
+    beam's link. It is relevant for sliding joints only.
     """
 
     joint: str
@@ -270,13 +270,13 @@ class Beam(ShortRepr):
     Attributes:
         link: the link that carries it.
         section: the cross-section, from :mod:`kinetostatics.sections`.
-        material: what it is made of.
-        start, end: its ends, towards the base and towards the platform; None for the link's joints there.
-        shear_coefficient: κ of the shear stiffness κGA, or infinity for no shear deformation; None: as the section's shape or
-            its own shear areas say.
-        y_axis: direction of the section's y in the link's frame; None is enough for an isotropic section.
-        name: its name; the link's unless given.
-        place: where it is written.
+        material: the material.
+        start, end: its ends towards the base and the platform; None: the joints of the link.
+        shear_coefficient: κ of the shear stiffness κGA, or infinity for no shear deformation; None: from the shape of the section
+            or its shear areas.
+        y_axis: direction of the section's y axis in the link's frame; None for an isotropic section.
+        name: name of the beam; default: that of the link.
+        place: file and line.
     """
 
     NOT_RECORDED: ClassVar = (
@@ -287,7 +287,7 @@ class Beam(ShortRepr):
         "shear_coefficient",
         "y_axis",
         "name",
-    )  # the model has numbers
+    )  # BeamModel has the values
 
     link: str
     section: Section
@@ -320,7 +320,7 @@ class Beam(ShortRepr):
 
     @property
     def poisson_ratio(self) -> float:
-        """ν, given or as isotropic materials have it, E / 2G − 1; 0 where no isotropic material has such moduli."""
+        """ν, given or for an isotropic material, E / 2G − 1; 0 if no isotropic material has such moduli."""
         material = self.material
         if material.poisson_ratio is not None:
             return material.poisson_ratio
@@ -329,7 +329,7 @@ class Beam(ShortRepr):
 
     @property
     def density(self) -> float | None:
-        """ρ [kg/m³], or None when the link's own mass is spread along the beam."""
+        """ρ [kg/m³], or None if the link's mass is distributed along the beam."""
         return self.material.density
 
     @property

@@ -12,12 +12,12 @@ class Gauge:
     """A dial gauge, displacement sensor or inclinometer at the platform.
 
     Attributes:
-        direction: along which, or about which, the reading is positive; of any length, which does not matter.
-        point: of the platform that is touched [m]; it does not matter to a rotation. None: o.
-        frame: "world": ``direction`` is in world axes and ``point`` a point of the world, where the gauge stands; "platform":
-            both in the platform's axes, ``point`` from o, so that they go with the platform.
+        direction: direction or axis of a positive reading; its length is ignored.
+        point: measured point of the platform [m], irrelevant for a rotation; None: o.
+        frame: "world": ``direction`` in world axes, ``point`` fixed in the world; "platform": both in platform axes, ``point``
+            from o, moving with the platform.
         measures: "displacement" [m] or "rotation" [rad].
-        sigma: standard deviation of a reading [m, rad]; None: not known, and the same for all gauges.
+        sigma: standard deviation of a reading [m, rad]; None: unknown and equal for all gauges.
     """
 
     direction: Vector
@@ -32,7 +32,7 @@ class Gauge:
         return "length" if self.measures == "displacement" else "angle"
 
 
-#: Gauges that need no description: the components of the platform's twist at o, world axes.
+#: Predefined gauges: the components of the platform's twist at o, world axes.
 COMPONENTS = {
     f"{prefix}{axis}": Gauge(tuple(float(k == j) for j in range(3)), measures=measures)  # type: ignore[arg-type]
     for prefix, measures in (("d", "displacement"), ("dr", "rotation"))

@@ -16,7 +16,7 @@ from kinetostatics.math.ordering import across
 
 
 class Axes(Enum):
-    """Along which directions a joint slides, or about which axes it turns."""
+    """Directions of the translations of a joint, or axes of its rotations."""
 
     NONE = "none"
     AXIS = "its axis"
@@ -38,10 +38,10 @@ class JointType:
     """Properties of a joint type.
 
     Attributes:
-        name: as robot files write it.
-        symbol: in the words for limbs, such as ``RRPS``.
-        slides: along which directions it slides: ``NONE``, ``AXIS``, ``ACROSS`` or ``ALL``.
-        turns: about which axes it turns: ``NONE``, ``AXIS``, ``BOTH`` (without sliding) or ``ALL``.
+        name: name in robot files.
+        symbol: letter in the names of limbs, such as ``RRPS``.
+        slides: directions of translations: ``NONE``, ``AXIS``, ``ACROSS`` or ``ALL``.
+        turns: axes of rotations: ``NONE``, ``AXIS``, ``BOTH`` (without translations) or ``ALL``.
         in_tree: whether it may be a ``<joint>`` of the spanning tree.
         in_loop: whether it may be a ``<loop>``.
         endless: whether the angle about its axis has no limits, and its coordinates are (cos, sin) instead of the angle.
@@ -67,12 +67,12 @@ class JointType:
 
     @cached_property
     def is_fixed(self) -> bool:
-        """Whether it blocks everything."""
+        """Whether it has no freedom."""
         return self.freedoms == 0
 
     @cached_property
     def is_free(self) -> bool:
-        """Whether it blocks nothing."""
+        """Whether it has all six freedoms."""
         return self.freedoms == 6
 
     @cached_property
@@ -87,22 +87,22 @@ class JointType:
 
     @cached_property
     def is_slide(self) -> bool:
-        """Whether it slides along its axis and does nothing else: its coordinate is a length, its actuator's force is in N."""
+        """Whether translation along its axis is its only freedom: its coordinate is a length, its actuator force is in N."""
         return self.is_single and self.slides is Axes.AXIS
 
     @cached_property
     def is_hinge(self) -> bool:
-        """Whether it turns about its axis and does nothing else."""
+        """Whether rotation about its axis is its only freedom."""
         return self.is_single and self.turns is Axes.AXIS
 
     @cached_property
     def is_on_axis(self) -> bool:
-        """Whether it moves along and about its axis only, so that its origin is one of many points that would do."""
+        """Whether it moves along and about its axis only, so that its origin is an arbitrary point of the axis."""
         return not self.is_fixed and {self.slides, self.turns} <= {Axes.NONE, Axes.AXIS}
 
     @cached_property
     def has_axis(self) -> bool:
-        """Whether it has an axis: the only direction, the only one to turn about, the normal of a plane, or the first of two."""
+        """Whether it has an axis: of translation or rotation, normal of a plane, or the first of two axes."""
         return not {self.slides, self.turns} <= {Axes.NONE, Axes.ALL}
 
     @cached_property

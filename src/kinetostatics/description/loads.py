@@ -16,7 +16,7 @@ class LinkLoad(ShortRepr):
 
     Attributes:
         wrench: (…, 6) force [N] and moment [N·m], about ``point``.
-        point: (…, 3) where the force acts, a point of the link: in the link's frame, whatever ``frame`` is [m].
+        point: (…, 3) point of application, always in the link's frame [m].
         frame: axes of ``wrench``: "world" or "link".
     """
 
@@ -32,8 +32,8 @@ class Payload(ShortRepr):
     Attributes:
         mass: (…) [kg].
         center: (…, 3) its centre of mass [m], in the platform's frame o-xyz, or in the frame of ``link``.
-        inertia: about its centre of mass, which the statics do not need.
-        link: that carries it; None: the platform.
+        inertia: inertia about its centre of mass; the statics does not use it.
+        link: the link that carries it; None: the platform.
     """
 
     mass: ArrayLike

@@ -1,6 +1,6 @@
-"""The description of a whole robot as one frozen dataclass; nothing here depends on a pose.
+"""The description of a robot as a frozen dataclass, independent of poses.
 
-Values are checked when the description is validated or made a robot.
+Values are checked when the description is validated or a robot is created.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hi
 Item = TypeVar("Item")
 Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
 Part = Link | Joint | Loop | Beam | JointStiffness | Spring
-#: Where a description has its parts, by their types.
+#: Attributes of a description that contain its parts, by type.
 _TABLES: dict[type, str] = {
     **{Link: "links", Joint: "joints", Loop: "loops", Beam: "beams"},
     **{JointStiffness: "joint_stiffness", Spring: "springs"},
@@ -45,7 +45,7 @@ class Items(dict[str, Item]):
     """A read-only dict."""
 
     def _refuse(self, *_arguments: object, **_more: Keyword) -> NoReturn:
-        raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
+        raise TypeError("a description is immutable; create a changed one with its methods or dataclasses.replace")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
 
@@ -63,9 +63,9 @@ def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint
     """Return named items by their names.
 
     Args:
-        kind: what messages call them.
+        kind: their kind, for messages.
         items: links, joints, loops or beams.
-        taken: others whose names they must not have.
+        taken: other items with names in use.
 
     Raises:
         RobotFileError: two have the same name.
@@ -84,20 +84,20 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     """A whole robot.
 
     Attributes:
-        name: of the robot.
-        links, joints, loops, beams: by name. The order of the links is that of the limbs' numbers.
-        platform: name of the platform link, and ``platform_origin`` the frame o-xyz in it.
+        name: name of the robot.
+        links, joints, loops, beams: parts by name. The order of the links decides the numbers of the limbs.
+        platform: name of the platform link; ``platform_origin`` is the frame o-xyz in it.
         base: name of the base link; empty for the root of the tree, until the description is validated.
-        joint_stiffness: what is elastic in joints, by the joint's name.
+        joint_stiffness: stiffnesses of joints, by joint.
         driven: names of the driven joints and loops.
         attributes: further attributes of ``<robot>``, names and values.
-        extra: XML of what else stands inside ``<robot>`` and is kept: materials, transmissions with more than a joint, gazebo.
-        path: of the file it was read from, as given; meshes lie beside it.
-        platform_place: where the platform is written.
-        file_warnings: what is suspicious but not wrong in the file's text, in full sentences.
-        default_axes: names of joints and loops whose axis the file leaves out, so that it is x.
-        springs: between points of two links, by name.
-        parameters: values of the file's xacro arguments that it was read with, others being the file's own.
+        extra: XML of further elements of ``<robot>``, which are preserved: materials, other transmissions, gazebo.
+        path: path of the file; paths of meshes are relative to it.
+        platform_place: file and line of the platform.
+        file_warnings: warnings about the text of the file, in full sentences.
+        default_axes: names of joints and loops without an axis in the file, so that it is x.
+        springs: springs between points of two links, by name.
+        parameters: values of xacro arguments given when the file was read.
     """
 
     NOT_RECORDED: ClassVar = ("name", "links", "joints", "platform", "platform_origin", "base", "loops", "attributes", "extra")
@@ -120,7 +120,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     default_axes: tuple[str, ...] = field(default=(), compare=False)
     springs: Mapping[str, Spring] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=Items, compare=False, repr=False)
-    #: Whether everything has been looked at; copies that are changed start anew.
+    #: Whether the description was validated; changed copies are validated again.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -142,7 +142,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         springs: Iterable[Spring] = (),
         **more: Keyword,
     ) -> RobotDescription:
-        """Make a description from lists instead of dicts; ``more`` are further attributes, as ``driven`` and ``platform_origin``.
+        """Create a description from lists instead of dicts; ``more`` are further attributes, such as ``driven``.
 
         Raises:
             RobotFileError: two links, joints, loops or beams have the same name, or two stiffnesses the same joint.
@@ -218,14 +218,14 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
         """Return a copy with a mass fixed to a link, as the link ``name`` and the fixed joint ``name_mount``.
 
         Args:
-            name: of the new link.
-            link: that carries it; if it is elastic, ``at`` must be the end of a beam.
-            mass: [kg].
-            at: where the centre of mass is, in the frame of ``link`` [m].
-            inertia: about the centre of mass; none matters to the statics.
+            name: name of the new link.
+            link: the link that carries it; if it is elastic, ``at`` must be the end of a beam.
+            mass: mass [kg].
+            at: position of the centre of mass in the frame of ``link`` [m].
+            inertia: inertia about the centre of mass; the statics does not use it.
 
         Raises:
-            ArgumentError: a link or joint is called so already.
+            ArgumentError: the name is in use.
         """
         mount = f"{name}_mount"
         for kind, new, taken in (("link", name, self.links), ("joint", mount, {**self.joints, **self.loops})):
@@ -237,15 +237,15 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     def changed(self, name: str, /, **values: Keyword) -> RobotDescription:
         """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
 
-        ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. A link and a beam may have the same
-        name: which of them is meant follows from the values. Of a beam the material's values may be named as well.
+        ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. If a link and a beam have the same
+        name, the attributes decide which of them is changed. Attributes of a beam include those of its material.
 
         Args:
-            name: of what is changed.
-            values: new values of its attributes, but for the name.
+            name: name of the part.
+            values: new values of its attributes, except the name.
 
         Raises:
-            ArgumentError: there is nothing of that name, it has no such attribute, or several things have.
+            ArgumentError: no part has this name or attribute, or several parts have both.
         """
         found = [(table, getattr(self, table)[name]) for table in _TABLES.values() if name in getattr(self, table)]
         if not found:

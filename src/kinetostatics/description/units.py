@@ -20,7 +20,7 @@ from kinetostatics.exceptions import ArgumentError
 #: Exponents of m, kg, s, K and rad.
 Dimension = tuple[int, int, int, int, int]
 
-#: Units that others are made of: their size as a power of ten of SI, and their dimension. Degrees are the exception, see Unit.
+#: Basic units: size as a power of ten in SI, and dimension. For degrees see Unit.
 BASIC: dict[str, tuple[int, Dimension]] = {
     "m": (0, (1, 0, 0, 0, 0)),
     "g": (-3, (0, 1, 0, 0, 0)),
@@ -34,7 +34,7 @@ BASIC: dict[str, tuple[int, Dimension]] = {
     "Pa": (0, (-1, 1, -2, 0, 0)),
     "bar": (5, (-1, 1, -2, 0, 0)),
 }
-#: SI prefixes as powers of ten; u and both letters that look like µ are micro.
+#: SI prefixes as powers of ten; u and both Unicode letters µ are micro.
 PREFIXES = {
     "p": -12,
     "n": -9,
@@ -52,7 +52,7 @@ PREFIXES = {
     "G": 9,
 }
 
-#: What messages call quantities, with their SI units.
+#: Names of quantities in messages, with their SI units.
 KINDS = {
     "length": "m",
     "angle": "rad",
@@ -73,9 +73,9 @@ PLATFORM_KINDS = {
     **dict.fromkeys(("x", "y", "z"), "length"),
     **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
 }
-#: What messages say of the units there are.
+#: List of units for messages.
 KNOWN = (
-    "m, g, s, K, rad, deg, N, J, Pa and bar, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and what is made of them: "
+    "m, g, s, K, rad, deg, N, J, Pa and bar, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and combinations: "
     "N·m or Nm, N/mm, kg/m³ or kg/m3, m/s²"
 )
 
@@ -92,7 +92,7 @@ class Unit:
     Attributes:
         ten: its size in SI is this power of ten,
         degrees: times this power of π/180.
-        dimension: of what is measured in it.
+        dimension: its dimension.
     """
 
     ten: int = 0
@@ -111,7 +111,7 @@ class Unit:
         return self.in_si(1.0)
 
     def in_si(self, value: float) -> float:
-        """Return a value in SI; decimal ones as exactly as if they had been written so: 80 mm is 0.08."""
+        """Return a value in SI; decimal values are converted exactly: 80 mm is 0.08."""
         scaled = value / float(f"1e{-self.ten}") if self.ten < 0 else value * float(f"1e{self.ten}")
         return scaled * (math.pi / 180) ** self.degrees
 
@@ -128,7 +128,7 @@ def _added(one: Dimension, other: Dimension, sign: int) -> Dimension:
 
 @cache
 def find_unit(text: str) -> Unit | None:
-    """Return the unit of a text such as ``mm``, ``kN·m``, ``N/(µm)`` or ``g/cm3``, None if it is none."""
+    """Return the unit of a text such as ``mm``, ``kN·m``, ``N/(µm)`` or ``g/cm3``, or None."""
     first, *under = _split(text.strip(), "/")
     found = Unit() if under and first.strip() in ("", "1") else _product(first)
     for item in under:
@@ -156,7 +156,7 @@ def parse_number(text: str, kind: str, what: str) -> float:
     """Return a number that may carry a unit, in SI.
 
     Raises:
-        ArgumentError: it is none, or of another kind.
+        ArgumentError: the text is no number, or has a unit of another kind.
     """
     found = typed_number(text)
     own = find_unit(found[1]) if found and found[1] else None
@@ -171,9 +171,9 @@ def parse_number(text: str, kind: str, what: str) -> float:
 
 
 def sized_name(text: str) -> tuple[str, str | None]:
-    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``, None where there is none.
+    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``; size None if not given.
 
-    A colon before the size does as well as brackets: ``deflection_any_direction:500N``.
+    A colon is accepted instead of brackets: ``deflection_any_direction:500N``.
     """
     match = _SIZED.fullmatch(text)
     if match is None:

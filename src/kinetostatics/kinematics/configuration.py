@@ -94,7 +94,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
             ArgumentError: this is a batch of poses, or a pose that was not reached.
         """
         if self.shape or not self.reached.all():
-            raise ArgumentError("Pinocchio's model is that of a single reached pose")
+            raise ArgumentError("Pinocchio's model is that of one pose that was reached: take one of the batch")
         return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
 
     @cached_property

@@ -80,9 +80,9 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return coordinates that place the platform, with the freedoms that they leave at generic poses.
+        """Return coordinates that determine the platform, with the remaining freedoms at generic poses.
 
-        Fixed besides are those that change neither loops nor what is prescribed: the spins of most rods. The others are local.
+        Freedoms that change neither loops nor prescribed coordinates, such as spins of rods, are fixed too. The others are local.
         """
         if prescribed not in self._with_dofs:
             gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
-#: Arrays of numbers, truth values or texts, as maps hold them.
+#: Arrays of numbers, truth values or strings, as stored in maps.
 Values: TypeAlias = NDArray[np.generic]
 #: Positions in an axis.
 Index: TypeAlias = NDArray[np.intp]
 #: Truth values.
 Mask: TypeAlias = NDArray[np.bool_]
 
-#: Poses of a chunk at most: few enough to fit into the processor's cache. Each chunk costs some milliseconds whatever its size.
+#: Largest number of poses in a chunk, limited by the processor's cache. Each chunk costs some milliseconds.
 AT_ONCE = 5500
 
 
@@ -33,31 +33,31 @@ def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
 
 
 def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return zeros, in some of whose places something goes that is computed from others; see :func:`empty_for`."""
+    """Return zeros, some of which are replaced by results computed from ``sources``; see :func:`empty_for`."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.zeros(shape) if kind is None else np.zeros_like(kind, shape=shape)
 
 
 def is_filled(array: Array) -> Mask:
-    """Return where an array is not zero; where it records numbers, which ones are computed at all."""
+    """Return the mask of nonzero entries; for recorded numbers, the mask of computed ones."""
     if array.dtype != object:
         return array != 0
     return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
 
 
 def everywhere(condition: Mask) -> bool:
-    """Return whether something holds throughout, so that what it spares can be left out; a record leaves nothing out."""
+    """Return whether a condition holds everywhere, so that a calculation can be skipped; always False in a record."""
     return condition.dtype != object and bool(np.all(condition))
 
 
 def settles(condition: Mask) -> bool:
-    """Return whether something holds throughout; of what is recorded, whether at the example, which is a guard only if so."""
+    """Return whether a condition holds everywhere; in a record, at the example (then it becomes a guard if True)."""
     found = np.all(condition)
     return bool(getattr(found, "value", True)) and bool(found)
 
 
 def copy_for(array: Array, source: Array) -> Array:
-    """Return a copy of an array, to which something may be added that is computed from another; see :func:`empty_for`."""
+    """Return a copy of an array to which results computed from ``source`` may be added; see :func:`empty_for`."""
     if array.dtype == object or source.dtype != object:
         return np.array(array, subok=True)
     copy = np.empty_like(source, shape=array.shape)
@@ -74,7 +74,7 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
 
 
 def chunks(poses: int) -> list[slice]:
-    """Return slices of nearly equal size that cover so many poses."""
+    """Return slices of nearly equal size that cover all poses."""
     if 0 < poses <= AT_ONCE:
         return [slice(0, poses)]
     count = -(-poses // AT_ONCE)

@@ -9,7 +9,7 @@ Node = TypeVar("Node")
 Edge = TypeVar("Edge")
 Key = TypeVar("Key", bound=Hashable)
 
-#: How many steps of paths are tried before an edge counts as passed.
+#: Largest number of steps of the path search; afterwards an edge counts as passed.
 PATIENCE = 20_000
 
 
@@ -42,7 +42,7 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Return the parts between the nodes that every path from ``start`` to ``goal`` passes: inner node, outer node, edges."""
+    """Return the parts between articulation points on the way from ``start`` to ``goal``: inner node, outer node, edges."""
     at: dict[Node, list[Node]] = {}
     for edge in edges:
         for one, other in (ends(edge), ends(edge)[::-1]):
@@ -81,7 +81,7 @@ class Paths(Generic[Key, Node]):
             self._at.setdefault(second, []).append((key, first))
 
     def pass_along(self, edge: Key, first: Node, second: Node) -> bool:
-        """Whether a path passes an edge from ``first`` to ``second``; True, too, where :data:`PATIENCE` steps do not tell."""
+        """Whether a path passes an edge from ``first`` to ``second``; True also if :data:`PATIENCE` steps do not decide."""
         start, goal = self.start, self.goal
         if first == second or first == goal or second == start:
             return False
@@ -117,7 +117,7 @@ class Paths(Generic[Key, Node]):
         return True
 
     def connected(self, start: Node, goal: Node, barred: Set[Node], without: Key) -> bool:
-        """Whether one node is reached from another, round some nodes and without one edge."""
+        """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and one edge."""
         if start in barred or goal in barred:
             return False
         return goal in reachable(

@@ -1,7 +1,7 @@
 """Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
 
-Matrices are ``(n, m, …)``. A factorization of thousands of small matrices, written column by column, takes a few passes over
-contiguous memory instead of thousands of LAPACK calls.
+Matrices are ``(n, m, …)``. Thousands of small matrices are factorized column by column, in a few passes over contiguous memory
+instead of thousands of LAPACK calls.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, settles
 from kinetostatics.math.ordering import first_largest
 
-#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+#: Determinants of GᵀG, relative to the product of squared column norms, that count as rounding.
 SINGULAR = 1e-14
-#: Pivots above this part of the columns' sizes leave no doubt.
+#: Pivots, relative to column norms, above which a sign is certain.
 _SURE = 1e-8
-#: Pivots smaller than this part of their rows are too small to divide by.
+#: Smallest pivot relative to its row.
 _NO_PIVOT = 1e-5
 
 
@@ -60,7 +60,7 @@ def normalize(a: Array) -> Array:
 def correlation(matrix: Array) -> tuple[Array, Array]:
     """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the factors (…, n) for it.
 
-    Diagonal entries that are nothing but rounding beside the largest are left as they are.
+    Diagonal entries that are rounding errors relative to the largest are not scaled.
     """
     diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
     largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
@@ -69,10 +69,9 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 
 
 def canonical_basis(basis: Array) -> Array:
-    """Return the orthonormal basis (n, k) of the space that an orthonormal one (n, k) spans, which depends on that space alone.
+    """Return an orthonormal basis (n, k) that depends only on the span of ``basis`` (n, k), unlike LAPACK's.
 
-    Gram–Schmidt of unit vectors projected onto the space: always of the one that leaves most, and of equals the first.
-    LAPACK's own basis is another one on another processor.
+    Unit vectors are projected on the space and orthogonalized, the largest residual first (of equals, the first).
     """
     rest, found = np.array(basis), np.empty_like(basis)
     for k in range(basis.shape[1]):
@@ -86,7 +85,7 @@ def canonical_basis(basis: Array) -> Array:
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     """Return the canonical orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
 
-    The entries of ``matrix`` are of the order of 1 where they are not rounding: a matrix of nothing but rounding has rank 0.
+    Entries of ``matrix`` are assumed to be of order 1, so that a matrix of rounding errors has rank 0.
     """
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
@@ -96,7 +95,7 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
 
 
 def numerical_rank(matrix: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of a matrix as of :func:`null_space`, and the gap between kept and dropped singular values."""
+    """Return the rank of a matrix as in :func:`null_space`, and the gap between kept and dropped singular values."""
     return _rank_of(np.asarray(np.linalg.svd(matrix, compute_uv=False)), tolerance) if matrix.size else (0, np.inf)
 
 
@@ -107,7 +106,7 @@ def _rank_of(values: Array, tolerance: float) -> tuple[int, float]:
 
 
 class Cholesky:
-    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which the lower triangles are read.
+    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, from their lower triangles.
 
     The smallest pivot is 1 for orthogonal columns, and at rounding level for a singular matrix.
     """
@@ -124,7 +123,7 @@ class Cholesky:
 
     @property
     def smallest_pivot(self) -> Array:
-        """Smallest ratio (…) of a pivot to the diagonal entry it came from; −∞ where there is no factor."""
+        """Smallest ratio (…) of a pivot to its original diagonal entry; −∞ if there is no factor."""
         with np.errstate(invalid="ignore", divide="ignore"):
             smallest = np.min(np.einsum("ii...->i...", self.factor) ** 2 / self._diagonal, axis=0, initial=1.0)
         return np.where(np.isnan(smallest), -np.inf, smallest)
@@ -152,9 +151,9 @@ class Cholesky:
         return x
 
     def smallest_eigenvalue(self) -> Array:
-        """Return a lower bound (…) of the smallest eigenvalue, at most n times too small; 0 where the factor broke down.
+        """Return the lower bound 1 / trace A⁻¹ (…) of the smallest eigenvalue, at most n times too small; 0 without a factor.
 
-        It is 1 / trace A⁻¹. Unlike a pivot it is as exact as the factor, whatever the order of the columns.
+        Unlike a pivot, it is as accurate as the factor for every order of columns.
         """
         n = self.factor.shape[0]
         unit = np.broadcast_to(np.eye(n).reshape((n, n) + (1,) * (self.factor.ndim - 2)), self.factor.shape)
@@ -178,8 +177,8 @@ def inverse_of(factor: Cholesky) -> Array:
 def definite(a: Array, limit: float) -> NDArray[np.bool_]:
     """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
 
-    The determinant tells where it is large, which is cheap: the other eigenvalues cannot be larger together than equal ones of
-    the same sum. A pivot alone does not tell: what follows a small one is rounding.
+    A large determinant is a sufficient condition: the product of the other eigenvalues is at most that of equal ones with the
+    same sum. A pivot alone is no condition, because pivots after a small one are rounding errors.
     """
     n = a.shape[0]
     if n == 0:
@@ -200,25 +199,25 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     Args:
         a: matrices with columns of comparable size.
         b: right-hand sides.
-        nullity: how many directions of x do not matter. The result has no part along them: what rounding would put there,
-            divided by next to nothing, would differ from batch to batch.
+        nullity: number of directions of x without influence. The result has no component along them, which would be amplified
+            rounding errors.
     """
     n = a.shape[1]
     if n == 0:
         return np.zeros((0, *b.shape[1:]))
-    a = a[:, ::-1]  # a tree's first freedoms move nearly everything: eliminated last, they leave a record more zeros
+    a = a[:, ::-1]  # the first freedoms of a tree move nearly all bodies: eliminated last, they cause fewer fill-ins
     normal = empty_for((n, n, *a.shape[2:]), a)
     for i in range(n):  # the lower triangle
         normal[i, : i + 1] = np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1])
     diagonal = np.arange(n)
     sizes = normal[diagonal, diagonal]
     normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3)
-    if nullity:  # more than what rounding of the largest columns may take from those that hardly move anything
+    if nullity:  # larger than rounding errors of the largest columns
         normal[diagonal, diagonal] += 1e-14 * np.sum(sizes, axis=0)
     factor = Cholesky(normal)
     x = factor.solve(np.einsum("ri...,rk...->ik...", a, b))
     if nullity:
-        # Directions without stiffness are what the inverse blows up: of arbitrary vectors they are all that remains.
+        # Inverse iteration: the inverse amplifies directions without stiffness in arbitrary vectors.
         arbitrary = np.random.default_rng(0).standard_normal((n, nullity))
         free = factor.solve(np.broadcast_to(arbitrary.reshape(n, nullity, *(1,) * (a.ndim - 2)), (n, nullity, *a.shape[2:])))
         free = free / np.sqrt(np.sum(free * free, axis=0))
@@ -229,13 +228,13 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
 
 
 def step_across(a: Array, b: Array) -> Array:
-    """Return what to subtract from m unit columns ``b`` (n, m, …) to make them orthogonal to all columns of ``a`` (n, k, …).
+    """Return the correction of m unit columns ``b`` (n, m, …) that makes them orthogonal to all columns of ``a`` (n, k, …).
 
-    They are almost so already, and ``a`` has rank n − m but for rounding, which may be that of a file: the small part of ``a``
-    along the span of ``b`` stays out of it. With Q an orthonormal basis of that span and P = 1 − Q Qᵀ it is
-    (P a aᵀ P + Q Qᵀ)⁻¹ P a aᵀ b, one step towards the invariant subspace of a aᵀ with the smallest eigenvalues, whose error is of
-    third order (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue problems, SIAM
-    Review 15, 1973).
+    They are almost orthogonal, and ``a`` has rank n − m except for rounding (also of a file): its small components in the span of
+    ``b`` are ignored. With an orthonormal basis Q of this span and P = 1 − Q Qᵀ, the correction (to be subtracted) is (P a aᵀ P +
+    Q Qᵀ)⁻¹ P a aᵀ b, one step towards the invariant subspace of a aᵀ with the smallest eigenvalues, whose error is of third order
+    (G. W. Stewart, Error and perturbation bounds for subspaces associated with certain eigenvalue problems, SIAM Review 15,
+    1973).
     """
     half = Cholesky(np.einsum("ki...,kj...->ij...", b, b)).forward(transpose(b))
     along = np.einsum("ki...,kj...->ij...", half, half)
@@ -248,7 +247,7 @@ def step_across(a: Array, b: Array) -> Array:
 def solve_by_elimination(a: Array, b: Array) -> Array:
     """Return A⁻¹ b for ``(n, n, …)`` and ``(n, m, …)``, NaN where A is singular.
 
-    Pivots are in the order of the rows; where one is small, LAPACK's are taken.
+    Pivots are taken in the order of the rows; with a small pivot, LAPACK solves the system.
     """
     n = a.shape[0]
     rest, found = np.array(a, subok=True), copy_for(b, a)
@@ -272,9 +271,9 @@ def solve_by_elimination(a: Array, b: Array) -> Array:
 
 
 def have_one_sign(one: Array, two: Array) -> Mask:
-    """Return where (N,) the determinants of pairs of matrices have the same sign, or one of them is undetermined.
+    """Return the mask (N,) of pairs of matrices whose determinants have equal signs, or an undetermined sign.
 
-    Of matrices (m, n, N) with more rows, it is where that of G₁ᵀ G₂ is positive.
+    For matrices (m, n, N) with more rows than columns, the determinant of G₁ᵀ G₂ must be positive.
     """
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
@@ -288,7 +287,7 @@ def have_one_sign(one: Array, two: Array) -> Mask:
 
 
 def surely_have_one_sign(one: Array, two: Array) -> Mask:
-    """Return where (N,) :func:`have_one_sign` holds beyond doubt: G₁ᵀ G₂ is eliminated without a small or negative pivot."""
+    """Return the mask (N,) of pairs with certainly equal signs: the elimination of G₁ᵀ G₂ has no small or negative pivot."""
     one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Relative difference up to which values are equal: more than rounding leaves of what a file says.
+#: Relative difference up to which values count as equal: more than rounding errors of files.
 EQUAL = 1e-6
-#: Part of the largest value up to which another is rounding.
+#: Value, relative to the largest, that counts as rounding.
 NOTHING = 1e-9
 
 
@@ -15,7 +15,7 @@ def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
     """Return the position of the first value that is not smaller than the largest one, of values (n,) of 0 and more.
 
     Args:
-        values: of which there is at least one.
+        values: at least one value.
         margin: relative difference up to which two are equal.
     """
     values = np.asarray(values, dtype=np.float64)
@@ -23,9 +23,9 @@ def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
 
 
 def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
-    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equals stay in their order.
+    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equal values keep their order.
 
-    Values that are nothing but rounding beside the largest are equal.
+    Values that are rounding errors relative to the largest count as equal.
     """
     values = np.asarray(values, dtype=np.float64)
     values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)

@@ -19,7 +19,7 @@ from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Mask, copy_for, everywhere, zeros_for
 from kinetostatics.math.linalg import dot, matmul
 
-#: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
+#: Angle between the first and last axes, or difference from half a turn [rad], that counts as zero in solved poses.
 NEARLY_LOCKED = 1e-9
 
 
@@ -27,8 +27,8 @@ NEARLY_LOCKED = 1e-9
 class Orientation:
     """A convention for three orientation coordinates.
 
-    ``sequence`` holds the axes of three turns about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and
-    torsion − azimuth; None for rotation vectors.
+    ``sequence``: axes of three rotations about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and torsion −
+    azimuth; None for rotation vectors.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Orientation:
 
     @property
     def unique_below(self) -> float:
-        """Size [rad] below which coordinates, if all are, are the only ones of their rotation; 0 if they may never be."""
+        """Magnitude [rad] of coordinates below which they are unique for their rotation; 0 if never."""
         return 1.5 if self.sequence is None or sorted(self.sequence) == [0, 1, 2] else 0.0
 
     def matrix(self, c: Array) -> Array:
@@ -71,10 +71,10 @@ class Orientation:
 
         Args:
             R: rotation matrices.
-            near: (3, N) which coordinates of the same rotation are wanted: which of the two solutions for three turns, and of
-                angles and rotation vectors that differ by full turns; without it none is larger than π, and tilts are positive.
-                Where the axes of first and last turn are one line, which leaves the first undetermined, it is as here, or else 0.
-            locked: sine of the angle between those axes up to which they count as one line; R is rebuilt as well as that.
+            near: (3, N) coordinates that select one of the two solutions for three angles, and full turns. By default all are at
+                most π, and tilts are positive. If the first and last axes coincide, so that the first angle is undetermined, it
+                is taken from here (default: 0).
+            locked: sine of the angle between these axes up to which they count as coincident; also the accuracy of R.
         """
         if self.sequence is None:
             c = rotations.logarithm(R, at_half_turns=True)
@@ -93,8 +93,8 @@ class Orientation:
     def same(self, c: Array, near: Array, always: bool | Mask) -> Array:
         """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
 
-        They differ from ``c`` by full turns, if ``always`` or where rounding decides which of two half turns is in ``c``; and in
-        the first and last turns where their axes are one line, so that only the sum of both is determined.
+        They differ from ``c`` by full turns, if ``always`` or if rounding decides the sign of a half turn in ``c``; and in the
+        first and last angles if their axes coincide, so that only their sum is determined.
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
@@ -110,7 +110,7 @@ class Orientation:
         return c
 
     def is_unique(self, c: Array) -> bool:
-        """Whether coordinates (3, N) [rad] are surely the only ones of their rotations without full turns, see :meth:`same`."""
+        """Whether coordinates (3, N) [rad] are certainly unique for their rotations, except for full turns, see :meth:`same`."""
         return bool(np.abs(c).max(initial=0.0) < self.unique_below)
 
     def _turns(self, c: Array) -> Array:
@@ -171,7 +171,7 @@ def _convention(name: str) -> Orientation:
             "'XYZ' for angles about moving axes or 'xyz' about fixed axes"
         )
     axes = ["xyz".index(letter) for letter in letters]
-    if name == letters:  # turning about fixed axes is turning about moving axes in the opposite order
+    if name == letters:  # rotations about fixed axes are rotations about moving axes in reverse order
         axes.reverse()
     return Orientation(name, ("rx", "ry", "rz"), (axes[0], axes[1], axes[2]))
 

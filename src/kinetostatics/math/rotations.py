@@ -61,7 +61,7 @@ def quaternion_of_matrix(R: Array) -> Array:
 def logarithm(R: Array, at_half_turns: bool = False) -> Array:
     """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π.
 
-    Where this is recorded, the record holds near half a turn only if it is made ``at_half_turns``, which takes more operations.
+    Recorded code is valid near half a turn only if recorded with ``at_half_turns``, which takes more operations.
     """
     v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
@@ -128,15 +128,14 @@ def rotation_between(a: Array, b: Array) -> Array:
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
     """Return angles (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R, of the two solutions the one near ``near``.
 
-    The first turn is read from where R puts the last axis; the last is what then remains of R. So the three turns make R wherever
-    the axes are, also where first and last are one line and only the sum or the difference of their angles is determined.
+    The first angle follows from the image of the last axis under R, the last angle from the remaining rotation. The product is R
+    also if the first and last axes coincide, where only the sum or difference of their angles is determined.
 
     Args:
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
-        near: (3, N) which second angle is wanted, which first where it is not determined, and which of angles that differ by full
-            turns.
-        locked: sine of the angle between the first and the last axis up to which they count as one line.
+        near: (3, N) angles that select the solution, an undetermined first angle, and full turns.
+    locked: sine of the angle between the first and the last axis up to which they count as coincident.
     """
     a, b, c = axes.T[:, :, None]
     end = np.einsum("ijn,j->in", R, c[:, 0])
@@ -149,7 +148,7 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
     options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
     other = np.abs(options[1] - near[1]) < np.abs(options[0] - near[1])
     second = np.where(other, options[1], options[0])
-    # where the second turn alone puts ``beside``, but for its length
+    # ``beside`` after the second rotation alone, except for its length
     start = cross(b, a) * np.where(other, -1.0, 1.0)
     first = np.where(sine > locked, np.arctan2(dot(a, cross(start, beside)), dot(start, beside)), near[0])
     turned = np.einsum("ijn,jkn->ikn", exponential(a * first), exponential(b * second))

@@ -4,9 +4,9 @@ A twist is ``[d; r]``: linear displacement [m] of the body point at the referenc
 ``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
 the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3, …)`` with the batch axes last.
 
-Every change of the reference point in the package is one by :func:`move_twist`, :func:`move_wrench` or :func:`move`.
+:func:`move_twist`, :func:`move_wrench` and :func:`move` change the reference point.
 
-A force through a hinge's axis is reciprocal to its twist; another force has a moment about the axis and does work:
+A force through a hinge's axis is reciprocal to its twist; a force with a moment about the axis is not:
 
 >>> hinge = unit_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
 >>> through = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([2.0, 0.0, 0.0]))
@@ -34,7 +34,7 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 WRENCH_UNITS = ("N", "N", "N", "N·m", "N·m", "N·m")
-#: What moves with the reference point.
+#: Kinds of quantities that depend on the reference point.
 Kind: TypeAlias = Literal["twist", "wrench", "stiffness", "compliance"]
 
 
@@ -88,7 +88,7 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
     """Return a quantity about a reference point that lies ``shift`` (3, …) [m] from the present one.
 
     Args:
-        kind: what it is.
+        kind: kind of the quantity.
         array: twists or wrenches (6, …), stiffness or compliance (6, 6, …): a stiffness gives wrenches, a compliance twists, and
             so do their transposes.
         shift: its further axes are the last of those of the array.

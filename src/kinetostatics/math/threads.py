@@ -13,13 +13,13 @@ from typing import TypeVar
 Part = TypeVar("Part")
 Found = TypeVar("Found")
 
-#: Seconds after which a thread that waits for Python gets it. Compiled code returns to Python more often than every 5 ms, as is
-#: usual: so two threads compute up to 1.8 times as fast as one, not 1.1 times.
+#: Interval [s] after which Python switches threads. Compiled code returns to Python more often than at the default of 5 ms; with
+#: this value, two threads are up to 1.8 times as fast as one instead of 1.1 times.
 TURN = 5e-4
 
 _here = threading.local()
 _lock = threading.Lock()
-_turns: list[float] = []  # Python's own interval, once for each pool that is at work
+_turns: list[float] = []  # Python's own interval, once for each active pool
 
 
 @contextmanager
@@ -48,13 +48,13 @@ def threads() -> int:
 def in_threads(
     function: Callable[[Part], Found], parts: Iterable[Part], wanted: bool = True, most: int | None = None
 ) -> list[Found]:
-    """Return a function's results for all parts, in order. A thread that is started here starts no further ones.
+    """Return the results of a function for all parts, in order. Threads started here start no further ones.
 
     Args:
         function: called with each part.
         parts: of the batch.
-        wanted: whether threads are of use.
-        most: threads at most, those that the function starts included; None: see :func:`threads`.
+        wanted: whether to use threads.
+        most: largest number of threads, including those that the function starts; None: see :func:`threads`.
     """
     parts = list(parts)
     apart = wanted and len(parts) > 1 and not getattr(_here, "alone", False)
