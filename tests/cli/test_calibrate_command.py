@@ -41,7 +41,7 @@ def test_estimates_a_file_and_a_figure(place, capsys):
     assert main([*common, "--unknowns", "rod", "payload.mass", "offsets", "--json", "--level", "0.9"]) == 0
     read = json.loads(capsys.readouterr().out)
     assert read["level"] == 0.9 and read["estimates"]["offset.tip"]["value"] == pytest.approx(0, abs=1e-11)
-    assert read["unidentifiable"][0]["words"].startswith("no reading sees payload.mass")
+    assert read["unidentifiable"][0]["words"].startswith("no reading depends on payload.mass")
     assert read["estimates"]["payload.mass"]["interval"] == [None, None]
 
 

@@ -156,17 +156,17 @@ def test_two_rods_in_series(tmp_path):
     dz = ks.analyze(pose, loads, (0, 0, 0)).twist[:, 2]
     found = ks.calibrate(robot, {"Fz [kN]": loads[:, 2] / 1e3, "dz [um]": 1e6 * dz}, [*factors], reference="unloaded")
     (told,) = found.unidentifiable
-    assert "the compliance of arm_1 and the compliance of arm_2 cannot be told apart" in told.words
+    assert "the compliance of arm_1 and the compliance of arm_2 cannot be distinguished" in told.words
     assert "the compliance of arm_1 + 0.5 times the compliance of arm_2" in told.words
     assert told.direction["arm_1"] / told.direction["arm_2"] == pytest.approx(-0.5, rel=1e-6)
     for estimate in found.estimates.values():
         assert not estimate.identified and estimate.interval == (0, np.inf)
     seen = [1 / found.estimates[name].value for name in factors]
     assert seen[0] + 0.5 * seen[1] == pytest.approx(1 / 0.5 + 0.5 / 2.0, rel=1e-9)  # what is seen is found
-    assert "cannot be told apart" in str(found) and "1 not determined" in repr(found)
+    assert "cannot be distinguished" in str(found) and "1 not determined" in repr(found)
     # a payload does not change what differs with the load alone
     found = ks.calibrate(robot, {"Fz": loads[:, 2], "dz": dz}, ["arm_1", "payload.mass"], reference="unloaded")
-    assert found.unidentifiable[0].words.startswith("no reading sees payload.mass")
+    assert found.unidentifiable[0].words.startswith("no reading depends on payload.mass")
     assert found.estimates["arm_1"].identified
     bent = np.concatenate([loads, [[100, 0, 0, 0, 0, 0]]])
     twist = ks.analyze(pose, bent, (0, 0, 0)).twist

@@ -416,7 +416,7 @@ def test_mistakes(cantilever):
         "given in kg, but it is in m": {"diameter": "1kg"},
         "must be a positive number": {"diameter": -1.0},
         "is zero: give it with a unit": {"tip.center_of_mass.x": "1%"},
-        "E cannot be off by so much: .*youngs_modulus": {"E": "400%"},
+        "E cannot deviate by its tolerance: .*youngs_modulus": {"E": "400%"},
         "named twice": {"rod.*": "1%", "rod.outer_diameter": "1mm"},
         "is not a number": {"diameter": "thick"},
         "given in mm, but it has no unit": {"rod.poisson_ratio": "1mm"},

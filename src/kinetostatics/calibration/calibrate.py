@@ -27,7 +27,7 @@ from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
 
 #: Advice where estimates are impossible.
-LOOK_AT = "look at the signs of readings, loads and gravity, at reference=, and for unknowns that are missing"
+LOOK_AT = "check the signs of readings, loads and gravity, reference=, and whether unknowns are missing"
 
 
 def calibrate(
@@ -49,30 +49,30 @@ def calibrate(
     """Find stiffnesses, payload and offsets from measured deflections, with confidence intervals and unidentifiable parameters.
 
     Args:
-        robot: as its file says; the search begins there.
-        measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns: coordinates of the platform
-            or of all actuators; the load on it Fx … Mz; readings: components of the twist at o in world axes, dx dy dz drx dry
-            drz, and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
-        unknowns: names: of a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the joint is
-            elastic as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; of a number of a part, as
-            :func:`kinetostatics.tolerances` has them, "slide.actuator_stiffness" or "rod_1.outer_diameter"; of an assembly error,
-            "hinge.error.rx" or "rod_1.error.length", which is no part of the robot that is returned; "payload.mass",
-            "payload.x", "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", the reading of a
-            gauge where nothing moves, or "offsets" for all gauges.
-        gauges: by name, a :class:`Gauge` each, or the path of a CSV file of them.
-        reference: what readings are differences to: "undeformed", the robot without any weight; "unloaded", the same pose with
-            its weight and the payload, but without the load; or coordinates of one such pose, at which all were set to zero.
-        orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
-        payload: on the platform; a start for what is unknown of it.
-        point, frame: of the load, as :func:`kinetostatics.analyze` takes them; one point for all rows.
-        level: of the confidence intervals.
-        leave_out_outliers: whether to fit once more without the outliers.
-        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
-        analysis: whatever else :func:`kinetostatics.analyze` takes: ``gravity``, ``loads``, ….
+        robot: the nominal robot, where the search begins.
+        measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns are coordinates of the
+            platform or of all actuators; the load Fx … Mz; and readings: components of the twist at o in world axes, dx dy dz drx
+            dry drz, or gauges by name. Titles may contain units, "z [mm]"; the default is SI. Empty cells are missing readings.
+        unknowns: names of unknowns: a beam, elastic joint or actuator, for a factor of its stiffness ("actuators:slide" if the
+            joint is elastic as well; "rod_1+rod_2" for a common factor); an argument of the file; a dimension of a part (see
+            :func:`kinetostatics.tolerances`), "slide.actuator_stiffness" or "rod_1.outer_diameter"; an assembly error,
+            "hinge.error.rx" or "rod_1.error.length", which is not part of the returned robot; "payload.mass", and "payload.x",
+            "payload.y", "payload.z" of its centre from o in platform axes; "offset.NAME", the zero reading of a gauge, or
+            "offsets" for all gauges.
+        gauges: a :class:`Gauge` by name, or the path of a CSV file of gauges.
+        reference: state of zero readings: "undeformed", the robot without weight; "unloaded", the same pose with weight and
+            payload, but without load; or coordinates of a single pose without load.
+        orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
+        payload: payload on the platform; initial values of its unknowns.
+        point, frame: those of the load, see :func:`kinetostatics.analyze`; one point for all rows.
+        level: confidence level of the intervals.
+        leave_out_outliers: whether to repeat the fit without outliers.
+        closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`.
+        analysis: further arguments of :func:`kinetostatics.analyze`: ``gravity``, ``loads``, ….
 
     Returns:
-        Estimates with intervals, what is not identifiable, residuals, outliers, and the robot with the estimates. Readings are
-        weighted by the gauges' sigma. If none is given, all are taken as equally good, and sigma is found from the residuals.
+        Estimates with intervals, unidentifiable unknowns, residuals, outliers, and the robot with the estimates. Readings are
+        weighted by the gauges' sigma. If no sigma is given, all readings have equal weights, and sigma is estimated.
 
     Raises:
         ArgumentError: measurements or unknowns are invalid; messages name file and line.
@@ -81,7 +81,7 @@ def calibrate(
         StaticsError: a pose is singular.
 
     Examples:
-        One rod is softer than its file says, by a factor of 0.8, and three poses tell:
+        Three poses identify a factor of 0.8 for the stiffness of one rod:
 
         >>> import kinetostatics as ks
         >>> robot = ks.load_robot("3rps")
@@ -145,8 +145,8 @@ def calibrate(
         except NoDerivativeError as error:
             item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
             raise ArgumentError(
-                f"the search for {item.name} came to {value:.6g} {item.unit}".rstrip()
-                + f", and a little further there is no such robot: {model.refused or 'it is another mechanism'}; {LOOK_AT}"
+                f"the fit of {item.name} reached {value:.6g} {item.unit}".rstrip()
+                + f", and a further change yields no robot: {model.refused or 'it is another mechanism'}; {LOOK_AT}"
             ) from error
 
     used = np.full(len(measured), True)
@@ -200,20 +200,18 @@ def calibrate(
 
 
 def check_level(level: object) -> None:
-    """Complain of a confidence level that is none.
+    """Check a confidence level.
 
-    Raises:
-        ArgumentError: it is none.
+    Raises: ArgumentError: it is not between 0 and 1.
     """
     if not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
 
 
 def check_robot(what: str, robot: object, payload: object) -> None:
-    """Complain unless there is a robot, and its payload is one on the platform.
+    """Check that ``robot`` is a robot, and that the payload is on the platform.
 
-    Raises:
-        ArgumentError: there is none.
+    Raises: ArgumentError: one of them is invalid.
     """
     if not isinstance(robot, Robot):
         raise ArgumentError(f"{what} needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
@@ -228,10 +226,9 @@ def check_robot(what: str, robot: object, payload: object) -> None:
 
 
 def check_point(point: ArrayLike | None, frame: object) -> Array | None:
-    """Return where the load acts, a point (3,) for all rows.
+    """Return the point of application (3,) of the load for all rows.
 
-    Raises:
-        ArgumentError: it is none.
+    Raises: ArgumentError: the value is not a point.
     """
     check("frame", frame)
     array = None if point is None else finite_numbers("point", point)
@@ -241,10 +238,9 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
 
 
 def check_predicted(model: Model, values: Array) -> None:
-    """Complain of readings that cannot be computed at the start.
+    """Check that all readings can be computed at the start.
 
-    Raises:
-        StaticsError: there are some; the message says why.
+    Raises: StaticsError: a reading cannot be computed; the message gives the reason.
     """
     bad = np.flatnonzero(~np.isfinite(model.predict(values)))
     if bad.size:
@@ -260,7 +256,7 @@ def check_predicted(model: Model, values: Array) -> None:
 
 
 def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:
-    """Return which readings there are, row by row, and their values (n,)."""
+    """Return the readings, row by row, and their values (n,)."""
     names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
     every = np.stack([table.readings[name] for name in names], axis=-1)
     rows, which = np.nonzero(np.isfinite(every))
@@ -290,6 +286,6 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
 
 
 def replace_path(robot: Robot, origin: Robot) -> Robot:
-    """Return a robot that knows where the first one was read."""
+    """Return a robot with the path of the file of the first one."""
     description = robot.description
     return robot if description.path == origin.description.path else Robot(replace(description, path=origin.description.path))

@@ -16,24 +16,22 @@ import numpy as np
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import canonical_basis
 
-#: A column of the Jacobian below this part of the largest is none, and singular values of columns of length 1 below it are zero.
+#: Norm of a column of the Jacobian, relative to the largest, and singular value of normalized columns, that count as zero.
 UNSEEN = 1e-6
-#: Residuals below this part of the readings are rounding.
+#: Residuals, relative to the readings, that count as rounding.
 ROUNDING = 1e-9
-#: Probability of calling any good reading an outlier.
+#: Probability that any good reading is called an outlier.
 FALSE_ALARM = 0.05
-#: Searches at most, each in the directions that were seen at the end of the one before.
+#: Largest number of searches, each in the directions identifiable at the end of the previous one.
 SEARCHES = 3
 
 Function = Callable[[Array], Array]
 
 
 class NoDerivativeError(Exception):
-    """The search came to a place where readings have no derivative by an unknown.
+    """The search reached a point at which readings have no derivative with respect to an unknown.
 
-    Attributes:
-        x: (p,) where.
-        k: which unknown.
+    Attributes: x: (p,) the point. k: index of the unknown.
     """
 
     def __init__(self, x: Array, k: int) -> None:
@@ -49,12 +47,12 @@ class Fit:
         x: (p,).
         residuals: (n,) measured less computed, over sigma.
         jacobian: (n, p) of the computed readings, over sigma.
-        seen: (p, r) basis of changes that the readings determine.
-        null: (p, p − r) changes that no reading sees.
-        variance: of a residual: 1 if sigma is known, else estimated; NaN where nothing is left over.
-        degrees_of_freedom: readings less determined unknowns.
-        sigma_known: whether sigma is, or only its ratios.
-        converged: whether the search ended by itself.
+        seen: (p, r) basis of identifiable changes.
+        null: (p, p − r) basis of changes that affect no reading.
+        variance: variance of a residual: 1 if sigma is known, else estimated; NaN without degrees of freedom.
+        degrees_of_freedom: number of readings minus number of identifiable directions.
+        sigma_known: whether sigma is known, not only ratios of sigma.
+        converged: whether the search converged.
     """
 
     x: Array
@@ -69,7 +67,7 @@ class Fit:
 
     @property
     def hat(self) -> Array:
-        """(n, n) the matrix that makes computed readings of measured ones."""
+        """(n, n) the hat matrix, which maps measured to computed readings."""
         Q, _ = np.linalg.qr(self.jacobian @ self.seen)
         return np.asarray(Q @ Q.T)
 
@@ -81,17 +79,13 @@ class Fit:
 
 
 def fit(predict: Function, jacobian: Function, start: Array, measured: Array, sigma: Array, sigma_known: bool) -> Fit:
-    """Find the unknowns for which computed readings come nearest to the measured ones.
+    """Fit the unknowns by weighted least squares.
 
-    Args:
-        predict: computed readings (n,) of unknowns (p,), NaN where they are invalid.
-        jacobian: its derivatives (n, p).
-        start: (p,).
-        measured, sigma: (n,).
-        sigma_known: whether ``sigma`` is, or only its ratios.
+    Args: predict: computes readings (n,) from unknowns (p,), NaN if they are invalid. jacobian: computes their derivatives (n,
+    p). start: (p,) initial values. measured, sigma: (n,) measured readings and standard deviations. sigma_known: whether
+    ``sigma`` is known, not only its ratios.
 
-    Raises:
-        NoDerivativeError: the search came to where there is none.
+    Raises: NoDerivativeError: the search reached a point without derivatives.
     """
     from scipy.optimize import least_squares
 
@@ -112,7 +106,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
         scale, seen, _ = determined(derived(x))
         if not seen.shape[1]:
             break
-        basis, origin = size * scale[:, None] * seen, x  # residuals of 1 are as large as the readings
+        basis, origin = size * scale[:, None] * seen, x  # residuals relative to the readings
         found = least_squares(
             lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
             np.zeros(seen.shape[1]),
@@ -145,11 +139,9 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 
 
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
-    """Return studentized residuals (n,) and which readings are outliers: those found first are left out where others are judged.
+    """Return studentized residuals (n,) and the mask of outliers; outliers are omitted in the judgement of later ones.
 
-    Args:
-        found: the solution.
-        size: of weighted readings, beside which rounding is told.
+    Args: found: the solution. size: magnitude of weighted readings, the scale of rounding errors.
     """
     from scipy import stats
 
@@ -185,7 +177,7 @@ def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
 
 
 def leave_one_out(found: Fit, groups: Array) -> Array:
-    """Return the errors (n,) of readings predicted from the other groups; NaN where they cannot be."""
+    """Return the errors (n,) of readings predicted from the other groups; NaN without prediction."""
     H, errors = found.hat, np.full(len(groups), np.nan)
     for group in np.unique(groups):
         mine = np.flatnonzero(groups == group)

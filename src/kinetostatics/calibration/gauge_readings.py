@@ -26,13 +26,13 @@ COLUMNS = {
 
 
 def read_gauges(given: str | os.PathLike[str] | Mapping[str, Gauge] | None) -> dict[str, Gauge]:
-    """Return gauges by name, those of components of the twist among them.
+    """Return gauges by name, including those for the components of the twist.
 
     Args:
         given: None, a mapping from names to :class:`Gauge`, or the path of a CSV file.
 
     Raises:
-        ArgumentError: one of them is invalid.
+        ArgumentError: a gauge is invalid.
     """
     if given is None:
         return dict(COMPONENTS)
@@ -59,7 +59,7 @@ def _checked(where: str, gauge: object) -> Gauge:
 
 
 def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
-    """Return names and gauges by the places where they are written."""
+    """Return names and gauges by their places in the file."""
     example = "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each"
     table = read_csv(path, example, COLUMNS, ("name", "ux", "uy", "uz"))
     found: dict[str, tuple[str, Gauge]] = {}
@@ -82,10 +82,9 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def number_in(cell: object, unit: str, kind: str, what: str) -> float:
-    """Return the number of a cell in SI; ``unit`` is the title's, which a unit in the cell replaces.
+    """Return the number of a cell in SI; ``unit`` is that of the title, unless the cell has its own.
 
-    Raises:
-        ArgumentError: it is none, or of another kind.
+    Raises: ArgumentError: the cell is no number, or has a unit of another kind.
     """
     text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
     return parse_number(with_unit(text, unit), kind, what)
@@ -95,10 +94,10 @@ def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration
     """Return the rows (n, 6) that give readings from twists at o, world axes [1, m].
 
     Args:
-        gauges: all of them.
-        which: (n,) the gauge of each reading.
+        gauges: all gauges.
+        which: (n,) index of the gauge of each reading.
         pose: a batch of poses.
-        rows: (n,) the pose of each reading.
+        rows: (n,) index of the pose of each reading.
     """
     R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
     found = np.zeros((len(which), 6))

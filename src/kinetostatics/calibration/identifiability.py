@@ -12,27 +12,25 @@ from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.calibration import Unidentifiable
 
-#: Part of the largest change of a direction below which an unknown takes no part in it.
+#: Change of an unknown, relative to the largest in a direction, that counts as zero.
 NOTHING = 1e-5
 
 
 def determined_ones(null: Array) -> Mask:
-    """Return which unknowns (p,) the readings determine: those without component in the basis (p, k) of the null space."""
+    """Return the mask (p,) of identifiable unknowns: those without component in the basis (p, k) of the null space."""
     return np.asarray(~np.any(np.abs(null) > NOTHING * np.abs(null).max(initial=0.0), axis=1))
 
 
 def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifiable, ...]:
-    """Return the directions that no reading sees.
+    """Return the unidentifiable directions.
 
-    Args:
-        unknowns: all p.
-        null: (p, k) basis of what readings do not see, in units of the unknowns' scales.
+    Args: unknowns: all p unknowns. null: (p, k) basis of changes that affect no reading, in units of the unknowns' scales.
     """
     return tuple(_one(unknowns, direction) for direction in _sparse(null).T)
 
 
 def _sparse(null: Array) -> Array:
-    """Return a basis of the same space with as many zeros as elimination leaves, largest entries 1."""
+    """Return a sparse basis of the same space by elimination, with largest entries 1."""
     rest = np.array(null)
     pivots: list[int] = []
     for k in range(rest.shape[1]):
@@ -53,16 +51,16 @@ def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
     names = [_called(unknowns[k]) for k in mine]
     if len(mine) == 1:
-        return Unidentifiable(changes, f"no reading sees {names[0]}: whatever its value, the computed readings stay the same")
-    together = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
+        return Unidentifiable(changes, f"no reading depends on {names[0]}")
+    together = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
     if len(mine) == 2:
         a, b = direction[mine]
         weight = float(-a / b)
         sign = "difference" if weight < 0 else "sum"
         size = abs(weight)
         what = f"their {sign}" if abs(size - 1) < 1e-4 else f"{names[0]} {'−' if weight < 0 else '+'} {size:.4g} times {names[1]}"
-        return Unidentifiable(changes, f"{together}: the readings see only {what}, relative to the values in the file")
-    return Unidentifiable(changes, f"{together}: changed together in one ratio, they change no reading")
+        return Unidentifiable(changes, f"{together}: the readings depend only on {what}, relative to the values in the file")
+    return Unidentifiable(changes, f"{together}: a change of all in a certain ratio changes no reading")
 
 
 def _called(unknown: Unknown) -> str:

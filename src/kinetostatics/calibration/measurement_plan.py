@@ -1,7 +1,7 @@
 """D-optimal measurements: subsets of a grid of poses and loads.
 
-The determinant of the information matrix Σ JᵀJ is made largest by exchanging each measurement in turn for the best of the
-others, from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
+The determinant of the information matrix Σ JᵀJ is maximized by exchanging each measurement in turn for the best of the others,
+from several starts (V. V. Fedorov, Theory of Optimal Experiments, 1972, as modified by R. D. Cook, C. J. Nachtsheim,
 Technometrics 22, 1980).
 """
 
@@ -32,13 +32,13 @@ from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results.calibration import MeasurementPlan
 from kinetostatics.robot import Robot
 
-#: Starts of the exchange besides the greedy one, and random plans that the best is compared with.
+#: Number of random starts of the exchange besides the greedy one, and of random plans for comparison.
 STARTS, RANDOM = 5, 200
-#: Candidates at most, and sigma of gauges that tell none [m, rad].
+#: Largest number of candidates, and default sigma of gauges [m, rad].
 MOST, SIGMA = 20_000, 1e-6
-#: Eigenvalues of the information below this part of the largest are rounding.
+#: Eigenvalues of the information matrix, relative to the largest, that count as rounding.
 ROUNDING = 1e-12
-#: An exchange gains at least this much of the logarithm of the determinant.
+#: Smallest increase of the logarithm of the determinant by an exchange.
 GAIN = 1e-9
 
 
@@ -64,24 +64,23 @@ def plan_measurements(
     """Choose the poses and loads whose measurements determine the unknowns best.
 
     Args:
-        robot: as its file says.
-        unknowns: as in :func:`calibrate`.
-        n: how many measurements, each a pose and a load.
+        robot: the nominal robot.
+        unknowns: see :func:`calibrate`.
+        n: number of measurements, each a pose and a load.
         platform, actuators: coordinates of the platform, or of all actuators; arrays span the grid of poses; default: the zero
             pose.
-        load: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
-        readings: components of the twist and gauges that are read at each of them.
-        gauges, reference, orientation, payload, point, frame, closure_tolerance, analysis: as in :func:`calibrate`.
-        seed: of the random plans, and of the starts of the search.
+        load: (…, 6) possible loads [N, N·m]; the candidates are all combinations of poses and loads.
+        readings: components of the twist and gauges that are read in every measurement.
+        gauges, reference, orientation, payload, point, frame, closure_tolerance, analysis: see :func:`calibrate`.
+        seed: seed of random plans and starts.
 
     Returns:
-        Poses and loads that are in reach, not singular and within the joints' limits, no two of them the same, with the standard
-        errors to be expected of the unknowns, and how much smaller they are than of random plans. It is the best that exchanging
-        one measurement for another leads to, from six starts.
+        Different poses and loads (reachable, not singular, within joint limits), the expected standard errors of the unknowns,
+        and their ratio to those of random plans. The plan is the best result of single exchanges from six starts.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
-        KinetostaticsError: as :func:`calibrate`.
+        KinetostaticsError: see :func:`calibrate`.
 
     Examples:
         >>> import kinetostatics as ks
@@ -119,7 +118,7 @@ def plan_measurements(
     count = len(numbers)
     if not count:
         raise ArgumentError(
-            f"no candidate of {every}, poses times loads, can be measured: out of reach, singular or beyond a joint's limit"
+            f"no candidate of {every}, poses times loads, can be measured: all are unreachable, singular or beyond a joint limit"
         )
     n = whole_number("n", n, 1)
     if n > count:
@@ -197,7 +196,7 @@ def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
     """Return the numbers (n,) of the measurements out of (N, k, r) whose information has the largest determinant."""
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]
-    ridge = 1e-12 * np.trace(every.sum(axis=0)) * np.eye(r)  # until everything is determined
+    ridge = 1e-12 * np.trace(every.sum(axis=0)) * np.eye(r)  # until all unknowns are determined
     found = [_exchanged(every, start, ridge) for start in starts]
     return np.sort(max(found, key=lambda plan: float(np.linalg.slogdet(every[plan].sum(axis=0) + ridge)[1])))
 
@@ -213,7 +212,7 @@ def _greedy(every: Array, n: int) -> Index:
 
 
 def _exchanged(every: Array, start: Index, ridge: Array) -> Index:
-    """Return a plan in which no exchange of one measurement gains anything."""
+    """Return a plan that no exchange of one measurement improves."""
     chosen = np.array(start)
     value, going = float(np.linalg.slogdet(every[chosen].sum(axis=0) + ridge)[1]), True
     while going:

@@ -22,7 +22,7 @@ from kinetostatics.robot import Robot
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A column of words that nothing reads.
+#: Title of a column of remarks, which is ignored.
 NOTE = "note"
 
 
@@ -31,11 +31,11 @@ class Measurements:
     """Measurements, row by row; SI units.
 
     Attributes:
-        coordinates: (N,) of the platform or of the actuators, by name; none: the zero pose.
-        load: (N, 6).
-        readings: (N,) by gauge; NaN where there is none.
-        rows: (N,) line of the file, or number of the row from 0.
-        places: what each row is called in a complaint about it.
+        coordinates: (N,) coordinates of the platform or the actuators, by name; empty: the zero pose.
+        load: (N, 6) loads.
+        readings: (N,) readings by gauge; NaN if missing.
+        rows: (N,) line of the file, or index of the row.
+        places: name of each row in messages.
     """
 
     coordinates: Mapping[str, Array]
@@ -46,7 +46,7 @@ class Measurements:
 
     @property
     def repeated(self) -> list[str]:
-        """A warning of rows that are the same in every number, a noisy reading too; empty if none is."""
+        """A warning of rows that are equal in all numbers, including noisy readings; empty if there are none."""
         cells = np.column_stack([*self.coordinates.values(), self.load, *self.readings.values()])
         first: dict[bytes, int] = {}
         again = [(k, at) for k, row in enumerate(cells) if (at := first.setdefault((row + 0.0).tobytes(), k)) != k]
@@ -55,8 +55,8 @@ class Measurements:
         here, there = (self.places[k].removesuffix(": ") for k in again[0])
         more = f", and {len(again) - 1} more do so" if len(again) > 1 else ""
         return [
-            f"{here} has the pose, load and readings of {there}{more}: a measurement that is given twice counts twice, and makes "
-            "the intervals narrower than they are; leave it out"
+            f"{here} has the pose, load and readings of {there}{more}: a repeated row counts twice and makes "
+            "the intervals too narrow; leave it out"
         ]
 
 
@@ -64,10 +64,10 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     """Return measurements.
 
     Args:
-        robot: whose actuators coordinates may name.
+        robot: the robot.
         given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one a row; or an xarray Dataset,
             whose variables and coordinates are the columns. Titles may have units in brackets; without them numbers are SI.
-        gauges: that readings may be of.
+        gauges: the available gauges.
 
     Raises:
         ArgumentError: a title or a cell is invalid; the message names file and line.
@@ -114,7 +114,7 @@ def _actuators(robot: Robot) -> dict[str, str]:
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:
-    """Return what places are called, titles, and rows with their numbers."""
+    """Return a function that names rows, the titles, and the rows with their numbers."""
     if isinstance(given, (str, os.PathLike)):
         path = os.fspath(given)
         what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"

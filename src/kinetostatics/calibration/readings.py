@@ -29,18 +29,15 @@ from kinetostatics.parametric.robot_numbers import STEP as STEP_OF_CONSTANTS
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 
-#: What the reading is a difference to: the robot without any weight, or the same pose without the load.
+#: States of zero readings: the robot without weight, or the same pose without load.
 REFERENCES = ("undeformed", "unloaded")
 
 
 @dataclass(frozen=True)
 class Readings:
-    """Which readings there are.
+    """The readings of a table.
 
-    Attributes:
-        rows: (n,) row of each in the table.
-        which: (n,) number of its gauge.
-        gauges: by name.
+    Attributes: rows: (n,) row of each reading in the table. which: (n,) index of its gauge. gauges: gauges by name.
     """
 
     rows: Index
@@ -52,16 +49,16 @@ class Model:
     """Readings of a robot as functions of the unknowns.
 
     Args:
-        unknowns: what they depend on.
-        coordinates: (N,) of the poses, by name.
-        load: (N, 6) on the platform.
-        readings: which are asked for.
+        unknowns: the unknowns.
+        coordinates: (N,) coordinates of the poses, by name.
+        load: (N, 6) loads on the platform.
+        readings: the readings.
         reference: "undeformed", "unloaded", or coordinates of a pose without load, at which all readings are zero.
-        orientation: what the orientation's coordinates mean.
-        point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
+        orientation: convention of the orientation coordinates.
+        point, frame: those of the load, see :func:`kinetostatics.analyze`.
         analysis: other arguments of an analysis.
-        rows: what the rows are called where one cannot be reached or read; None: then it has no readings.
-        closure_tolerance: how far loops may stay open [m, rad].
+        rows: names of the rows for errors at poses that cannot be reached or read; None: such rows are NaN.
+        closure_tolerance: largest gap of a closed loop [m, rad].
     """
 
     def __init__(
@@ -119,7 +116,7 @@ class Model:
             raise ArgumentError(f"gravity has the shape {self.gravity.shape}; a calibration takes one for all rows, (3,)")
         self._known: tuple[tuple[float, ...], Result] | None = None
         self._derived: tuple[tuple[float, ...], Array] | None = None
-        self.refused = ""  # why there was no robot with the last values that made none
+        self.refused = ""  # reason why the last invalid values yield no robot
 
     def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
@@ -135,7 +132,7 @@ class Model:
         return Robot(self.unknowns.described(values))
 
     def result(self, values: Array) -> Result:
-        """Return the analysis of all rows, then of what they refer to; that of the last values is kept."""
+        """Return the analysis of all rows, followed by the reference poses; the last one is cached."""
         key = tuple(map(float, values))
         if self._known is None or self._known[0] != key:
             robot = self.robot(values)
@@ -175,7 +172,7 @@ class Model:
         return np.asarray(found)
 
     def predict(self, values: Array) -> Array:
-        """Return the readings (n,); NaN where there is no such robot."""
+        """Return the readings (n,); NaN if the values yield no robot."""
         if any(item.kind == "stiffness" and not v > 0 for item, v in zip(self.unknowns.items, values, strict=True)):
             return np.full(len(self.readings.rows), np.nan)
         try:
@@ -193,7 +190,7 @@ class Model:
         return np.asarray(self.readings.which == list(self.readings.gauges).index(gauge), dtype=float)
 
     def jacobian(self, values: Array) -> Array:
-        """Return the derivatives (n, unknowns) of readings by unknowns, per unit; of a stiffness by its compliance factor."""
+        """Return the derivatives (n, unknowns) of readings by unknowns, for a stiffness by its compliance factor."""
         key = tuple(map(float, values))
         if self._derived is None or self._derived[0] != key:
             self._derived = key, self._jacobian(values)
@@ -227,7 +224,7 @@ class Model:
         return np.stack(columns, axis=-1)
 
     def _by_argument(self, values: Array, k: int, result: Result) -> Array:
-        """Return the derivative by an argument of the file: exact where it moves nothing, else by central differences."""
+        """Return the derivative by an argument of the file: exact if the pose does not change, else by central differences."""
         item = self.unknowns.items[k]
 
         def changed(by: float) -> RobotDescription:

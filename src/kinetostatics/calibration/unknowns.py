@@ -26,7 +26,7 @@ from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.
 PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z": "m"}
-#: Kinds of elastic parts, as :attr:`kinetostatics.Result.source_contributions` has them, and the numbers by which they are stiff.
+#: Kinds of elastic parts, as in :attr:`kinetostatics.Result.source_contributions`, and the names of their stiffness numbers.
 KINDS = {
     "beams": ("youngs_modulus", "shear_modulus"),
     "joints": ("linear_stiffness", "angular_stiffness"),
@@ -37,15 +37,14 @@ EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
 
 @dataclass(frozen=True)
 class Unknown:
-    """One number that is looked for.
+    """An unknown of a calibration.
 
-    Attributes:
-        name: as it was asked for.
+    Attributes: name: name of the unknown.
         kind: "stiffness", "argument", "error" (of assembly), "payload" or "offset".
-        unit: of its value, SI.
-        start: what is varied, where the search begins.
-        scale: what is a change of the order of its value.
-        parts: kinds and names of what has the stiffness; or the gauge, or the component of the payload.
+        unit: SI unit of its value.
+        start: initial value of the varied quantity.
+        scale: typical change of the varied quantity.
+        parts: kinds and names of the parts with the stiffness; or the gauge, or the component of the payload.
     """
 
     name: str
@@ -57,14 +56,10 @@ class Unknown:
 
 
 class Unknowns:
-    """All of them, with the robots that they make.
+    """All unknowns, and the robots with their values.
 
-    Args:
-        robot: at which the search begins.
-        names: of the unknowns.
-        gauges: that are read; only these have offsets.
-        payload: what the robot carries at the start; None: 1 kg at o, if it is unknown.
-        sizes: what is large of each gauge's readings.
+    Args: robot: the nominal robot. names: names of the unknowns. gauges: gauges with readings; only these have offsets. payload:
+    initial payload; None: 1 kg at o, if it is unknown. sizes: magnitude of the readings of each gauge.
     """
 
     def __init__(
@@ -88,12 +83,12 @@ class Unknowns:
 
     @property
     def names(self) -> list[str]:
-        """Of all unknowns."""
+        """Scales of all unknowns."""
         return [item.name for item in self.items]
 
     @property
     def moves(self) -> bool:
-        """Whether arguments of the file are looked for, which may change the robot's pose."""
+        """Whether arguments of the file are among the unknowns, which may change the pose."""
         return any(item.kind == "argument" for item in self.items)
 
     @cached_property
@@ -107,7 +102,7 @@ class Unknowns:
         return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
 
     def _stiffnesses(self, kind: str, name: str) -> list[RobotNumber]:
-        """Return the numbers by which a part is stiff, one of the kinds."""
+        """Return the stiffness numbers of a part of a given kind."""
         every = (self._robots.every_part.get(f"{name}.{number}", ()) for number in KINDS[kind])
         return [item for several in every for item in several if item.step is not None]
 
@@ -165,7 +160,7 @@ class Unknowns:
         return found
 
     def errors(self, values: Array) -> dict[str, Keyword]:
-        """Return the assembly errors as :func:`kinetostatics.analyze` takes them, a batch of one."""
+        """Return the assembly errors as an argument of :func:`kinetostatics.analyze`, a batch of one."""
         found = [(self._robots.errors[item.name], v) for item, v in zip(self.items, values, strict=True) if item.kind == "error"]
         return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 

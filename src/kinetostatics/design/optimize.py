@@ -70,17 +70,17 @@ def optimize(
             "buckling".
         subject_to: requirements: one of these quantities, least_translational_stiffness or least_rotational_stiffness, with a
             limit: ``"sag < 20um"``, ``"least_translational_stiffness > 30 N/um"``.
-        platform, actuators: the workspace: coordinates of the platform, or of all actuators, as :func:`kinetostatics.sweep` takes
-            them: arrays span a grid; default: the zero pose.
-        orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
+        platform, actuators: the workspace: coordinates of the platform, or of all actuators; arrays span a grid as in
+            :func:`kinetostatics.sweep`; default: the zero pose.
+        orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
         parameters: values of other arguments of the file.
-        platform_link, base_link: as :func:`kinetostatics.load_robot` takes them.
-        starts: how many searches, from different parameters: the file's own first.
-        tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
-            "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.
-        closure_tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
-        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, …. Of several loads (…, 6) every one acts
-            at every pose, and requirements hold under all of them.
+        platform_link, base_link: see :func:`kinetostatics.load_robot`.
+        starts: number of searches from different parameters, the first from those of the file.
+        tool: (3,) point from o in platform axes [m], such as a tool's tip, to which "sag", "deflection_any_direction" and
+            "least_translational_stiffness" refer; default: o. The point of application of ``load`` is ``point``.
+        closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`.
+        analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, …. With several loads (…, 6), each acts at
+            every pose, and the requirements must hold under all of them.
 
     Returns:
         Parameters, objective, requirements with their worst poses, and the active requirements.
@@ -171,7 +171,7 @@ def prepare(
     objective = parse_objective(minimize)
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(
-            f"optimize needs the path of a robot's file or the name of a robot, not {robot!r}: it evaluates the file with many parameters"
+            f"optimize needs the path of a robot's file or the name of a robot, not {robot!r}: it reads the file repeatedly"
         )
     path = os.fspath(robot_path(robot))
     first = Robot(read_robot_file(path, parameters, **links))

@@ -34,7 +34,7 @@ from kinetostatics.robot import Robot, robot_of
 
 #: Step of central differences, relative to the parameter (if zero: to 1; for a placement: to the characteristic length). Errors
 #: by
-    #: truncation and rounding are then about equal, some 1e-8 of the quantity.
+#: truncation and rounding are then about equal, some 1e-8 of the quantity.
 STEP = 3e-5
 #: Relative change of a quantity, for a change of a parameter by its whole value, that counts as rounding.
 NOTHING = 1e-7

@@ -1,4 +1,4 @@
-"""Compiled functions of a robot: from coordinates, load and gravity to chosen quantities of the pose and their derivatives."""
+"""Compiled functions of a robot: chosen quantities of a pose, and their derivatives, from coordinates, load and gravity."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Export of functions of a robot as C for controllers: records in C, and code that follows straight lines and sets the status."""
+"""Export of functions of a robot as C for controllers: records as C code, path following along straight lines, and status."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Differentiated(Protocol):
 
     @property
     def by(self) -> tuple[str, ...]:
-        """Inputs by which they are."""
+        """Inputs with respect to which they are differentiated."""
 
     @property
     def __call__(self) -> Callable[..., Mapping[str, Mapping[str, Array]]]:
@@ -47,14 +47,10 @@ class Differentiated(Protocol):
 
 @dataclass(frozen=True)
 class CExport:
-    """What was written.
+    """Result of an export.
 
-    Attributes:
-        folder: where.
-        files: names of the files.
-        name: what all names in C begin with.
-        operations: of a correction of the loops, and of everything behind it.
-        work: bytes on the stack besides what the compiler adds.
+    Attributes: folder: folder of the files. files: names of the files. name: prefix of all names in C. operations: numbers of
+    operations of a correction of the loops, and of the analysis. work: bytes of work arrays on the stack.
     """
 
     folder: Path
@@ -75,16 +71,16 @@ def export_c(
     """Write a function of a robot as C99: no heap, nothing but libm, bounded iterations, all state passed in.
 
     Args:
-        function: from :func:`kinetostatics.compile`.
-        folder: where the files go; it is made if there is none.
-        scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
-        name: what all names in C begin with; default: the robot's.
-        jacobian: derivatives of the function, which are written too.
-        near: one pose, where a state starts; default: the zero pose.
+        function: a function from :func:`kinetostatics.compile`.
+        folder: folder of the files; created if missing.
+        scalar: "double" or "float", the type of arguments and results; computations are in double.
+        name: prefix of all names in C; default: the name of the robot.
+        jacobian: derivatives to be exported.
+        near: pose of the initial state; default: the zero pose.
 
     Raises:
-        ArgumentError: ``near`` is not one pose of the robot; the robot or the orientation cannot be exported, the scalar is none
-            of the two, or the folder is a file.
+        ArgumentError: ``near`` is not one pose of the robot; the robot or the orientation cannot be exported; ``scalar`` is
+            invalid; or ``folder`` is a file.
         OSError: a file cannot be written.
     """
     check_choice("scalar", scalar, tuple(SCALARS))
@@ -110,7 +106,7 @@ def export_c(
 
 
 def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
-    """Return what the texts are made of."""
+    """Return the data of the texts."""
     connections = function.robot.mechanism.connections
     coordinates = _coordinates(function)
     limits = {name: (connections[name].lower, connections[name].upper) for name in function.robot.description.driven}
@@ -140,7 +136,7 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
 
 
 def _of_endless_actuators(parts: Programs) -> str:
-    """Return in words how many sines and cosines are not in the records."""
+    """Return a clause on the number of sines and cosines outside the records."""
     count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose)
     return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
@@ -148,9 +144,9 @@ def _of_endless_actuators(parts: Programs) -> str:
 def _references(
     function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
-    """Return poses around the one where a state starts, with loads, and what Python says: a third lie far away.
+    """Return poses around the initial state, with loads and Python's results; a third of them are far away.
 
-    All are numbers that ``scalar`` has, so that what is computed is of the same poses.
+    All numbers are representable in ``scalar``, so that both programs compute the same poses.
     """
     rng = np.random.default_rng(0)
     robot = function.robot

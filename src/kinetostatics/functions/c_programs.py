@@ -37,7 +37,7 @@ from kinetostatics.mechanism.tree import TreeJoint
 from kinetostatics.results.compensation import loaded, pose_error, shift_of
 from kinetostatics.robot import Robot
 
-#: A twist [m, rad], nothing in particular, of which the search is recorded.
+#: An arbitrary twist [m, rad] for the record of the search.
 _TWIST = (1e-3, -2e-3, 3e-3, -4e-3, 5e-3, 6e-3)
 #: Keywords of C99 and C++17.
 _KEYWORDS = frozenset(
@@ -51,7 +51,7 @@ _KEYWORDS = frozenset(
 
 
 class Exported(Protocol):
-    """What is exported: a function, see :class:`kinetostatics.functions.function.Function`."""
+    """The function to be exported, see :class:`kinetostatics.functions.function.Function`."""
 
     robot: Robot
     orientation: str | None
@@ -68,18 +68,18 @@ class Exported(Protocol):
 
 
 def asked_outputs(function: Exported) -> list[Quantity]:
-    """Return the outputs that were asked for, but for those that have no entries."""
+    """Return the requested outputs that have entries."""
     return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
 
 
 def identifier(name: str) -> str:
-    """Return a name as one that may stand alone in C."""
+    """Return a valid identifier in C for a name."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII)
     return f"robot_{found}" if not found or found[0].isdigit() else found
 
 
 def c_names(names: Iterable[str]) -> dict[str, str]:
-    """Return the names of coordinates as those of members of a struct in C and C++, which are no keywords, and all different."""
+    """Return different identifiers in C and C++ for the names of coordinates."""
     found: dict[str, str] = {}
     for name in names:
         mine = identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
@@ -116,7 +116,7 @@ class Line:
 
 
 def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Line:
-    """Record what follows lines of given coordinates."""
+    """Record the programs that follow lines of prescribed coordinates."""
     prescribed = robot.mobility_analysis.with_dofs(given)
     what = robot.solver, prescribed, example_at(robot, prescribed)
     numbers = structure_of(robot.solver, prescribed).values
@@ -165,8 +165,8 @@ class CJacobian:
     """Derivatives of outputs by inputs.
 
     Attributes:
-        rates: of x and c; returns the derivatives of x by each coordinate, and last whether the record is valid.
-        tangent: takes x, load and gravity and their rates, and gives how fast outputs change.
+        rates: computes the derivatives of x by each coordinate from x and c; the last result is the validity of the record.
+        tangent: computes the rates of outputs from x, load, gravity and their rates.
         at: index of the first rate of each output.
         pairs: output, input, and the name of their field.
     """
@@ -197,10 +197,9 @@ def _jacobian(
 def _pairs(
     function: Exported, fields_of: Mapping[str, str], of: Sequence[str], by: Sequence[str]
 ) -> list[tuple[Quantity, Quantity, str]]:
-    """Return outputs and inputs, and the names of the fields that have derivatives of one by the other.
+    """Return outputs and inputs, and the names of the fields with their derivatives.
 
-    Raises:
-        ArgumentError: something that a derivative is taken by is no input.
+    Raises: ArgumentError: a derivative is with respect to a parameter, not an input.
     """
     for name in by:
         if name not in function.inputs:
@@ -213,16 +212,14 @@ def _pairs(
 
 @dataclass(frozen=True)
 class SearchPrograms:
-    """What :func:`kinetostatics.compensate` does at one pose.
+    """The search of :func:`kinetostatics.compensate` at one pose.
 
-    ``begin``, ``learn`` and ``remains`` take where the platform stands, 12 numbers, and the twist; ``correct`` takes the
-    actuators' coordinates at the wanted and at the corrected pose. Truth values that tell whether a record holds stand last.
+    Inputs of ``begin``, ``learn`` and ``remains`` are the platform's frame (12 numbers) and the twist; those of ``correct`` are
+    the actuator coordinates at the target and at the corrected pose. The last results are the validity of the records.
 
-    Attributes:
-        numbers: how many numbers a search has; the coordinates that are commanded stand first.
-        enough: deviation [m] that counts as corrected; ``led``: the same where the actuators' coordinates are given.
-        error, count: where the deviations of the coordinates stand, and how many these are.
-        size, going: where the largest of them stands, and whether the search goes on.
+    Attributes: numbers: number of state variables of the search; the commanded coordinates are first. enough: error [m] that
+    counts as corrected; ``led``: the same for prescribed actuator coordinates. error, count: index of the first error, and number
+    of errors. size, going: indices of the largest error and of the flag to continue.
     """
 
     begin: CProgram
@@ -243,8 +240,8 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
     Args:
         robot: the robot.
-        names: of the coordinates that are to come out at their targets.
-        orientation: what its angles mean.
+        names: names of the controlled coordinates.
+        orientation: convention of the angles.
     """
     wanted, least, driven = (
         ScaledCoordinates(names, orientation, robot.length),
@@ -290,7 +287,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
 
 def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
-    """Record what is computed from columns of numbers; the last result is whether the record holds."""
+    """Record a computation from columns of numbers; the last result is the validity of the record."""
     tape, names = Tape(), tuple(examples)
     inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples.values())]
 
@@ -305,13 +302,13 @@ def _pose(stands: Array) -> tuple[Array, Array]:
 
 
 def _flat(wanted: ScaledCoordinates, asked: Array, angles: Array, search: BroydenSearch) -> list[Array]:
-    """Return the coordinates that are commanded, those that are wanted, all angles, and the search, as numbers."""
+    """Return commanded coordinates, targets, all angles, and the state of the search as numbers."""
     parts = [getattr(search, field.name) for field in fields(search)]
     return [search.u / wanted.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
 def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
-    """Return the wanted coordinates, the angles and the search from numbers."""
+    """Return targets, angles and state of the search from numbers."""
     _, asked, angles, u, step, inverse, error, size, stale, going = np.split(numbers, np.cumsum([n, n, 3, n, n, n * n, n, 1, 1]))
     search = BroydenSearch(u, step, inverse.reshape(n, n, 1), error, size[0], stale[0], going[0] != 0)
     return asked, angles, search
@@ -324,14 +321,14 @@ class Programs:
     """All programs of a function.
 
     Attributes:
-        outputs: those that are asked for.
+        outputs: the requested outputs.
         c_names: names of the coordinates in C.
-        line: what follows lines of the function's coordinates; ``drives`` those of the actuators, where it compensates.
-        pose: takes x, load and gravity, and gives what is asked of a pose, and truth values.
-        at: where each begins among its results; "holds" is whether the record does.
-        jacobian, search: where they are wanted.
-        order: of the actuators of the file, as ``drives`` takes them.
-        start: x, c and the coordinates of a state that starts.
+        line: follows lines of the function's coordinates; ``drives``: of actuator coordinates, for compensation.
+        pose: computes outputs and truth values from x, load and gravity.
+        at: index of the first result of each; "holds" is the validity of the record.
+        jacobian, search: programs for derivatives and compensation, if requested.
+        order: order of the actuators in ``drives``.
+        start: x, c and coordinates of the initial state.
     """
 
     def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
@@ -366,7 +363,7 @@ class Programs:
 
     @property
     def all(self) -> list[tuple[str, CProgram]]:
-        """What is done, and its program, in the order in which they are written."""
+        """The programs with their descriptions, in the order of the source file."""
         found: list[tuple[str, CProgram | None]] = []
         for line, given in ((self.line, ""), (self.drives, ", actuators given")):
             if line is not None:

@@ -13,23 +13,23 @@ from kinetostatics.math.arrays import Array
 
 
 def c_array(values: Sequence[float] | Array) -> str:
-    """Return an array as C spells it; there is none without entries."""
+    """Return an initializer of a C array."""
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 
 def size(item: Quantity) -> int:
-    """Return how many numbers it has."""
+    """Return the number of entries."""
     return int(np.prod(item.shape))
 
 
 def valid(name: str, facts: Facts, status: str) -> str:
-    """Return C that tells whether outputs are valid."""
+    """Return a C expression for the validity of outputs."""
     found = f"{status} == {name.upper()}_OK"
     return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found
 
 
 def source(name: str, scalar: str, facts: Facts) -> str:
-    """Return what computes."""
+    """Return the source file."""
     parts: Programs = facts["parts"]
     nx, nt = len(parts.start[0]), len(parts.start[2])
     coordinates = [f"    target[{k}] = (double)input->{facts['names'][place]};" for k, place in enumerate(facts["order"])]
@@ -207,7 +207,7 @@ static int {pre}analysed(
 
 
 def _line_start(facts: Facts, line: Line) -> str:
-    """Return what makes the coordinates where a line starts those that are nearest to its end, where several mean the same."""
+    """Return C code that chooses, of equivalent coordinates at the start of a line, those nearest to its end."""
     if line.start is None:
         return ""
     unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
@@ -282,7 +282,7 @@ static int compensated(
 
 
 def _correction(name: str, parts: Programs) -> str:
-    """Return what is done behind the analysis of the target pose."""
+    """Return the code after the analysis of the target pose."""
     return f"""    status = compensated(&pose, load, gravity, w, result, residual_error, actuators);
     state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;

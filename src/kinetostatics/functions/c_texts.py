@@ -9,7 +9,7 @@ from kinetostatics.functions.c_source import size, source, valid
 from kinetostatics.functions.c_test import test
 from kinetostatics.functions.values import Facts, Quantity, Reference
 
-#: Names of the statuses in C, with their numbers, which are those of Python where there is one, and what they mean.
+#: Statuses in C: name, number (as in Python) and meaning.
 STATUSES = (
     ("OK", 0, "all numbers are valid; joint limits are not looked at"),
     ("UNREACHABLE", 2, "the loops do not close there, or not on the straight line from the state; outputs are NaN"),
@@ -17,14 +17,14 @@ STATUSES = (
     ("NOT_COVERED", 6, "the pose is singular, or a limb is not what it is elsewhere: ask Python; outputs are NaN"),
     ("BAD_ARGUMENT", 7, "an argument is not finite, or a pointer is null"),
 )
-#: The same where the function compensates.
+#: Statuses of functions with compensation.
 STATUSES_OF_COMPENSATION = (
     ("OK", 0, "all numbers are valid, all joints are within their limits"),
     ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or actuator would have to go beyond its limit: nothing is clipped"),
     ("UNREACHABLE", 2, "the loops do not close there, or no correction was found that the actuators lead to; outputs are NaN"),
     *STATUSES[2:],
 )
-#: Columns of the table of operations, and those of a record that count there; what is in none is a comparison or a choice.
+#: Columns of the table of operations, with the operations that count there; comparisons and choices are left out.
 _KINDS = {
     "additions": ("add", "subtract"),
     "multiplications": ("multiply",),
@@ -54,14 +54,14 @@ def _statuses(facts: Facts) -> Sequence[tuple[str, int, str]]:
 
 
 def _about(facts: Facts) -> str:
-    """Return what the function does."""
+    """Return the purpose of the function."""
     if not facts["compensates"]:
         return "sag and forces of one pose"
     return "where to command the actuators, and what to feed forward, so that the loaded platform stands where it is asked to"
 
 
 def _words(item: Quantity) -> str:
-    """Return what a quantity is: meaning, order and units."""
+    """Return meaning, order and units of a quantity."""
     units = ", ".join(dict.fromkeys(item.units))
     rows, last = ((), (), *item.axes.values())[-2:]
     parts = [item.meaning, f"in the order {', '.join(last)}" if last else ""]

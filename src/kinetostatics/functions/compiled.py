@@ -30,14 +30,14 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 
-#: What tells whether outputs are to be believed.
+#: Outputs that decide whether the others are valid.
 _CLOSED = ("worst_equation", "opening", "within", "singular", "usual")
 _STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.LIMIT_EXCEEDED, Status.OK))
 
 
 @dataclass(frozen=True)
 class _Closed:
-    """A pose with closed loops, x and c (nq' + 3, 1) and the coordinates that were given there, by the one that found it."""
+    """A pose with closed loops: x and c (nq' + 3, 1), its prescribed coordinates, and the function that computed it."""
 
     owner: CompiledFunction
     state: Array
@@ -45,7 +45,7 @@ class _Closed:
 
     @cached_property
     def poses(self) -> SolverState:
-        """The same as the solver has it."""
+        """The state of the solver."""
         return SolverState(self.state[:-3], self.state[-3:])
 
 
@@ -54,14 +54,14 @@ class CompiledFunction:
 
     Args:
         robot: the robot.
-        prescribed: coordinates that are given.
-        orientation: what angles of the platform mean.
-        names: of the prescribed coordinates.
-        given: names of those that people give; the others are zero.
-        outputs: names of what is asked for.
+        prescribed: prescribed coordinates.
+        orientation: convention of the platform's angles.
+        names: names of the prescribed coordinates.
+        given: names of the coordinates that are arguments; the others are zero.
+        outputs: names of the outputs.
 
     Attributes:
-        unique_below: size of orientation coordinates [rad] below which they are the only ones, see :meth:`Orientation.is_unique`.
+        unique_below: magnitude [rad] below which orientation coordinates are unique, see :meth:`Orientation.is_unique`.
 
     Raises:
         NotRecordedError: there is no code for this robot.
@@ -100,7 +100,7 @@ class CompiledFunction:
     def single(
         self, coordinates: Mapping[str, Number], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
     ) -> Values | None:
-        """Return the outputs at one pose, if arguments, the way there and all that is found there are beyond doubt."""
+        """Return the outputs at one pose if they are certain, else None."""
         start = self._zero
         if near is not None:
             origin = near.origin if isinstance(near, Values) else None
@@ -117,7 +117,7 @@ class CompiledFunction:
             return None
         target = self._target(coordinates)
         aim, state, first = np.array(target)[:, None], start.state, start.target
-        if not max(map(abs, state[-3:, 0].tolist())) < self.unique_below:  # a line may start at several coordinates
+        if not max(map(abs, state[-3:, 0].tolist())) < self.unique_below:  # coordinates at the start of a line are not unique
             begin, c = self._solver.line(self.prescribed, start.poses, aim, near is not None)
             state, first = np.concatenate([start.poses.x, c]), tuple(begin[:, 0].tolist())
         for a, b, longest in zip(target, first, self._strides, strict=True):
@@ -139,20 +139,20 @@ class CompiledFunction:
 
     @cached_property
     def _together(self) -> PoseCode:
-        """Code for many poses, made when many are asked for."""
+        """Code for many poses, created on first use."""
         return PoseCode(self._robot, self._robot.statics, self._stages)
 
     def _target(self, coordinates: Mapping[str, Number]) -> tuple[float, ...]:
         return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
 
     def origin(self, pose: Configuration, coordinates: Mapping[str, Number]) -> _Closed | None:
-        """Return where the next line may begin: at a single pose that is reached."""
+        """Return the start of the next line, a single reached pose."""
         if pose.shape or not pose.reached.all():
             return None
         return _Closed(self, np.concatenate([pose.poses.x, pose.poses.c]), self._target(coordinates))
 
     def _configuration(self, closed: _Closed) -> Configuration:
-        """Return a pose with all that people may ask of it."""
+        """Return a pose as a configuration."""
         names, target = () if self._by_actuators else self._names, np.array(closed.target)[:, None]
         how = (), np.ones(1, dtype=bool), self._convention, TOLERANCE, False, (self._solver, self.prescribed, target), names
         return assembly.closed_pose(self._robot, closed.poses, self._solver.place(closed.poses.x), *how)
@@ -169,7 +169,7 @@ class CompiledFunction:
         Args:
             pose: the poses.
             load, gravity: (…, 6) [N, N·m] and (…, 3) [m/s²].
-            careful: the analysis, which is asked about poses where something is doubtful.
+            careful: the analysis for poses that the code cannot decide.
 
         Raises:
             ArgumentError: shapes do not fit.
@@ -191,7 +191,7 @@ class CompiledFunction:
 
 
 def _column(value: ArrayLike, size: int) -> Array | None:
-    """Return a vector as a column, if it is one of finite numbers."""
+    """Return a vector of finite numbers as a column, else None."""
     try:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

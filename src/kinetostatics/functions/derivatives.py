@@ -2,7 +2,7 @@
 
 The outputs y(x, load, gravity, θ) and the residuals r(x, c, target, θ) of loops and prescribed coordinates are one record; θ are
 the robot's numbers. One reverse sweep gives all their derivatives. When θ or the target changes, the freedoms move so that r
-stays zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates.
+remains zero: v' = −G⁺ ∂r/∂θ θ' and y' = ∂y/∂x T(x) v' + ∂y/∂θ θ', where T(x) v are the rates of the coordinates.
 """
 
 from __future__ import annotations
@@ -33,35 +33,32 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.robot_statics import RobotStatics, statics_on
 
-#: What is differentiated of analyses, and arguments of an analysis with which there are derivatives.
+#: Quantities that are differentiated, and arguments of an analysis for which derivatives exist.
 OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
 PLAIN = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
-#: Part of a parameter's step by which the robot is changed to see whether a record holds beside it: so little that loops stay
-#: closed but for rounding as bodies move to first order.
+#: Fraction of a parameter's step at which the validity of a record is tested: so small that loops remain closed within rounding
+#: in first-order motions.
 _NEAR = 1e-6
 #: Inputs of a record, and behind them the robot's numbers.
 _X, _LOAD, _GRAVITY, _NUMBERS = 0, 1, 2, 5
 
 
 class Gradients:
-    """Derivatives of the outputs of a robot at N poses, and of its loops' residuals, by all that they depend on.
+    """Derivatives of outputs and loop residuals of a robot at N poses with respect to all their inputs.
 
-    Args:
-        model: the robot; with the limbs' wrench bases that are decided about.
-        names: of the outputs.
-        inputs: x, load, gravity, c and target of the poses, each (…, N).
-        poses: those that are differentiated; the others have NaN.
-        example: the same of one pose, for the shapes of an empty batch.
+    Args: model: the robot, with chosen wrench bases. names: names of the outputs. inputs: x, load, gravity, c and target of the
+    poses, each (…, N). poses: poses to be differentiated; the others are NaN. example: inputs of one pose, for the shapes of an
+    empty batch.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:
-        numbers: (P,) the robot's.
-        records: what was differentiated, and the poses at which each was: one that holds at all of them, or several.
+        numbers: (P,) constants of the robot.
+        records: the differentiated records, each with its poses.
 
     Raises:
-        NotRecordedError: something cannot be recorded.
+        NotRecordedError: the analysis cannot be recorded.
     """
 
     def __init__(
@@ -92,10 +89,10 @@ class Gradients:
         return self.records[0][0]
 
     def along(self, directions: Mapping[int, Array]) -> dict[str, Array]:
-        """Return how fast residuals and outputs (…, N) change.
+        """Return the rates of residuals and outputs (…, N).
 
         Args:
-            directions: how fast inputs (…, N) or (…, 1), and the numbers (P,), change; the others do not.
+            directions: rates of inputs (…, N) or (…, 1), and of the constants (P,); others are zero.
         """
         total = np.full((len(self.record.all_rows()), self._N), np.nan)
         for (_, where), (leaves, found) in zip(self.records, self._parts, strict=True):
@@ -110,7 +107,7 @@ class Gradients:
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
 
     def hold_beside(self, by: float, directions: Mapping[int, Array]) -> bool:
-        """Return whether the records hold where everything has changed by an amount."""
+        """Return whether the records are valid after a change by an amount."""
         for record, where in self.records:
             inputs = [array[:, where] for array in self._inputs]
             if _X in directions:
@@ -127,12 +124,12 @@ class Derivatives:
 
     Args:
         pose: the poses, closed, of the batch shape (N,).
-        prescribed: what was given, and ``target`` (n, N) its values.
-        target: see ``prescribed``.
+        prescribed: prescribed coordinates.
+        target: (n, N) their values.
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
-        outputs: which ones; "mass" [kg] is the robot's, with the joints as they are.
-        tool: (3,) a point of the platform, from o in its axes [m], that twist, stiffness and compliance are about; None: o.
+        outputs: names of outputs; "mass" [kg] is that of the robot at fixed joints.
+        tool: (3,) reference point of twist, stiffness and compliance, from o in platform axes [m]; None: o.
     """
 
     def __init__(
@@ -156,12 +153,12 @@ class Derivatives:
         """All derivatives by inputs and by the robot's numbers.
 
         Raises:
-            ArgumentError: the robot has none.
+            ArgumentError: the robot has no derivatives.
         """
         return self._gradients(self.robot.statics)
 
     def _gradients(self, decided: RobotStatics) -> Gradients:
-        """Return the derivatives of all outputs, with the wrench bases that are decided about."""
+        """Return the derivatives of all outputs, with the chosen wrench bases."""
         poses, generic = self.pose.poses, self.robot.generic_poses.take(np.array([0]))
         inputs = poses.x, self.load, self.gravity, poses.c, self.target
         target, c = self.robot.solver.origin(self.prescribed, generic)
@@ -173,7 +170,7 @@ class Derivatives:
             raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
 
     def model(self, decided: RobotStatics) -> PoseModel:
-        """Return what poses take of the robot, with the wrench bases that are decided about."""
+        """Return the data of the robot for poses, with the chosen wrench bases."""
         return PoseModel.of(self.robot.solver, decided, self.prescribed)
 
     # ---- the closing of the loops -------------------------------------------------------------------------------------
@@ -189,18 +186,18 @@ class Derivatives:
         return turned, inverse, rates
 
     def _velocities(self, rates: Array) -> Array:
-        """Return how fast the freedoms move (nv, k, N) so that residuals with ``rates`` (m, k, N) stay zero."""
+        """Return the rates (nv, k, N) of the freedoms that keep residuals with partial ``rates`` (m, k, N) at zero."""
         turned, inverse, _ = self._closing
         step = np.moveaxis(-inverse @ np.moveaxis(rates, 2, 0), 0, 2)
         return freedom_rates(self.robot.solver, self.prescribed, np.moveaxis(turned, 0, 2), rates, step)
 
     @cached_property
     def _by_coordinates(self) -> Array:
-        """(nv, coordinates, N) the freedoms' rates with each given coordinate."""
+        """(nv, coordinates, N) rates of the freedoms per unit rate of each prescribed coordinate."""
         return with_given(self.robot.solver, self.prescribed, self._velocities(self._closing[2]))
 
     def _moving(self, v: Array) -> dict[int, Array]:
-        """Return how fast coordinates change as the freedoms move (nv, N)."""
+        """Return the rates of coordinates at rates (nv, N) of the freedoms."""
         return {_X: self.robot.solver.tree.rates(self.pose.poses.x, v)}
 
     # ---- what is asked for --------------------------------------------------------------------------------------------
@@ -223,10 +220,10 @@ class Derivatives:
     def by_numbers(self, numbers: Sequence[RobotNumber]) -> dict[str, Array]:
         """Return the derivatives (*output, N) by one number of the robot, (*output, n, N) by n components.
 
-        NaN where the loops cannot stay closed, as those of an overconstrained robot, and by a component without derivative.
+        NaN if the loops cannot remain closed (overconstrained robots), and for components without derivative.
 
         Raises:
-            ArgumentError: no component has a derivative: the robot would be another mechanism, or none at all.
+            ArgumentError: no component has a derivative: the change yields another mechanism or none.
         """
         columns: list[dict[str, Array]] = []
         errors: list[ArgumentError] = []
@@ -244,15 +241,15 @@ class Derivatives:
         return self._asked(self.nominal.along({}))
 
     def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
-        """Return the derivatives (*output, N) by a number, by wrench bases that suit the robot a little different, too.
+        """Return the derivatives (*output, N) by a number, with wrench bases that are valid for the changed robot, too.
 
         Args:
-            name: of the number, for messages.
-            step: by how much it is changed where the robot's numbers are differenced.
-            changed: the robot's description in which it is larger by an amount.
+            name: name of the number, for messages.
+            step: step of the differences of constants.
+            changed: returns the description with the number increased by an amount.
 
         Raises:
-            ArgumentError: the robot would be another mechanism, or none at all.
+            ArgumentError: the change yields another mechanism or none.
         """
 
         def found(decided: RobotStatics, own: Gradients) -> dict[str, Array] | None:
@@ -263,7 +260,7 @@ class Derivatives:
         try:
             if all(alike(changed(by), self.robot.description) for by in (step, -step)):
                 return self._nothing()
-            with contextlib.suppress(KinetostaticsError):  # other axes may meet then than now
+            with contextlib.suppress(KinetostaticsError):  # the change may affect which axes meet
                 if first := found(self.robot.statics, self.nominal):
                     return first
             decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
@@ -274,7 +271,7 @@ class Derivatives:
         raise ArgumentError(f"there is no derivative by {name!r}: the robot's limbs become other ones")
 
     def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
-        """Return the derivatives by what changes numbers (P,) so fast; None if the record does not hold next to the robot."""
+        """Return the derivatives for given rates of constants (P,); None if the record is invalid after a small change."""
         directions = {_NUMBERS: rates}
         residual = own.along(directions)["residual"]
         if np.any(np.nan_to_num(residual)):
@@ -288,7 +285,7 @@ class Derivatives:
 
 
 def _stacked(columns: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
-    """Return derivatives (*output, n, N) by n numbers, of those (*output, N) by each."""
+    """Stack derivatives (*output, N) by n numbers to (*output, n, N)."""
     return {name: np.stack([column[name] for column in columns], axis=-2) for name in columns[0]}
 
 
@@ -298,14 +295,11 @@ def derivatives_at(
     tool: Array | None = None,
     wanted: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated, or
+    """Return the derivatives at all poses, or None with arguments that are not differentiated, such as loads on links, or with
     overconstrained rigid limbs.
 
-    Args:
-        result: of the analysis of poses.
-        analysis: its arguments.
-        tool: (3,) a point of the platform, from o in its axes [m], that twist and stiffness are about; None: o.
-        wanted: what is differentiated.
+    Args: result: the analysis of the poses. analysis: its arguments. tool: (3,) reference point of twist and stiffness, from o in
+    platform axes [m]; None: o. wanted: names of the quantities to be differentiated.
     """
     configuration = result.configuration
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
@@ -333,7 +327,7 @@ def derivatives_at(
 
 
 def _swept(record: PoseRecord, inputs: Sequence[Array], numbers: Array) -> tuple[Index, Array, Mask]:
-    """Return inputs and numbers (L, 2) on which a record depends, derivatives (rows, L, N) by them, and where (N,) it holds."""
+    """Return the inputs (L, 2) of a record, the derivatives (rows, L, N) by them, and the mask (N,) of its validity."""
     rows, tape, N = record.all_rows(), record.tape, inputs[0].shape[1]
     needed = needed_by(tape, (*rows, record.all_hold()))
     leaves: dict[int, tuple[int, int]] = {}

@@ -1,4 +1,4 @@
-"""Functions of one robot, from coordinates, load and gravity to chosen quantities of the pose, and their derivatives."""
+"""Functions of a robot: chosen quantities of a pose, and their derivatives, from coordinates, load and gravity."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ if TYPE_CHECKING:
 
 
 class Function:
-    """A function of one robot; made by :func:`kinetostatics.compile`.
+    """A function of a robot, created by :func:`kinetostatics.compile`.
 
     Attributes:
         robot: the robot.
-        orientation: what its angles mean, see :meth:`Robot.assemble`; None for actuators.
+        orientation: convention of the angles, see :meth:`Robot.assemble`; None for actuators.
         inputs: coordinates, load and gravity, by name.
-        outputs: what it returns, by name; "status" and "residual" always.
-        by_actuators: whether the coordinates are those of the actuators, else of the platform.
+        outputs: outputs by name, always including "status" and "residual".
+        by_actuators: whether the coordinates are those of the actuators, not of the platform.
         engine: "numpy" or "compiled".
-        compensates: whether the coordinates are those at which the loaded platform is to stand, see
-            :func:`kinetostatics.compensate`; all that is returned is then of the corrected pose.
-        prescribed, names: the same as the solver sees them, and the names of its targets.
+        compensates: whether the coordinates are targets of the loaded platform, see :func:`kinetostatics.compensate`; the outputs
+            are then those of the corrected pose.
+        prescribed, names: prescribed coordinates for the solver, and their names.
     """
 
     def __init__(
@@ -77,12 +77,13 @@ class Function:
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
-        """The numbers of the robot's description that derivatives may be taken by, with shapes and units.
+        """The numbers of the description with derivatives, with shapes and units.
 
-        ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a
-        link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.actuator_stiffness`` of an elastic joint;
-        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: shifts along and turns about the
-        axes of its own frame, with all that hangs on it; of a loop ``.predecessor_placement`` and ``.successor_placement``.
+        ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a link,
+        in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.actuator_stiffness`` of an elastic joint;
+        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: displacements along and
+        rotations about the axes of its own frame, with all bodies on it; of a loop ``.predecessor_placement`` and
+        ``.successor_placement``.
         """
         found = {name: tuple(item.unit for item in several) for name, several in self._numbers.items()}
         return ResultMapping({name: Quantity(name, (len(units),) * (len(units) > 1), units) for name, units in found.items()})
@@ -111,8 +112,8 @@ class Function:
         Args:
             load: (…, 6) external wrench on the platform about o, world axes [N, N·m].
             gravity: (…, 3) in world axes [m/s²].
-            near: a pose, or what a call returned, from which the straight line to the new pose starts; default: the zero pose.
-                Of a function that compensates it is the pose where the loaded platform was to stand.
+            near: start of the straight line to the new pose: a pose, or the result of a call; default: the zero pose. With
+                compensation, it is a target pose of the loaded platform.
             coordinates: every coordinate by name [m, rad].
 
         Raises:
@@ -129,10 +130,10 @@ class Function:
         return Values(arrays, lambda: pose, compiled.origin(pose, coordinates))
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
-        """Return the function that has the derivatives of outputs by inputs and parameters, exact, with the loops kept closed.
+        """Return a function for the exact derivatives of outputs by inputs and parameters, with closed loops.
 
         Args:
-            of: one or more outputs, but for "status" and "residual".
+            of: one or more outputs, except "status" and "residual".
             by: one or more inputs or :attr:`parameters`.
 
         Raises:
@@ -146,7 +147,7 @@ class Function:
                 known = [item for item in self.outputs if item not in ALWAYS]
                 hint = near_names(name, known)
                 if name not in self.outputs and hint.startswith("known"):
-                    hint += "; what else is wanted is to be named in outputs= (--outputs), too"
+                    hint += "; further outputs must be named in outputs= (--outputs)"
                 raise ArgumentError(f"this function has no output {name!r} with derivatives: {hint}")
         for name in names:
             if name not in self.inputs and name not in self._numbers:
@@ -162,17 +163,17 @@ class Function:
     ) -> CExport:
         """Write the function as C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README.
 
-        No heap, no library but libm, bounded iterations; the state is passed in. What is followed, and what is computed where the
-        robot has arrived, are the records of the functions that Python runs.
+        No heap, no library except libm, bounded iterations; the state is an argument. The code is generated from the records that
+        Python evaluates.
 
         Args:
-            folder: where the files go; it is made if there is none.
+            folder: folder of the files; created if missing.
             scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
-            name: what all names in C begin with; default: the robot's.
-            near: one pose, or what a call returned, where a state in C starts; default: the zero pose, which may be singular.
+            name: prefix of all names in C; default: the name of the robot.
+            near: initial pose of a state in C: a pose, or the result of a call; default: the zero pose, which may be singular.
 
         Returns:
-            What was written.
+            Folder, files and numbers of operations.
 
         Raises:
             ArgumentError: ``near`` is not one closed pose of the robot, the robot's rigid limbs overconstrain one another, or the
@@ -206,7 +207,7 @@ class Function:
 
     @cached_property
     def _compiled(self) -> CompiledFunction | None:
-        """The compiled way to the outputs, if there is one."""
+        """The compiled code, or None."""
         if self.engine != "compiled" or self.compensates:
             return None
         from kinetostatics.engine.scalars import NotRecordedError
@@ -219,7 +220,7 @@ class Function:
         return None
 
     def __getstate__(self) -> dict[str, object]:
-        """Leave out code, which another process finds on the disk."""
+        """Omit code, which other processes load from disk."""
         return {name: value for name, value in vars(self).items() if name != "_compiled"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Array]:
@@ -240,12 +241,9 @@ class Function:
 
 @dataclass(frozen=True)
 class Jacobian:
-    """The derivatives of a function; made by :meth:`Function.jacobian`.
+    """The derivatives of a function, created by :meth:`Function.jacobian`.
 
-    Attributes:
-        function: what is differentiated.
-        of: its outputs that are.
-        by: the inputs and parameters.
+    Attributes: function: the function. of: its differentiated outputs. by: the inputs and parameters.
     """
 
     function: Function
@@ -265,11 +263,11 @@ class Jacobian:
     ) -> Mapping[str, Mapping[str, Array]]:
         """Return the derivatives: of each output by each input or parameter (…, *output's shape, *input's shape).
 
-        NaN where the pose has no numbers, and where the loops of an overconstrained robot could not stay closed with another
-        placement (:func:`kinetostatics.tolerances` tells what that does). The arguments are those of the function itself.
+        NaN at poses without results, and for placements that would open the loops of an overconstrained robot (see
+        :func:`kinetostatics.tolerances` for their effect). The arguments are those of the function.
 
         Raises:
-            ArgumentError: as of the function; or a parameter cannot be changed without making the robot another mechanism.
+            ArgumentError: an argument is invalid; or a change of a parameter yields another mechanism.
         """
         function = self.function
         try:
@@ -310,7 +308,7 @@ class Jacobian:
         """Write the function and these derivatives as C99, see :meth:`Function.export_c`.
 
         Raises:
-            ArgumentError: as there; or derivatives are by the robot's parameters, which are constants in C.
+            ArgumentError: see there; or a derivative is with respect to a parameter, which is a constant in C.
             OSError: the folder cannot be written.
         """
         return export_c(self.function, folder, scalar, name, self, near)
@@ -330,28 +328,28 @@ def compile(
     engine: str = "auto",
     compensate: bool = False,
 ) -> Function:
-    """Return a function of a robot: from coordinates, load and gravity to what is asked of the pose.
+    """Return a function of a robot that computes chosen quantities of a pose from coordinates, load and gravity.
 
     Args:
         robot: the robot.
         platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
-        actuators: names of all driven joints (forward kinematics), the default where ``platform`` is not given; those beside the
-            way to the platform, as a gripper's, may be left out.
-        orientation: what the angles mean, see :meth:`Robot.assemble`.
-        outputs: of "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
-            "platform_wrench" and "actuators"; where the function compensates, "residual_error" too.
+        actuators: names of all driven joints (forward kinematics), the default without ``platform``; those outside the limbs,
+            such as a gripper's, may be omitted.
+    orientation: convention of the angles, see :meth:`Robot.assemble`. outputs: "twist", "contributions", "actuator_forces",
+    "stiffness", "compliance", "spring_forces", "platform_weight",
+            "platform_wrench" or "actuators"; with ``compensate`` also "residual_error".
         engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
-        compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected
-            pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the actuators, "actuator_forces" what to
-            feed forward; "residual_error" is one more output, what no actuator can correct.
+        compensate: the coordinates are targets of the *loaded* platform, and the outputs are those of the corrected pose, see
+            :func:`kinetostatics.compensate`: "actuators" are the coordinates to be commanded, "actuator_forces" the feedforward
+            forces, "residual_error" the pose error that remains.
 
     Raises:
-        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` or
-            ``orientation`` without ``platform``.
+        ArgumentError: an output is unknown; both ``platform`` and ``actuators`` are given; or ``compensate`` or ``orientation``
+            without ``platform``.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Examples:
-        How the actuator forces of a tripod change with its height, and with a load:
+        Actuator forces of a tripod, and their derivatives:
 
         >>> import kinetostatics as ks
         >>> f = ks.compile(ks.load_robot("3rps"), platform=("z", "rx", "ry"))
@@ -370,8 +368,8 @@ def compile(
         raise ArgumentError("orientation= applies to coordinates of the platform, not to those of actuators")
     if compensate and platform is None:
         raise ArgumentError(
-            "compensate=True (--compensate) needs platform= (--platform), the names of the coordinates at which the "
-            "loaded platform is to stand"
+            "compensate=True (--compensate) needs platform= (--platform), the names of the controlled coordinates of the "
+            "loaded platform"
         )
     if platform is not None:
         names = _listed("platform", platform, '("z", "rx", "ry")')

@@ -12,19 +12,19 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
 
-#: Where in a result the outputs of functions are that can be asked for, by their names.
+#: Paths in a result of the possible outputs of functions, by name.
 PATHS: Mapping[str, str] = {
     **{name: name for name in (*COMPUTED, "status") if name not in LOADS},
     **{name: f"configuration.{name}" for name in ("actuators", "residual")},
     "residual_error": "sweep.residual_error",
 }
-#: What is said besides of some of them, and of some where the function compensates.
+#: Additional descriptions of some outputs, and of some with compensation.
 _MORE = {"status": "; kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"}
 _MORE_CORRECTED = {"actuators": ", corrected", "status": f"{_MORE['status']}; UNREACHABLE also where no correction was found"}
 
 
 def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:
-    """Return a quantity of the table as it is of a robot."""
+    """Return a quantity of the table with the labels and units of a robot."""
     entry, name = QUANTITIES[path], path.rpartition(".")[2]
     labels = axes_of(robot.statics)
     axes = {dim: labels[dim] for dim in entry.dims}
@@ -49,10 +49,9 @@ def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientatio
 
 
 def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str, Quantity]:
-    """Return the outputs of a function by name: those that are asked for, status and residual.
+    """Return the outputs of a function by name: the requested ones, status and residual.
 
-    Raises:
-        ArgumentError: there is no such output.
+    Raises: ArgumentError: an output is unknown.
     """
     known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
     for name in asked:

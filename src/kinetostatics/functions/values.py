@@ -16,13 +16,13 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array
 
-Facts: TypeAlias = dict[str, Any]  # what the texts in C are filled in with, by name
-#: A pose with loads, and what Python says of it: coordinates, load, gravity, outputs, status.
+Facts: TypeAlias = dict[str, Any]  # data of the texts in C, by name
+#: A pose with loads and Python's results: coordinates, load, gravity, outputs, status.
 Reference: TypeAlias = tuple[dict[str, float], Array, Array, dict[str, Array], int]
-#: What every function takes besides coordinates, and returns besides what was asked for.
+#: Inputs of every function besides coordinates, and outputs besides the requested ones.
 LOADS = ("load", "gravity")
 ALWAYS = ("status", "residual")
-#: Opening of a loop [m, rad] above which a pose of a function is not reached.
+#: Gap of a loop [m, rad] above which a pose of a function is not reached.
 TOLERANCE = 1e-10
 
 
@@ -32,10 +32,10 @@ class Quantity:
 
     Attributes:
         name: its name.
-        shape: without batch axes.
-        units: one for all components, or one for each along the last axis, of contributions along the first.
-        axes: labels along its axes, by their names, if they have any.
-        meaning: in words: frame and reference point.
+        shape: shape without batch axes.
+        units: one unit for all components, or units along the last axis (for contributions: the first).
+        axes: labels along its axes, by name of the axis, if any.
+        meaning: description with frame and reference point.
     """
 
     name: str
@@ -51,10 +51,9 @@ class Quantity:
 
 
 class Values(Mapping[str, Array]):
-    """What a function returns: arrays by name, batch axes first, and the pose.
+    """Result of a function: arrays by name, batch axes first, and the pose.
 
-    Attributes:
-        origin: what the function knows of the pose without making it: where its next line may begin.
+    Attributes: origin: start of a next line, without the pose as a configuration.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
@@ -66,7 +65,7 @@ class Values(Mapping[str, Array]):
         return self._made()
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Take the pose along, not what makes it."""
+        """Include the pose, not the function that computes it."""
         return _known, (dict(self._arrays), self.pose)
 
     def __getitem__(self, name: str) -> Array:
@@ -91,7 +90,7 @@ def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) ->
     """Return load (6, N) and gravity (3, N) of all poses, and the batch shape of these with ``shapes``.
 
     Raises:
-        ArgumentError: something is not finite, or shapes do not fit.
+        ArgumentError: a number is not finite, or shapes do not fit.
     """
     arrays = finite_numbers("load", load), finite_numbers("gravity", gravity)
     for name, array, size in zip(LOADS, arrays, (6, 3), strict=True):

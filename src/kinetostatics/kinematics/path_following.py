@@ -11,16 +11,16 @@ from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.threads import in_threads
 
 #: Largest step along a line, in rad and in characteristic lengths. After a larger one, Newton's method may converge steadily to
-    #: another branch: a universal joint also closes with one axis reversed.
+#: another branch: a universal joint also closes with one axis reversed.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Smallest step, relative to the largest; where it fails, the line ends.
 _SHORTEST = 1e-3
 #: Largest length of a line, in largest rotations and in reaches of the robot: every rotation takes a step, and at more reaches
 #: the
-    #: floating-point resolution does not suffice for the closure of loops.
+#: floating-point resolution does not suffice for the closure of loops.
 MOST_TURNED, FARTHEST = 1e3, 1e8
 #: Beyond this multiple of the robot's reach from its start, steps are this fraction of the distance covered: the robot is small
-    #: compared with it, and only prismatic joints move.
+#: compared with it, and only prismatic joints move.
 _FAR_AWAY, _LEAP = 40.0, 0.25
 
 

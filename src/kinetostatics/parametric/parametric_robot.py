@@ -1,4 +1,4 @@
-"""The parametric robot: a robot with other arguments of its file and dimensions of its parts, and its pose at the same coordinates."""
+"""The parametric robot: other arguments of its file and dimensions of its parts, at poses with the same coordinates."""
 
 from __future__ import annotations
 

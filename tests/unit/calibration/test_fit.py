@@ -91,7 +91,7 @@ def test_the_variance_is_what_is_left_per_degree_of_freedom(degrees_of_freedom):
 
 
 def test_what_readings_see_only_after_a_while_is_found():
-    """A factor of something that is zero at the start: no reading sees it before that has been found."""
+    """A factor of something that is zero at the start: no reading depends on it before that has been found."""
     found = fit(
         lambda x: np.array([x[0], x[0] * x[1], x[0] + x[0] * x[1]]),
         lambda x: np.array([[1, 0], [x[1], x[0]], [1 + x[1], x[0]]]),

@@ -119,7 +119,7 @@ def test_a_description_is_never_changed_in_place() -> None:
         lambda: description.joints.update(a=1),  # type: ignore[attr-defined]
         lambda: description.loops.clear(),  # type: ignore[attr-defined]
     ):
-        with pytest.raises(TypeError, match="not changed in place"):
+        with pytest.raises(TypeError, match="a description is immutable"):
             change()
 
 
