@@ -84,7 +84,7 @@ def test_saved_files_replace_what_is_there_or_say_why_not(tmp_path):
 
 def test_what_no_candidate_tells():
     plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, load=LOADS, reference="unloaded")
-    assert plan.unidentifiable[0].words.startswith("no reading depends on payload.mass") and list(plan.standard_errors) == ["rod_1"]
+    assert plan.unidentifiable[0].words.startswith("no reading depends on payload") and list(plan.standard_errors) == ["rod_1"]
 
 
 @pytest.mark.parametrize(
