@@ -161,7 +161,8 @@ def _fail(message: str) -> int:
 
 def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
     """Print an error and the same command with each link that is likely to be the platform; of a second robot there is none."""
-    if "--platform-link" in arguments or error.file not in arguments:
+    place = arguments.index(error.file) if error.file in arguments else None
+    if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))
     commands = [shlex.join(["kinetostatics", *arguments, "--platform-link", link]) for link in error.likely]
     print_message("error", f"{error.file}: the file does not say which link is the platform; likely ones:", commands)

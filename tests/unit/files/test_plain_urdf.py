@@ -75,6 +75,8 @@ def test_a_file_without_platform_is_answered_with_commands_that_run(write, capsy
         assert first == f"kinetostatics: error: {path}: the file does not say which link is the platform; likely ones:"
         assert offers == [f"  kinetostatics {command} {path} --platform-link {link}" for link in ("tool", "camera")]
     assert main(shlex.split(offers[0].replace("mine", f"{path}_mine"))[1:]) == 0
+    assert main(["view", "five_bar", "--compare", path, "--html", f"{path}.html"]) == 2
+    assert "kinetostatics view" not in capsys.readouterr().err  # --platform-link is the first robot's
     assert main(["analyze", path, "--platform-link", "hand", "--base-link", "upper"]) == 0
     assert main(["check", path, "--platform-link", "tol"]) == 2
     assert "did you mean 'tool'" in capsys.readouterr().err
