@@ -241,8 +241,8 @@ def _say_unreachable(
         others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
         advice = tried_start(robot, prescribed, target)
         raise CoordinatesError(
-            f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
-            f"starts, a singular pose for them{others}{'; ' * bool(advice)}{advice}",
+            f"{robot.name!r} moves to a target from its zero pose, or from that of near=, and there the coordinates "
+            f"{', '.join(names)} do not determine the pose: it is a singular pose for them{others}{'; ' * bool(advice)}{advice}",
             mobility,
         )
     found = robot.solver.values(prescribed, nearest)[:, 0]
