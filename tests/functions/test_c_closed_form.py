@@ -12,6 +12,7 @@ from degenerate_limbs import DEPENDENT, cuts_of
 from mechanisms import write_mechanism
 
 import kinetostatics as ks
+from kinetostatics.engine import c_code
 from kinetostatics.functions.c_programs import search_programs
 from kinetostatics.math.orientation import orientation_named
 
@@ -104,8 +105,10 @@ def test_where_a_limb_is_not_what_it_is_elsewhere_c_says_so(tmp_path):
     assert np.isfinite(f(**still)["twist"]).all()
 
 
-def test_actuators_go_the_shorter_way_round_in_c(tmp_path):
-    """A correction across half a turn is a small one; a slide has no turns."""
+@pytest.mark.parametrize("piece", [3, 8000])
+def test_actuators_go_the_shorter_way_round_in_c(tmp_path, monkeypatch, piece):
+    """A correction across half a turn is a small one; a slide has no turns. In one function and in several."""
+    monkeypatch.setattr(c_code, "_PIECE", piece)
     robot = package_robots.robot("five_bar")
     programs = search_programs(robot, ("x", "y"), orientation_named(None))
     cases = [(3.1, -3.1), (-3.1, 3.1), (0.1, 0.4), (9.5, 9.3), (0.2, 0.2 + 4 * np.pi)]
@@ -114,6 +117,7 @@ def test_actuators_go_the_shorter_way_round_in_c(tmp_path):
         ' printf("%.17g %.17g\\n", out[0], out[1]);\n'
         for wanted, there in cases
     )
+    assert ("correct_1(" in programs.correct.text) == (piece == 3)
     (tmp_path / "turns.c").write_text(
         f"#include <math.h>\n#include <stdio.h>\n{programs.correct.text}\nint main(void)\n{{\n"
         f"    double a[2], b[2], out[3], w[{programs.correct.work}];\n{calls}    return 0;\n}}\n"

@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,17 +52,18 @@ class PoseArrays:
         self.shape: tuple[int, ...] = shape
         self.chunks = chunks
         self.point: Array | None = None
-        self._at_o: Any = self
+        self._at_o: Self | None = None  # the same about o, if this is about another point
         self._which, self._reached = which, reached
 
     def seen_from(self, tool: Array | None) -> Self:
         """Return the result with another reference point, an array that was checked before; None: o."""
+        at_o = self if self._at_o is None else self._at_o
         if tool is None:
-            return self._at_o  # type: ignore[no-any-return]
-        found: Self = copy(self._at_o)  # includes computed quantities that do not depend on the point
+            return at_o
+        found = copy(at_o)  # includes computed quantities that do not depend on the point
         for name in _ABOUT_POINT:
             found.__dict__.pop(name, None)
-        found.point = tool
+        found.point, found._at_o = tool, at_o
         return found
 
     @property

@@ -365,7 +365,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings about the result, in full sentences."""
-        return late("results.warnings:result_warnings")(self._at_o)  # type: ignore[no-any-return]
+        return late("results.warnings:result_warnings")(self.seen_from(None))  # type: ignore[no-any-return]
 
 
 def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
