@@ -91,11 +91,11 @@ def test_a_live_page_draws_a_singular_pose_and_analyses_the_next_one(tmp_path, v
         places = """[...document.querySelectorAll('#robot-controls input[type=range], #robot-stage')]
             .map(e => (r => [r.left, r.top, r.width, r.height])(e.getBoundingClientRect()))"""
         before = page.evaluate(places)
-        assert "the pose is singular" in page.inner_text("#robot-message") and page.evaluate("robot_page.scene.unloaded")
+        assert "the pose is singular" in page.inner_text("#robot-twist") and page.evaluate("robot_page.scene.unloaded")
         assert page.locator("#robot-twist input").count() == 1
         move(page, "platform: rz [°]", 6.0)
         page.wait_for_function("!robot_page.busy && robot_page.answers > 0")
-        assert "singular)" not in page.inner_text("#robot-message") and not page.evaluate("robot_page.scene.unloaded")
+        assert "singular)" not in page.inner_text("#robot-twist") and not page.evaluate("robot_page.scene.unloaded")
         pose = robot.assemble(
             platform={"x": float(robot.assemble().platform["x"]), "y": float(robot.assemble().platform["y"]), "rz": np.radians(6)}
         )

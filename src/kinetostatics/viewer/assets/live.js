@@ -28,10 +28,12 @@ function buildLive() {
 /** A value of a slider, in the digits that mean something. */
 const inDigits = (c, x) => fixed(x, c.step < 0.1 ? 2 : c.step < 1 ? 1 : 0);
 
-/** Messages stand over the picture, so that sliders stay where they are; of warnings the first line, until one opens them. */
+/** Messages stand over the picture, so that sliders stay where they are; of warnings the first line, until one opens them.
+ * Why there are no loads stands in place of the twist. */
 function writeMessage({ unloaded, notes }) {
   const place = element("robot-message"), [words, warnings] = place.children;
-  words.textContent = [page.stop || page.error, ...(unloaded ? notes : [])].filter(Boolean).join("; ");
+  words.textContent = page.stop || page.error || "";
+  if (unloaded) element("robot-said").textContent = notes.join("; ");
   warnings.hidden = unloaded || !notes.length;
   words.hidden = !words.textContent;
   if (!warnings.hidden) {

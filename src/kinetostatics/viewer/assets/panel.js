@@ -105,7 +105,10 @@ function buildPanel() {
 function buildTwist() {
   const twist = element("robot-twist");
   twist.replaceChildren();
-  if (page.robots[0].scene.unloaded) { buildFreeMotions(twist); return; }
+  const { live, unloaded } = page.robots[0].scene;
+  twist.classList.toggle("unloaded", unloaded);
+  if (unloaded && live) make("p", twist, { id: "robot-said" });
+  if (unloaded) { buildFreeMotions(twist); return; }
   make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
   make("table", twist, { id: "robot-total" });
   const parts = make("details", twist);
