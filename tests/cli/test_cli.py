@@ -461,7 +461,7 @@ def test_export_writes_c_and_says_what(capsys, tmp_path):
     assert "twist_by_x[6]" in header and "twist_by_y[6]" in header and "by_load" not in header
     assert code == 0 and err == ""
     assert out.startswith("wrote bars.h, bars.c, bars.hpp, bars_test.c, CMakeLists.txt, README.md to ")
-    assert "operations a correction of the loops" in out and "twist (6,) [m, rad]" in out
+    assert "operations per correction of the loops" in out and "twist (6,) [m, rad]" in out
     assert sorted(path.name for path in folder.iterdir()) == sorted(
         ["bars.h", "bars.c", "bars.hpp", "bars_test.c", "CMakeLists.txt", "README.md"]
     )

@@ -1,1 +1,1 @@
-"""Robots built by name: from the field's notation, such as ``3-R[P]S``, to a robot file that is ready to be edited."""
+"""Robot files from the notation of parallel mechanisms, such as ``3-R[P]S``, or from a plain URDF."""

@@ -1,4 +1,4 @@
-"""Robots from the field's notation: ``new_robot`` and the text of its file."""
+"""Robots from the notation of parallel mechanisms: ``new_robot`` and the text of its file."""
 
 from __future__ import annotations
 
@@ -34,34 +34,34 @@ def new_robot(
     name: str | None = None,
     **values: Keyword,
 ) -> Robot:
-    """Build a robot from a name of the field, such as ``"Delta"``, or from its notation, ``"3-R[P]S"``.
+    """Create a robot from a common name, such as ``"Delta"``, or from the notation of its limbs, ``"3-R[P]S"``.
 
     For the conventions see ``docs/start/robot_by_name.md``.
 
     Args:
-        architecture: a name of the field, such as "Delta" (``kinetostatics new --list``), or its limbs as strings of the joints
-            R, P, U, S, C from base to platform, actuators in brackets or underlined, limbs joined by +: ``"2-[P]RU+U[P]R"``,
-            ``"3-[R](4S)"``. Without any mark the usual actuators are taken: of each limb its first prismatic joint, else the
-            one at the base.
-        path: where the file is written, a xacro; None: nowhere. A file that is there is not replaced.
-        base_radius: of the limbs' base points from Z [m]; the default is the name's, else 0.3, for the other two 0.2 and 0.5.
-        platform_radius: of their platform points from o [m].
-        height: of the platform's reference point o above the base frame's origin O, in the pose of the file [m]; negative where
-            the platform hangs.
+        architecture: a common name, such as "Delta" (``kinetostatics new --list``), or limbs as strings of the joints R, P, U, S,
+            C from base to platform, actuators in brackets or underlined, limbs joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``.
+            Without marks, the usual actuators are chosen: in each limb the first prismatic joint, otherwise the joint at the
+            base.
+        path: path of the new xacro file; None: no file. An existing file is not replaced.
+        base_radius: distance of the limbs' base points from Z [m]; default: that of the name, else 0.3.
+        platform_radius: distance of their platform points from o [m]; default: that of the name, else 0.2.
+        height: height of the platform's reference point o above the base frame's origin O, at the zero pose [m]; default: that of
+            the name, else 0.5; negative for a suspended platform.
         arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given),
             "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O); default: that of
             the name, or of the only name that the limbs have, else symmetric.
-        azimuths: of the limbs, instead of even ones [rad].
+        azimuths: azimuths of the limbs [rad]; default: evenly spaced.
         placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
-            base and platform [m], with "axis" (direction of its revolute axes) and "guide" (of its carriage's guide) if need be;
-            or the path of a CSV file with these columns.
+            base and platform [m], optionally with "axis" (direction of its revolute axes) and "guide" (direction of its
+            carriage's guide); or the path of a CSV file with these columns.
         guide: direction of the guides of limbs that begin with P: "vertical" (the default; "tangential" if planar), "radial" or
             "tangential".
-        axis: direction of revolute axes: "radial", "tangential" or "vertical"; default: horizontal and across the limb.
-        sections: of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (of limbs with an elbow) and
-            cylinder (a telescope in two pieces); "rod_4" is that of limb 4 and those alike.
-        name: of the robot; default: that of the file, or the architecture.
-        values: any other argument of the file by name, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or
+        axis: direction of revolute axes: "radial", "tangential" or "vertical"; default: horizontal and perpendicular to the limb.
+        sections: sections of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (of limbs with an
+            elbow) and cylinder (a telescope in two pieces); "rod_4" is that of limb 4 and equal limbs.
+        name: name of the robot; default: that of the file, or the architecture.
+        values: other arguments of the file by name, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or
             ``platform_mass=12``.
 
     Returns:
@@ -123,10 +123,9 @@ def _check_held(robot: Robot, architecture: str) -> None:
 
 
 def write_new(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a file that is not there yet.
+    """Write a new file.
 
-    Raises:
-        ArgumentError: it is there, or cannot be written.
+    Raises: ArgumentError: the file exists, or cannot be written.
     """
     name = path_name("path", path)
     try:

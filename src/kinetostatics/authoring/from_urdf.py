@@ -31,11 +31,11 @@ from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
 
-#: How far a suggested actuator gives under its largest force: 5 mrad, as the gears of arms do, or 0.5 mm.
+#: Deflection of an actuator with suggested stiffness under its largest force: 5 mrad, as in gears of arms, or 0.5 mm.
 TURN, SLIDE = 5e-3, 5e-4
-#: Stands for all that the file suggests.
+#: Word for all suggestions of the file.
 SUGGESTED = "suggested"
-#: Smallest turn [degrees] of the platform's axes at zero that a comment tells.
+#: Smallest rotation [degrees] of the platform's axes at zero that is mentioned in a comment.
 LEAST_TURN = 0.1
 
 
@@ -55,37 +55,37 @@ def extend_robot(
 ) -> Robot:
     """Extend a URDF without platform, actuators and elastic parts by a small xacro that includes it unchanged.
 
-    Loops that another tool has written are read: closing frames of onshape-to-robot, ``robot.yaml`` of Gepetto's
-    example-parallel-robots, ``<loop_joint>`` of Isaac Sim. Comments of the xacro suggest, with numbers from the file, which other
-    links could be beams (the distance of their joints and their mass) and how stiff actuators could be (their largest effort).
+    Loops in formats of other tools are read: closing frames of onshape-to-robot, ``robot.yaml`` of Gepetto's
+    example-parallel-robots, ``<loop_joint>`` of Isaac Sim. Comments in the xacro suggest further beams (from distances of joints
+    and masses of links) and stiffnesses of actuators (from their largest efforts).
 
     Args:
         source: the URDF or xacro.
-        path: where the new file is written; None: nowhere. A file that is there is not replaced.
-        platform_link: the link that is the moving platform; None if the file says it.
-        base_link: the link that stands still; None: as the file says, or the root of its tree.
-        actuators: joints that are driven besides those with a ``<transmission>``; None: all others that move, if there are no
-            loops. Joints that hang beside the way from base to platform, as a gripper's, are held all the same. Where another
-            tool has written loops: all driven joints, also loops; an empty list for none.
+        path: path of the new file; None: no file. An existing file is not replaced.
+        platform_link: link that is the moving platform; None: the one named in the file.
+        base_link: link fixed to the ground; None: the one named in the file, or the root of its tree.
+        actuators: driven joints besides those with a ``<transmission>``; None: all other moving joints, if there are no loops.
+            Joints outside the limbs, such as a gripper's, are locked in any case. With loops of another tool: all driven joints,
+            including loops; an empty list for none.
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
-            straight beam between the two joints that move beside it. "suggested": all that the file suggests. A beam weighs what
-            the link's ``<inertial>`` says; without one, what its material weighs.
-        joint_stiffness: stiffnesses of actuators [N·m/rad, or N/m of slides], such as ``{"elbow": 3e4}``. "suggested": as in
-            the comments.
-        yaml: a ``robot.yaml`` of Gepetto's; None: that of the same name beside the source, if it has loops.
-        types: the joints that close another tool's loops, ``{loop: type}`` with the types of ``<loop>``, or one type for all
-            of which the source does not say it.
-        axes: ``{loop: (x, y, z)}``, the joint's axis in the loop's frame on its predecessor; for universal two of them, the
-            second in the frame on the successor.
+            straight beam between the two adjacent moving joints. "suggested": all suggested beams. The mass of a beam is that of
+            the link's ``<inertial>``; without one, that of its material.
+        joint_stiffness: stiffnesses of actuators [N·m/rad; N/m for prismatic joints], such as ``{"elbow": 3e4}``. "suggested": as
+            in the comments.
+        yaml: a ``robot.yaml`` of Gepetto; None: the one of the same name beside the source, if it has loops.
+        types: joint types of loops of another tool, ``{loop: type}`` with the types of ``<loop>``, or one type for all loops
+            without a type in the source.
+        axes: ``{loop: (x, y, z)}``, axis of the joint in the loop's frame on its predecessor; two axes for universal, the second
+            in the frame on the successor.
         parameters: values of the source's xacro arguments.
 
     Returns:
         The robot, loaded from the new text.
 
     Raises:
-        ArgumentError: a link, joint, loop, section or stiffness does not fit the source, or neither the source nor an argument
-            says what a robot needs; the message lists all that is missing.
-        RobotFileError: the source or the YAML is wrong; with file and line.
+        ArgumentError: a link, joint, loop, section or stiffness does not fit the source, or required information is missing; the
+            message lists all of it.
+        RobotFileError: the source or the YAML file is invalid; with file and line.
     """
     name = path_name("source", source)
     beside = os.path.join(os.path.dirname(name), f"<extension of {os.path.basename(name)}>")

@@ -1,4 +1,4 @@
-"""The field's notation of parallel mechanisms: ``3-R[P]S``, ``2-[P]RU+U[P]R``, ``3-U[P]S+UP``, ``3-[R](4S)``.
+"""The notation of parallel mechanisms: ``3-R[P]S``, ``2-[P]RU+U[P]R``, ``3-U[P]S+UP``, ``3-[R](4S)``.
 
 A mechanism is a sum of limbs; ``3-`` stands for three alike. A limb is a string of joints from base to platform:
 

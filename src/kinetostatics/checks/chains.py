@@ -12,17 +12,16 @@ from kinetostatics.layout.text import WIDTH
 
 @dataclass(frozen=True)
 class Body:
-    """Links and beams that move as one between two joints, by name, on the way out."""
+    """Links and beams that move together between two joints, by name, directed outwards."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class JointStep:
-    """A joint between two bodies; runs of revolutes that meet in a point are one universal or spherical joint.
+    """A joint between two bodies; revolutes with a common point form one universal or spherical joint.
 
-    Attributes:
-        name: of the joint; of a run, what its joints' names have in common.
+    Attributes: name: name of the joint; for several revolutes, the common part of their names.
         joints: the joints' names.
         kind: URDF or loop type.
         driven, elastic: whether it is driven, and whether it or its actuator is elastic.
@@ -39,7 +38,7 @@ class JointStep:
 
 @dataclass(frozen=True)
 class Run:
-    """A chain between two bodies at which others meet it."""
+    """A chain between two branching bodies."""
 
     start: str
     end: str
@@ -62,7 +61,7 @@ Chain: TypeAlias = tuple[Item, ...]
 
 @dataclass(frozen=True)
 class Hanging:
-    """A chain that hangs on the body ``at``; ``is_ring``: it leads back there."""
+    """A branch on the body ``at``; ``is_ring``: it ends there too."""
 
     at: str
     chain: Chain
@@ -74,8 +73,8 @@ class Graph:
     """A limb as a chain from base to platform.
 
     Attributes:
-        chain: without base and platform themselves; empty for dead weights.
-        hanging: dead ends and rings that hang on a body.
+        chain: chain without base and platform; empty for attached bodies.
+        hanging: branches and rings on bodies.
         rings: number of independent rings.
     """
 
@@ -133,7 +132,7 @@ def joint_words(joint: JointStep) -> str:
 
 
 def body_words(body: Body) -> str:
-    """Return the names of links and beams that move as one, not more than four of them."""
+    """Return the names of up to four links and beams that move together."""
     names = body.names if len(body.names) <= 4 else (body.names[0], body.names[1], "…", body.names[-1])
     return " + ".join(names) + (f" ({len(body.names)} in all)" if len(body.names) > 4 else "")
 

@@ -31,7 +31,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
     def attempt(compute: Callable[[], T]) -> T | None:
         nonlocal open_loops
-        if open_loops:  # all else needs a closed pose, and looking for it again takes a second each time
+        if open_loops:  # all other properties need a closed pose, whose search takes a second each time
             return None
         try:
             return compute()

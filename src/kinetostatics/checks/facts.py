@@ -17,14 +17,14 @@ class LimbFacts:
     Attributes:
         name: ``limb_1``, …
         word: its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
-        like: an earlier limb that is built alike, or None.
-        graph: how bodies and joints follow one another.
+        like: an earlier equal limb, or None.
+        graph: chain of bodies and joints.
         links, beams: names.
         joints: in the order of the graph.
-        parts: first and last link of each part, if pieces that everything passes through split the limb.
-        rigid: whether nothing in it is elastic.
-        mass: at the zero pose [kg], None if not known.
-        constraint_wrenches, attached_wrenches: in words, None if not known.
+        parts: first and last link of each part of a limb divided by pieces in series.
+        rigid: whether no part of it is elastic.
+        mass: mass at the zero pose [kg], None if unknown.
+        constraint_wrenches, attached_wrenches: descriptions, None if unknown.
     """
 
     name: str
@@ -96,12 +96,12 @@ class MobilityFacts:
 
     Attributes:
         platform: freedoms of the platform.
-        local: freedoms that do not move it; ``local_freedoms`` says which.
-        redundant_constraints: constraints that say nothing new; ``redundancies`` says where.
-        gap: ratio of the smallest kept to the largest dropped singular value; small means that the counts are doubtful.
-        coordinates: platform coordinates that place the platform, as many as its freedoms.
-        redundant_actuators: how many more actuators there are than freedoms that they move.
-        uncontrolled_freedoms: freedoms of the platform that are left with the actuators locked.
+        local: number of freedoms that do not move it, listed in ``local_freedoms``.
+        redundant_constraints: number of dependent constraints, located in ``redundancies``.
+        gap: ratio of the smallest kept to the largest dropped singular value; if small, the numbers are doubtful.
+        coordinates: platform coordinates that determine its pose, as many as its freedoms.
+        redundant_actuators: number of actuators minus number of freedoms that they move.
+        uncontrolled_freedoms: number of freedoms of the platform with locked actuators.
     """
 
     platform: int
@@ -120,10 +120,10 @@ class ZeroFacts:
     """The zero pose.
 
     Attributes:
-        loop_gaps: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
-        drives: where the actuators stand at the closed zero pose [m, rad]; None if the loops do not close.
-        closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
-        warnings: those of the robot's warnings that are of this pose alone.
+        loop_gaps: gap of each loop with all joints at zero, ``{name: {"m": …, "rad": …}}``.
+        drives: actuator coordinates at the closed zero pose [m, rad]; None if the loops do not close.
+        closing_error: residual of the closed loops [scaled m or rad]; None if they do not close.
+        warnings: warnings that concern this pose only.
     """
 
     loop_gaps: dict[str, dict[str, float]]
@@ -148,15 +148,11 @@ class AttachedBodiesFacts:
 
 @dataclass
 class RobotFacts:
-    """Properties of a robot; those that cannot be computed are None, and ``problems`` say why.
+    """Properties of a robot; None if they cannot be computed, with the reason in ``problems``.
 
-    Attributes:
-        mobility: numbers and what they mean.
-        zero: the zero pose.
-        mass: of everything at the zero pose [kg].
-        massless: rigid links between joints that weigh nothing.
-        problems: what keeps the robot from being analysed at all.
-        warnings: of the robot and of its zero pose.
+    Attributes: mobility: mobility, local freedoms and redundant constraints. zero: the zero pose. mass: total mass at the zero
+    pose [kg]. massless: rigid links between joints without mass. problems: errors that prevent any analysis. warnings: warnings
+    of the robot and of its zero pose.
     """
 
     name: str

@@ -20,9 +20,9 @@ from kinetostatics.robot import Robot
 #: Zero in motions and self-stresses of unit size.
 NOTHING = 1e-6
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
-#: The order in which coordinates are preferred where they place the platform about equally well: z, x, y, rz, rx, ry.
+#: Order of preference of coordinates that determine the platform about equally well: z, x, y, rz, rx, ry.
 _PREFERRED = (2, 0, 1, 5, 3, 4)
-#: Part of the best set's size by which another may fall short of it and still be as good.
+#: Relative difference of measures within which sets of coordinates count as equally good.
 _CLEARLY = 0.5
 
 
@@ -31,11 +31,11 @@ class LocalFreedom:
     """Freedoms of some links that do not move the platform.
 
     Attributes:
-        links: what moves; massless links inside universal and spherical joints are left out.
-        count: how many freedoms.
-        kind: ``spin`` as one about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
-        joint: about or along which it turns or slides, if it is one.
-        drives: the driven joints that move with it.
+        links: moving links, without massless ones inside universal and spherical joints.
+        count: number of freedoms.
+        kind: ``spin`` about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
+        joint: the joint whose axis is that of the rotation or translation, if any.
+        drives: driven joints that move as well.
     """
 
     links: tuple[str, ...]
@@ -99,7 +99,7 @@ class Motions:
 
 
 def actuators_of(motions: Motions) -> tuple[int, int]:
-    """Return how many more actuators there are than freedoms that they move, and the platform's freedoms that they leave."""
+    """Return the number of redundant actuators, and the number of platform freedoms with locked actuators."""
     D = motions.actuators
     moved = D @ motions.free
     held = motions.rank(moved)
@@ -110,10 +110,10 @@ def actuators_of(motions: Motions) -> tuple[int, int]:
 
 
 def coordinates_of(motions: Motions) -> tuple[str, ...]:
-    """Return platform coordinates that place the platform, as many as its mobility; none if none are found.
+    """Return platform coordinates that determine its pose, as many as its mobility; empty if there are none.
 
-    Those of o where they suffice, else as many angles as there are; of several sets the one that places it clearly best, or of
-    those nearly as good the first in the order z, x, y, rz, rx, ry.
+    Coordinates of o are preferred if they suffice, otherwise sets with as many angles as possible; of several sets the best
+    conditioned one, or of nearly equal ones the first in the order z, x, y, rz, rx, ry.
     """
     robot = motions.robot
     count = robot.mobility.platform
@@ -144,7 +144,7 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
 
 
 def local_freedoms(motions: Motions) -> list[LocalFreedom]:
-    """Return the freedoms that do not move the platform, those that have nothing to do with one another apart."""
+    """Return the freedoms that do not move the platform, with independent ones separated."""
     local = motions.local()
     if not local.shape[1]:
         return []

@@ -19,7 +19,7 @@ from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.rotations import skew
 from kinetostatics.robot import Robot
 
-#: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
+#: Largest number of equations for which redundant constraints are located.
 _MANY = 400
 
 
@@ -28,11 +28,11 @@ class Redundancy:
     """Redundant constraints in one place.
 
     Attributes:
-        count: how many.
-        limbs: names of the limbs that brace against one another, or of the one inside which they are.
-        joints: inside a limb, the joints that they load; else empty.
-        beams: inside a limb, the beams that they load; else empty.
-        wrenches: by which wrenches limbs brace against one another at the zero pose, in words; None if that pose is special.
+        count: number of constraints.
+        limbs: names of the limbs that brace one another, or of the limb that contains the constraints.
+        joints: joints loaded by the self-stress inside a limb; else empty.
+        beams: beams loaded by the self-stress inside a limb; else empty.
+        wrenches: descriptions of the wrenches between bracing limbs at the zero pose; None if this pose is special.
     """
 
     count: int
@@ -112,7 +112,7 @@ class _SelfStress:
         return np.array(found).reshape(len(found), 6, self.states.shape[1])
 
     def inside(self, number: int) -> list[Redundancy]:
-        """Return the self-stresses inside a limb, those that have nothing to do with one another apart."""
+        """Return the self-stresses inside a limb, with independent ones separated."""
         limb = self.robot.topology.all_limbs[number]
         if limb.is_serial:
             return []

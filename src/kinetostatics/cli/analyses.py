@@ -1,4 +1,4 @@
-"""Commands about the statics at poses: analyze, verify, compensate."""
+"""Commands on the statics of poses: analyze, verify, compensate."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ ANALYZE = Command(
     arguments=(*ROBOT, *POSE, *LOADS, "hinge_axis", "tool", "json"),
     function="analysis:analyze",
     own={
-        "full": Argument("flag", "all tables, not the summary alone"),
+        "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
     },
     exclusive=("full", "only"),
@@ -122,7 +122,7 @@ def _compensate(args: argparse.Namespace) -> int:
 
 
 def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
-    """Return the target poses, names and values of the axes of their grid if they are one, and warnings."""
+    """Return the target poses, names and values of the axes if they form a grid, and warnings."""
     if args.table is not None:
         if args.platform or args.actuators:
             raise ArgumentError("give either --table or coordinates, not both")
@@ -163,8 +163,8 @@ COMPENSATE = Command(
     _compensate,
     help="correct actuator positions for gravity and loads, with feedforward forces",
     description=(
-        "Compute the actuator positions at which the loaded platform stands at its target, the forces to feed forward\n"
-        "there, and the error that no actuator can correct."
+        "Compute the actuator positions at which the loaded platform is at its target, the forces to feed forward\n"
+        "there, and the pose error that remains."
     ),
     arguments=(*ROBOT, *POSE, "controlled", *LOADS, "tool", "json"),
     own={
@@ -177,8 +177,8 @@ COMPENSATE = Command(
 {VALUES_HELP}{GRID_HELP}
 tables:
   The first line of --table names coordinates of the platform, or all actuators: z [mm],rx [deg],ry [deg]; the others are poses.
-  --out FILE.csv has one line a pose: coordinates, status, and of each actuator corrected position, correction and force; last
-  the residual error. Cells are empty where there is no correction.
+  --out FILE.csv has one line per pose: coordinates, status, corrected position, correction and force of each actuator, and the
+  residual error. Cells without a correction are empty.
 """,
     examples="""
 compensate 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0

@@ -26,7 +26,7 @@ def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, 
 
 def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
     """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file."""
-    from kinetostatics import plot  # which says what to install where Matplotlib is missing
+    from kinetostatics import plot  # raises an error if Matplotlib is missing
     from kinetostatics.plot.style import draw_into_files, save_and_close
 
     draw_into_files()
@@ -34,7 +34,7 @@ def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **option
 
 
 def print_json(values: Mapping[str, object]) -> None:
-    """Print a dict of plain values as JSON: one entry a line, arrays in one line."""
+    """Print a dict of plain values as JSON: one entry per line, arrays in one line."""
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     print(_json(values, "", encoding != "utf8"))
 
@@ -59,12 +59,10 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
 
 
 def answer(found: Report | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
-    """Print the results of a command below the warnings of its pose, or as JSON with them and on standard error.
+    """Print warnings and a report; or JSON that includes the warnings, which then go to standard error.
 
-    Args:
-        found: a report, or what is printed as JSON.
-        warnings: of the pose.
-        written: files that were written, which are listed below a report.
+    Args: found: an object with a report and data. warnings: warnings of the pose. written: files that were written; they are
+    listed below the report.
     """
     if not isinstance(found, dict):
         print_report(found, warnings)

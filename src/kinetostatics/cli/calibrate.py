@@ -76,7 +76,7 @@ CALIBRATE = Command(
     help="estimate stiffnesses, payload and offsets from measured deflections",
     description="""\
 Estimate stiffnesses, payload and offsets from measured deflections, with confidence intervals, unidentifiable parameters
-and outliers; or plan where to measure.""",
+and outliers; or plan measurements.""",
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "json"),
     own={
         "measurements": Argument("text", "a CSV file of poses, loads and readings", "MEASUREMENTS", option="measurements"),
@@ -84,15 +84,15 @@ and outliers; or plan where to measure.""",
         "gauges": Argument("text", "a CSV file of gauges", "FILE"),
         "reference": Argument(
             "texts",
-            "state that readings are differences to: undeformed (default), unloaded (the same pose, with its weight), or "
-            "coordinates NAME=VALUE of an unloaded pose",
+            "state of zero readings: undeformed (default), unloaded (the same pose, with its weight), or coordinates NAME=VALUE "
+            "of an unloaded pose",
             "WHAT",
         ),
-        "level": Argument("number", "of the confidence intervals (default: 0.95)", "P"),
-        "leave_out_outliers": Argument("flag", "estimate once more without outliers"),
+        "level": Argument("number", "confidence level of the intervals (default: 0.95)", "P"),
+        "leave_out_outliers": Argument("flag", "repeat the fit without outliers"),
         "plan": Argument("count", "choose the N poses and loads with the smallest standard errors", "N", group="plan"),
         "load_case": Argument("texts", "loads that can be applied: 'FX FY FZ MX MY MZ' each", "LOAD", group="plan"),
-        "readings": Argument("texts", "gauges that are read (default: dx dy dz)", "GAUGE", group="plan"),
+        "readings": Argument("texts", "gauges to be read (default: dx dy dz)", "GAUGE", group="plan"),
         "out": Argument(
             "texts",
             "write the robot with the estimates as plain URDF (.urdf), the residuals as a figure, or the plan (.csv)",
@@ -108,17 +108,17 @@ and outliers; or plan where to measure.""",
 tables:
   MEASUREMENTS is a CSV file. Its first line has titles, with units if they are not SI: coordinates of the platform or of all
   actuators, Fx Fy Fz Mx My Mz of the load, and readings: dx dy dz drx dry drz of o in world axes, and gauges by their names. Each
-  further line is one pose with one load; an empty cell is no reading. The file of --gauges has name, direction ux uy uz, and,
-  where they differ from what is in brackets, point x y z (o), frame world or platform (world), measures displacement or rotation
-  (displacement), sigma (not known).
+  further line is one pose with one load; an empty cell is no reading. The file of --gauges has the columns name and
+  ux uy uz (direction), and optionally (defaults in brackets) x y z of the point (o), frame: world or platform (world), measures:
+  displacement or rotation (displacement), sigma (unknown).
 
 unknowns:
-  A beam, elastic joint or actuator: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A number
+  A beam, elastic joint or actuator: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A dimension
   of a part: motor_1.actuator_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
   offsets for all.
 
 plan:
-  The poses are those of --platform or --actuators, FROM:TO:COUNT and A,B,C making a grid.
+  The poses are the grid of --platform or --actuators, given by FROM:TO:COUNT and A,B,C.
 """,
     examples="""
 calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calibration/gauges.csv --unknowns rod_1 rod_2 rod_3 \

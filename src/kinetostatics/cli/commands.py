@@ -1,7 +1,7 @@
 """Table of the commands, and their common structure.
 
-Each command is a :class:`Command` in the module that the table names, called like the command in capitals. Its options are
-arguments of :mod:`kinetostatics.arguments`; defaults are those of the function that it runs.
+Each command is a :class:`Command` in the module named in the table, with the name of the command in capitals. Its options are
+arguments of :mod:`kinetostatics.arguments`, with the defaults of the function that it calls.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from kinetostatics.argument_checks import Keyword
 from kinetostatics.arguments import ARGUMENTS, Argument
 from kinetostatics.cli.options import Options
 
-#: In which module each command stands, in the order of the help.
+#: Module of each command, in the order of the help.
 COMMANDS: Mapping[str, str] = {
     "check": "robots",
     "analyze": "analyses",
@@ -42,18 +42,18 @@ class Command:
     """A command.
 
     Attributes:
-        run: what it does with its options; returns the exit code.
-        help: one line.
+        run: function that executes it with its options and returns the exit code.
+        help: description of one line.
         arguments: names of its arguments in :data:`kinetostatics.arguments.ARGUMENTS`.
         examples: command lines.
         function: the function that it calls, as module and name.
-        own: arguments that it alone has, or means otherwise.
-        description: more than the line of ``help``.
-        required: names of the arguments that must be given.
-        usage: in place of all options.
-        notes: stand above the examples.
+        own: arguments of this command only, or with another meaning.
+        description: longer description than ``help``.
+        required: names of required arguments.
+        usage: usage line instead of a list of all options.
+        notes: text above the examples.
         grid: whether coordinates may be ranges and lists.
-        exclusive: own options of which one may be given.
+        exclusive: own options that exclude one another.
     """
 
     run: Callable[[argparse.Namespace], int]

@@ -1,6 +1,6 @@
-"""Completion of the command line in shells, by argcomplete (the extra ``completion``): names that stand in files, among others.
+"""Completion of the command line in shells by argcomplete (extra ``completion``), including names from robot files.
 
-Nothing of this is imported unless a shell asks.
+This module is imported only for completion.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ Names = Callable[[argparse.Namespace], Iterable[str]]
 
 
 def complete(parser: argparse.ArgumentParser) -> None:
-    """Answer the shell and end the process; only return where argcomplete is not installed.
+    """Print completions and end the process; return only if argcomplete is not installed.
 
-    Args:
-        parser: of the whole command line.
+    Args: parser: parser of the whole command line.
     """
     try:
         import argcomplete
@@ -70,7 +69,7 @@ def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
     def matching(prefix: str, parsed_args: argparse.Namespace, **_: object) -> list[str]:
         try:
             return [name for name in names(parsed_args) if name.startswith(prefix)]
-        except (KinetostaticsError, OSError):  # a file that is wrong is told of when the command runs
+        except (KinetostaticsError, OSError):  # errors of files are reported when the command runs
             return []
 
     return matching
@@ -84,7 +83,7 @@ def _path(args: argparse.Namespace) -> str:
 
 
 def _elements(args: argparse.Namespace, tag: str) -> list[str]:
-    """Return the names of the elements of one kind that stand in the file itself, which need not be a robot yet."""
+    """Return the names of the elements of one kind in a file, which may be incomplete."""
     from kinetostatics.files.bundled import read_robot
     from kinetostatics.files.xml import parse
 

@@ -1,4 +1,4 @@
-"""Commands about designs: tolerances, sensitivities, optimize."""
+"""Commands on designs: tolerances, sensitivities, optimize."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TOLERANCES = Command(
     _tolerances,
     help="rank manufacturing errors by pose error and internal force",
     description=(
-        "Rank manufacturing errors by the pose error and the internal force of each alone, with the worst case, the standard\n"
+        "Rank manufacturing errors by the pose error and the internal force that each causes, with the worst case, the standard\n"
         "deviation and random samples of sag, stiffness and actuator forces at one pose."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "seed", "json"),
@@ -45,22 +45,22 @@ TOLERANCES = Command(
         "tolerances": Argument("items", "parameters and their tolerances", "NAME=T", option="--tolerance"),
         "rank_by": Argument("text", "force, displacement or rotation (default: force, if there is any)", "WHAT"),
         "top": Argument("count", "print the N largest effects only", "N"),
-        "samples": Argument("count", "random robots (default: 10000; 300 where analysed one by one)", "N", least=2),
+        "samples": Argument("count", "number of random samples (default: 10000; 300 if analysed one by one)", "N", least=2),
         "distribution": Argument("text", "normal or uniform (default: normal)", "D"),
-        "what": Argument("text", "what the figure shows: displacement (default), rotation, x … rz, an actuator", "NAME"),
+        "what": Argument("text", "quantity of the figure: displacement (default), rotation, x … rz, an actuator", "NAME"),
         "out": Argument("texts", "write a histogram (.svg, .pdf, .png)", "FILE"),
     },
     function="design:tolerances",
     usage="ROBOT [--tolerance NAME=T …] [options]",
     notes=f"""\
 {VALUES_HELP}\
-  A tolerance is to either side, with a unit or as a part of the value: 0.1mm, 2%.
+  A tolerance is ±, with a unit or as a percentage of the value: 0.1mm, 2%.
 
 parameters; * is a wildcard:
-  assembly errors, of joints along and about the axes of their frames, of beams by length and temperature: revolute_1.error.x,
-  revolute_1.error.rx, rod_1.error.length, rod_1.error.temperature; without --tolerance all of them, by 0.1 mm, 1 mrad and 1 K
-  xacro arguments of the file, which change all that it computes from them: rod_diameter
-  numbers of single parts, each off by itself: rod_1.outer_diameter, platform.mass, revolute_1.placement.x
+  assembly errors of joints, along and about the axes of their frames, and of beams: revolute_1.error.x, revolute_1.error.rx,
+  rod_1.error.length, rod_1.error.temperature; default: all of them, by 0.1 mm, 1 mrad and 1 K
+  xacro arguments of the file, including all numbers computed from them: rod_diameter
+  dimensions of single parts, independent of one another: rod_1.outer_diameter, platform.mass, revolute_1.placement.x
 """,
     examples="""
 tolerances 2pru_upr --rank-by displacement --top 10
@@ -92,7 +92,7 @@ SENSITIVITIES = Command(
     help="rank parameters and parts by their effect on sag, forces and mass",
     description=(
         "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
-        "numbers of its parts, and to the stiffness of every elastic part, and rank them by their effect on the platform."
+        "dimensions of its parts, and to the stiffness of every elastic part, and rank them by their effect on the platform."
     ),
     arguments=(*ROBOT, *POSE, *LOADS, "tool", "by", "outputs", "json"),
     own={"out": Argument("texts", "write a bar chart (.svg, .pdf, .png)", "FILE")},
@@ -139,17 +139,17 @@ def _optimize(args: argparse.Namespace) -> int:
 OPTIMIZE = Command(
     _optimize,
     help="size a robot: the lightest rods that are stiff enough",
-    description="Find the parameters of a robot that are best, under requirements that hold at every pose of a grid.",
+    description="Find the optimal parameters of a robot, under requirements at every pose of a grid.",
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "tool", "json"),
     own={
         "vary": Argument("items", "parameters with their ranges, lists or catalogues", "NAME=WHAT"),
-        "minimize": Argument("text", "its largest value at any pose counts (default: mass)", "QUANTITY"),
+        "minimize": Argument("text", "objective: its worst value over all poses (default: mass)", "QUANTITY"),
         "subject_to": Argument("texts", "a quantity and its limit, such as 'sag < 20um'", "REQUIREMENT"),
-        "pareto": Argument("text", "minimize this one too: designs of which none is better in both", "QUANTITY"),
-        "points": Argument("count", "designs of --pareto (default: 10)", "N"),
-        "starts": Argument("count", "searches from different parameters (default: 3, for each design of --pareto 2)", "N"),
+        "pareto": Argument("text", "second objective: compute the Pareto front of both", "QUANTITY"),
+        "points": Argument("count", "number of designs of --pareto (default: 10)", "N"),
+        "starts": Argument("count", "number of searches from different parameters (default: 3; with --pareto 2)", "N"),
         "out": Argument(
-            "texts", "write the robot as plain URDF (.urdf), of --pareto a table (.csv) or figure (.svg, .pdf, .png)", "FILE"
+            "texts", "write the robot as plain URDF (.urdf); with --pareto a table (.csv) or figure (.svg, .pdf, .png)", "FILE"
         ),
     },
     function="design:optimize",
@@ -158,7 +158,7 @@ OPTIMIZE = Command(
     grid=True,
     notes=f"""\
 {VALUES_HELP}\
-  FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement holds at all of them.
+  FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement must hold at all of them.
 
 quantities:
   mass, sag, rotation, deflection_any_direction(FORCE), rotation_any_direction(MOMENT), actuator_force, actuator_torque, stress,
@@ -167,8 +167,8 @@ quantities:
 --vary:
   rod_diameter=20mm:120mm is a range, rod_diameter=20mm,25mm,30mm a list. A catalogue is a CSV file with a row for each
   size, whose columns set one argument, or several: tube_diameter+tube_wall=tubes.csv. standard_bars and standard_tubes come with
-  the package. Numbers of parts are named as in tolerances, rod_1.outer_diameter=20mm:120mm, also of a plain URDF; of
-  rod_*.outer_diameter=20mm:120mm all are alike.
+  the package. Dimensions of parts are named as in tolerances, rod_1.outer_diameter=20mm:120mm, also for a plain URDF; with
+  rod_*.outer_diameter=20mm:120mm all have one value.
 
 exit code:
   0 feasible, 1 not feasible, 2 an error, such as SciPy missing: pip install 'kinetostatics[optimize]'

@@ -1,4 +1,4 @@
-"""The robot, the pose and the loads that a command line asks for."""
+"""The robot, the pose and the loads of a command line."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def pose_of(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list
     except AssemblyError:
         if given:
             raise
-        # the file's zero may not be a pose of the robot; the pose nearest to it is
+        # if the zero of the file is no pose, the nearest closed pose is used
         q = robot.model_q(robot.zero_poses)[:, 0]
         pose = robot.configuration(q, **given_of(("closure_tolerance",), args))
         return pose, ["the loops do not close with all actuators at zero; this is the closed pose nearest to the file's zero"]
@@ -56,9 +56,9 @@ def typed_pose(args: argparse.Namespace) -> tuple[str, list[str]]:
 
 
 def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
-    """Return "--platform" or "--actuators", and its coordinates: values, and lists of them that make a grid.
+    """Return "--platform" or "--actuators", and its coordinates: values, or lists of values for a grid.
 
-    ``robot`` tells whether actuators slide or turn.
+    ``robot`` decides whether an actuator coordinate is a length or an angle.
     """
     option, typed = typed_pose(args)
     items = parse_items(option, typed)
@@ -66,7 +66,7 @@ def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[st
 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
-    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
+    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; default: the zero pose."""
     options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
     near = near_pose(robot, args.near, options) if args.near else None
     options[option[2:]] = coordinates or None
@@ -89,14 +89,14 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
-    """Return one value of each coordinate of ``--platform`` or ``--actuators``, which another option may give as ``typed``."""
+    """Return one value of each coordinate of ``--platform`` or ``--actuators``, or of ``typed`` from another option."""
     typed = typed or option
     texts = parse_items(typed, items)
     return {name: parse_coordinates(typed, name, [text], coordinate_kind(robot, option, name))[0] for name, text in texts.items()}
 
 
 def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
-    """Return whether a coordinate of ``--platform`` or ``--actuators`` is a "length" or an "angle", None if there is none."""
+    """Return the kind of a coordinate of ``--platform`` or ``--actuators``: "length", "angle", or None if unknown."""
     if option == "--platform":
         return PLATFORM_KINDS.get(name)
     connection = None if robot is None else robot.mechanism.connections.get(name)
@@ -104,10 +104,9 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return of ``--sweep`` whether it varies "--platform" or "--actuators", what it says, and coordinates that do not vary.
+    """Return "--platform" or "--actuators", whichever ``--sweep`` varies, its items, and the constant coordinates.
 
-    Raises:
-        ArgumentError: coordinates of both vary, or some are given twice.
+    Raises: ArgumentError: coordinates of both vary, or a coordinate is given twice.
     """
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]
@@ -123,7 +122,7 @@ def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict
 
 
 def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the loads that are given as :func:`kinetostatics.analyze` takes them."""
+    """Return the given loads as arguments of :func:`kinetostatics.analyze`."""
     found = given_of(("load", "point", "frame", "gravity"), args)
     loads: dict[str, list[LinkLoad]] = {}
     for link, *texts in args.load_on:
@@ -153,7 +152,7 @@ def _link_load(link: str, texts: list[str]) -> LinkLoad:
     frame = texts.pop() if texts[-1:] in (["link"], ["world"]) else "world"
     if len(texts) not in (6, 9):
         raise ArgumentError(
-            f"--load-on {link}: there are {len(texts)} numbers; give FX FY FZ MX MY MZ, and after them X Y Z if it does not act "
+            f"--load-on {link}: there are {len(texts)} numbers; give FX FY FZ MX MY MZ, then X Y Z if the force does not act "
             "at the link's origin"
         )
     kinds = ["force"] * 3 + ["moment"] * 3 + ["length"] * 3

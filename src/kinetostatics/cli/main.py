@@ -32,10 +32,10 @@ completion:
 
 environment:
   NO_COLOR=1     no colours on terminals
-  FORCE_COLOR=1  colours also where the output is no terminal, such as for less -R
+  FORCE_COLOR=1  colours also in output to files and pipes, such as for less -R
 """
 
-#: A negative number, which argparse would take for an option if it has an exponent or a unit.
+#: Negative numbers; argparse treats those with an exponent or a unit as options.
 NEGATIVE = re.compile(r"-\.?\d")
 
 
@@ -44,7 +44,7 @@ class UsageError(Exception):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that raises instead of printing the usage, and that keeps the help's line breaks."""
+    """A parser that raises errors instead of printing the usage, and preserves line breaks of the help."""
 
     def __init__(self, **options: Keyword) -> None:
         options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
@@ -59,7 +59,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Print the version, which is looked up only then."""
+    """Print the version, which is looked up on demand."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, **_more: Keyword) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
@@ -79,7 +79,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: the arguments without the program's name; default: those of the process.
 
     Returns:
-        The exit code: 0, or 2 after an error, of which one line stands on standard error.
+        The exit code: 0, 1 for a negative answer, or 2 after an error, with one line on standard error.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
     if "_ARGCOMPLETE" in os.environ:
@@ -93,7 +93,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _offer(error, arguments)
     except (UsageError, KinetostaticsError) as error:
         return _fail(str(error))
-    except BrokenPipeError:  # the reader has seen enough
+    except BrokenPipeError:  # the reader has closed the pipe
         _drop_output()
         return 1
     except OSError as error:
@@ -118,7 +118,7 @@ def _run(arguments: list[str]) -> int:
         raise UsageError(f"there is no command {given!r}; commands are {', '.join(COMMANDS)}")
     # only the module of the command is imported; help needs all of them
     names = [given] if given in COMMANDS else [] if given == "--version" else COMMANDS
-    # argparse never takes an argument with a space for an option
+    # argparse never treats an argument with a space as an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
     try:
         args, rest = make_parser(names).parse_known_args(guarded)
@@ -149,7 +149,7 @@ def _prepare_output() -> None:
     if sys.stdout is None:
         raise UsageError("standard output is closed")
     for stream in (sys.stdout, sys.stderr):
-        # a terminal that lacks µ or ⟂ must not end in a traceback
+        # avoid an error on terminals without µ or ⟂
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
 
@@ -170,7 +170,7 @@ def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
 
 
 def _drop_output() -> None:
-    """Keep the interpreter from complaining once more when it closes standard output."""
+    """Prevent another error when the interpreter closes standard output."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except (OSError, ValueError, AttributeError):

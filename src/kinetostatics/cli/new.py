@@ -17,7 +17,7 @@ from kinetostatics.cli.typed_values import number_of, parse_items, parse_paramet
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting
 
-#: Options that one of the two ways to a file has alone.
+#: Options of an architecture only, and of --from only.
 OF_FILES = ("platform_link", "base_link", "actuators", "elastic", "joint_stiffness", "yaml", "types", "axes")
 LENGTHS = ("base_radius", "platform_radius", "height")
 OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "section", "name")
@@ -128,7 +128,7 @@ def _axes(items: list[str]) -> dict[str, object]:
 
 def _options(args: argparse.Namespace) -> dict[str, Keyword]:
     typed = {name: getattr(args, name) for name in LENGTHS}
-    # lengths without a unit that would make a robot larger than any are in mm
+    # very large lengths without a unit are probably in mm
     plain = {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
     for words in odd_lengths({name: text for name, text in (typed | plain).items() if text is not None}):
         raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
@@ -159,29 +159,31 @@ NEW = Command(
         "architecture": Argument(
             "text", "a name such as Delta, or limbs such as 3-R[P]S; see below", "ARCHITECTURE", option="architecture"
         ),
-        "list": Argument("flag", "list names that are known in the field, and what they are"),
-        "base_radius": Argument("length", "distance of the limbs' base points from O (default: 0.3 m)", "LENGTH"),
-        "platform_radius": Argument("length", "distance of their platform points from o (default: 0.2 m)", "LENGTH"),
-        "height": Argument("length", "of the platform above the base (default: 0.5 m; planar: 0)", "LENGTH"),
+        "list": Argument("flag", "list known names of robots with their architectures"),
+        "base_radius": Argument("length", "distance of the base points of limbs from O (default: 0.3 m)", "LENGTH"),
+        "platform_radius": Argument("length", "distance of the platform points of limbs from o (default: 0.2 m)", "LENGTH"),
+        "height": Argument("length", "height of the platform above the base (default: 0.5 m; planar: 0)", "LENGTH"),
         "arrangement": Argument(
             "text",
             "symmetric (around Z), planar, cartesian (along X, Y, Z), or spherical (all axes through O); default: the name's",
             "WORD",
         ),
-        "azimuths": Argument("texts", "of the limbs around Z, instead of even ones: 90deg -90deg 0", "ANGLE"),
+        "azimuths": Argument("texts", "azimuths of the limbs around Z (default: equal spacing): 90deg -90deg 0", "ANGLE"),
         "placements": Argument(
             "text",
-            "table of the limbs' points instead, with columns base_x … platform_z, and axis_x …, guide_x … if need be",
+            "CSV table of the limbs' points, with columns base_x … platform_z, and optionally axis_x …, guide_x …",
             "CSV",
         ),
         "guide": Argument("text", "direction of carriages: vertical, radial or tangential", "WORD"),
-        "axis": Argument("text", "direction of revolute axes: radial, tangential or vertical (default: across the limb)", "WORD"),
-        "section": Argument(
-            "items", 'of beams: rod="tube 60mm 50mm steel" crank="rectangle 20mm 60mm aluminium"', "ROLE=SECTION"
+        "axis": Argument(
+            "text", "direction of revolute axes: radial, tangential or vertical (default: perpendicular to the limb)", "WORD"
         ),
-        "name": Argument("text", "of the robot (default: that of the file)", "NAME"),
+        "section": Argument(
+            "items", 'sections of beams: rod="tube 60mm 50mm steel" crank="rectangle 20mm 60mm aluminium"', "ROLE=SECTION"
+        ),
+        "name": Argument("text", "name of the robot (default: that of the file)", "NAME"),
         "source": Argument(
-            "text", "a URDF or xacro, which the new file includes as it is", "FILE", option="--from", group="from a URDF"
+            "text", "a URDF or xacro, which the new file includes unchanged", "FILE", option="--from", group="from a URDF"
         ),
         "actuators": Argument(
             "texts or none",
@@ -191,26 +193,26 @@ NEW = Command(
         ),
         "elastic": Argument(
             "items",
-            'links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for all that the file suggests',
+            'links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for suggestions from the file',
             "LINK=SECTION",
             group="from a URDF",
         ),
         "joint_stiffness": Argument(
             "items",
-            "of actuators and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
+            "stiffness of actuators and gears: elbow=30kNm/rad; or the word suggested, for estimates from efforts of the file",
             "JOINT=VALUE",
             group="from a URDF",
         ),
-        "yaml": Argument("text", "a robot.yaml of Gepetto's, which has the loops", "FILE", group="from a URDF"),
+        "yaml": Argument("text", "a robot.yaml of Gepetto with the loops", "FILE", group="from a URDF"),
         "types": Argument(
             "items",
-            "joints of another tool's loops; or one TYPE for all of which the source does not say it",
+            "joint types of loops; or one TYPE for all loops without a type in the source",
             "LOOP=TYPE",
             group="from a URDF",
         ),
         "axes": Argument(
             "items",
-            "their axes in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
+            "axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in that of the second link",
             "LOOP=X,Y,Z",
             group="from a URDF",
         ),
@@ -221,8 +223,8 @@ NEW = Command(
     notes=f"""\
 architecture:
   Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
-  (4S) two rods between spherical joints, (4R) a parallelogram. Actuators stand in brackets; without any the usual ones are
-  taken. Limbs are joined by +, and 3- stands for three alike.
+  (4S) two rods between spherical joints, (4R) a parallelogram. Actuators are in brackets; by default the usual ones are
+  chosen. Limbs are joined by +, and 3- means three equal limbs.
 
 {"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}""",
     examples="""

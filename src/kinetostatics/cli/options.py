@@ -1,4 +1,4 @@
-"""Options of commands, made from the table of arguments, and their values as functions take them."""
+"""Options of commands from the table of arguments, and their values for the functions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FIGURES = ("svg", "pdf", "png")
 
 
 def option_of(name: str, argument: Argument) -> str:
-    """Return how the command line gives an argument: ``--platform-link``; without dashes it is positional."""
+    """Return the option of an argument, such as ``--platform-link``; positional ones have no dashes."""
     return argument.option or f"--{name.replace('_', '-')}"
 
 
@@ -48,7 +48,7 @@ class Options:
 
 
 def _action(argument: Argument) -> dict[str, Keyword]:
-    """Return how argparse reads an argument."""
+    """Return the keywords of an argument for argparse."""
     if argument.kind == "flag":
         return {"action": "store_true"}
     metavar = argument.metavar
@@ -66,10 +66,9 @@ def _action(argument: Argument) -> dict[str, Keyword]:
 
 
 def value_of(name: str, args: argparse.Namespace) -> Keyword:
-    """Return the value of an option as a function takes it, None if it is not given.
+    """Return the value of an option for the function, None if not given.
 
-    Raises:
-        ArgumentError: it is no such value; the message begins with the option.
+    Raises: ArgumentError: the value is invalid; the message begins with the option.
     """
     argument, given = args.arguments[name], getattr(args, name)
     option = option_of(name, argument)
@@ -89,7 +88,7 @@ def value_of(name: str, args: argparse.Namespace) -> Keyword:
 
 
 def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the values of those options that are given, by the names of the function's arguments."""
+    """Return the values of the given options by argument name."""
     values = {name: value_of(name, args) for name in names}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -98,10 +97,9 @@ def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keywor
 
 
 def check_folder(path: str | None) -> None:
-    """Refuse a file of ``--out`` in a folder that does not exist, before anything that takes long.
+    """Check that the folder of a file of ``--out`` exists, before long computations.
 
-    Raises:
-        ArgumentError: there is none.
+    Raises: ArgumentError: the folder does not exist.
     """
     folder = os.path.dirname(path or "")
     if folder and not os.path.isdir(folder):
@@ -109,14 +107,11 @@ def check_folder(path: str | None) -> None:
 
 
 def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
-    """Refuse files of ``--out`` that cannot be written, before anything that takes long.
+    """Check that files of ``--out`` can be written, before long computations.
 
-    Args:
-        paths: of the files.
-        endings: that tell what is written; figures need Matplotlib.
+    Args: paths: paths of the files. endings: allowed endings; figures need Matplotlib.
 
-    Raises:
-        ArgumentError: there is no such folder, or the ending of a file is none of these.
+    Raises: ArgumentError: a folder does not exist, or an ending is not allowed.
         KinetostaticsError: Matplotlib is missing.
     """
     for path in paths:
@@ -125,11 +120,11 @@ def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
         if ending not in endings:
             raise ArgumentError(f"--out: {path} does not end in {' or '.join(f'.{each}' for each in endings)}")
         if ending in FIGURES:
-            from kinetostatics.plot.style import format_of  # which says what to install where Matplotlib is missing
+            from kinetostatics.plot.style import format_of  # raises an error if Matplotlib is missing
 
             format_of(path)
 
 
 def ending_of(path: str) -> str:
-    """Return how a file's name ends, in small letters."""
+    """Return the ending of a file name, in lower case."""
     return os.path.splitext(path)[1].removeprefix(".").lower()

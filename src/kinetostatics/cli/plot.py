@@ -18,14 +18,14 @@ from kinetostatics.progress import waiting
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Kinds of figures, and the options that not all of them have.
+#: Kinds of figures with their special options.
 KINDS = {
     "slice": ("x", "y", "series", "value_range", "rectangular"),
     "surface": ("x", "y", "series", "value_range"),
     "workspace": ("axes", "value_range", "whole"),
     "line": ("x", "series"),
 }
-#: Dots per inch of a figure of a column's width.
+#: Smallest and largest dots per inch.
 DPI = (10, 2400)
 
 
@@ -69,7 +69,7 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
 
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
-    """Return the values of ``--at`` in SI; names, which some parameters have for values, as they stand."""
+    """Return the values of ``--at`` in SI; strings unchanged."""
     found: dict[str, object] = {}
     for name, text in parse_items("--at", items).items():
         if name not in ds.dims:
@@ -88,7 +88,7 @@ def checked_map(path: str) -> xr.Dataset:
     """Open a map lazily.
 
     Raises:
-        ArgumentError: the file is not a map, or what reads it is not installed.
+        ArgumentError: the file is not a map, or a library to read it is not installed.
         OSError: there is no such file.
     """
     import kinetostatics.indices  # noqa: F401  # says what to install where xarray is missing
@@ -130,19 +130,19 @@ PLOT = Command(
     _plot,
     help="draw figures of a workspace map",
     description=(
-        "Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body of the poses\n"
-        "that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over azimuth and tilt are round."
+        "Draw a figure of a workspace map written by kinetostatics sweep: a slice in colour, surfaces, the body of reached\n"
+        "poses, or lines. Poses without valid numbers are grey and hatched. Slices over azimuth and tilt are round."
     ),
     arguments=("tool",),
     own={
         "map": Argument("text", "netCDF file (.nc) or zarr folder", "MAP", option="map"),
-        "list": Argument("flag", "print the coordinates and the quantities that can be drawn, and end"),
+        "list": Argument("flag", "print the coordinates and quantities of the map"),
         "out": Argument("text", "the figure to write: .pdf, .svg or .png", "FILE"),
-        "kind": Argument("text", "of the figure (default: slice)", choices=tuple(KINDS)),
+        "kind": Argument("text", "kind of the figure (default: slice)", choices=tuple(KINDS)),
         "what": Argument("texts", "the quantity, as --list names it; a line may show several (default: linear_sag)", "WHAT"),
         "x": Argument("text", "coordinate to the right (default: the first that is not fixed)", "NAME"),
         "y": Argument("text", "coordinate upwards, or backwards for surfaces (default: the next one)", "NAME"),
-        "axes": Argument("names", "of a workspace: three coordinates, or x y z for where o is", ("A", "B", "C"), 3),
+        "axes": Argument("names", "axes of a workspace: three coordinates, or x y z for the position of o", ("A", "B", "C"), 3),
         "series": Argument("text", "coordinate that distinguishes lines, surfaces or slices", "NAME"),
         "at": Argument(
             "items",
@@ -150,11 +150,13 @@ PLOT = Command(
             "is shown",
             "NAME=VALUE",
         ),
-        "unit": Argument("text", "of the quantity, such as µm, deg, kN, N/µm (default: one that suits)", "UNIT"),
-        "value_range": Argument("number", "of colours, or of a surface's heights, in the figure's unit", ("LOW", "HIGH"), 2),
-        "rectangular": Argument("flag", "a slice over azimuth and tilt is not to be round"),
+        "unit": Argument("text", "unit of the quantity, such as µm, deg, kN, N/µm (default: chosen by magnitude)", "UNIT"),
+        "value_range": Argument(
+            "number", "range of colours, or of heights of a surface, in the unit of the figure", ("LOW", "HIGH"), 2
+        ),
+        "rectangular": Argument("flag", "draw a slice over azimuth and tilt with rectangular axes"),
         "whole": Argument("flag", "do not cut a workspace open"),
-        "beyond_limits": Argument("flag", "poses beyond the joints' limits count like all others"),
+        "beyond_limits": Argument("flag", "include poses beyond joint limits"),
         "dpi": Argument("number", "dots per inch of a PNG (default: 300)", "N"),
     },
     required=("map",),

@@ -1,4 +1,4 @@
-"""Command report: one page about a robot at a pose and over its workspace."""
+"""Command report: a page on a robot at a pose and over its workspace."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def _report(args: argparse.Namespace) -> int:
     with waiting("writing the report"):
         from kinetostatics.layout.html import html_path
 
-        check_folder(html_path(args.out, "a report"))  # a map of the workspace may take long
+        check_folder(html_path(args.out, "a report"))  # before the map is computed, which may take long
         loads = loads_of(args)
         configuration, warnings = pose_of(load_robot(args), args)
         with pausing():
             print_warnings(warnings)
         workspace = None
         if args.sweep:
-            with contextlib.suppress(KinetostaticsError):  # the page has a sentence in place of figures without Matplotlib
+            with contextlib.suppress(KinetostaticsError):  # without Matplotlib, a sentence replaces figures
                 from kinetostatics.plot.style import draw_into_files
 
                 draw_into_files()
@@ -46,7 +46,7 @@ def _report(args: argparse.Namespace) -> int:
 
 
 def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
-    """Return the map over the coordinates of ``--sweep``, the others as the pose has them."""
+    """Return the map over the coordinates of ``--sweep``; the others are those of the pose."""
     from kinetostatics.kinematics.coordinate_choices import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep
@@ -57,7 +57,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
     option, swept, values = swept_coordinates(robot, args)
     if option == "--actuators":
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
-    elif not values:  # coordinates that determine the pose together with those that vary
+    elif not values:  # choose constant coordinates that determine the pose together with the varying ones
         together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
         values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}
     kind = functools.partial(coordinate_kind, robot, option)
@@ -69,7 +69,7 @@ def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str
 
 REPORT = Command(
     _report,
-    help="write one page about a robot, to be read and printed",
+    help="write a page about a robot for reading and printing",
     description=(
         "Write one HTML page that a colleague can read and print: the robot, its assumptions, the pose in tables, sources of\n"
         "the sag, worst cases and maps of the workspace, corrections of the actuators, the comparison with finite elements,\n"

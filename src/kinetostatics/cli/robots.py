@@ -1,4 +1,4 @@
-"""Commands about robots as they are: check, robots, and export to C."""
+"""Commands on single robots: check, robots, and export to C."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CHECK = Command(
     help="describe a robot file: mobility, limbs, wrenches, beams, warnings",
     description=(
         "Describe a robot file: mobility and redundant constraints, every limb from base to platform with its constraint\n"
-        "wrenches in words, beams, elastic joints, masses, and probable input errors."
+        "wrenches, beams, elastic joints, masses, and probable input errors."
     ),
     arguments=(*ROBOT, "json"),
     function="checks.collect:robot_facts",
@@ -72,7 +72,7 @@ def _export(args: argparse.Namespace) -> int:
         found = exported.export_c(args.out, near=near, **given_of(("scalar", "name"), args))
     lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
     lines.append(
-        f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "
+        f"  {found.operations[0]:,} operations per correction of the loops, {found.operations[1]:,} for the analysis, "
         f"{found.work:,} bytes of work on the stack"
     )
     print("\n".join(lines))
@@ -84,7 +84,7 @@ EXPORT = Command(
     help="write C for a controller: pose, sag and actuator forces from coordinates, load and gravity",
     description=(
         "Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from coordinates of\n"
-        "the platform or of the actuators, load and gravity to quantities of the pose. It needs no heap and no library but\n"
+        "the platform or of the actuators, load and gravity to quantities of the pose. It needs no heap and no library except\n"
         "libm, and closes the loops by bounded iterations from the last pose."
     ),
     arguments=(*ROBOT, "near", "orientation"),
@@ -97,7 +97,7 @@ EXPORT = Command(
         ),
         "outputs": Argument(
             "texts",
-            "of twist, actuator_forces, actuators, stiffness and compliance, with --compensate also residual_error (default: "
+            "twist, actuator_forces, actuators, stiffness, compliance; with --compensate also residual_error (default: "
             "actuator_forces twist, with --compensate actuators actuator_forces residual_error)",
             "NAME",
         ),
@@ -106,12 +106,12 @@ EXPORT = Command(
             "the coordinates are the target of the loaded platform, the outputs those of the corrected pose: actuators, "
             "actuator_forces to feed forward, residual_error",
         ),
-        "jacobian": Argument("texts", "outputs whose derivatives are written as one more function of C", "NAME"),
+        "jacobian": Argument("texts", "outputs whose derivatives are exported as another function", "NAME"),
         "with_respect_to": Argument(
             "texts", "inputs of the derivatives: coordinates (default: all of them), load, gravity", "NAME", option="--by"
         ),
         "scalar": Argument("text", "type of arguments and results: double (default) or float", "TYPE"),
-        "name": Argument("text", "what all names in C begin with (default: the robot's)", "NAME"),
+        "name": Argument("text", "prefix of all names in C (default: the robot's name)", "NAME"),
         "out": Argument("text", "the folder of the files", "FOLDER"),
     },
     function="functions.function:compile",

@@ -71,7 +71,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters, to know which actuators turn."""
+    """Return the robot with the first values of all parameters, for the units of its actuators."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 
@@ -109,7 +109,7 @@ SWEEP = Command(
     arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS),
     own={
         "parameters": Argument(
-            "items", "values of the file's xacro arguments, also grids of them", "NAME=VALUES", option="--set"
+            "items", "values of the file's xacro arguments, or grids of values", "NAME=VALUES", option="--set"
         ),
         "out": Argument("text", "the file to write, .nc or .zarr", "FILE"),
         "restart": Argument("flag", "overwrite FILE"),
@@ -131,7 +131,7 @@ SWEEP = Command(
 
 files:
   FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
-  While the sweep runs, its blocks lie in FILE.part; if it is interrupted, the same command goes on with it.
+  While the sweep runs, its blocks are written to FILE.part; after an interruption, the same command continues from there.
 """,
     examples="""
 sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc

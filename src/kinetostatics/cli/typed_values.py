@@ -19,7 +19,7 @@ GRID_HELP = """\
   FROM:TO:COUNT and A,B,C make a grid, whose poses are all combinations of their values.
 """
 
-#: Values along one dimension, and poses, at most.
+#: Largest numbers of values along one dimension, and of poses.
 MOST = 1_000_000
 
 
@@ -28,10 +28,10 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
     Args:
         text: such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
-        kind: one of :data:`kinetostatics.description.units.KINDS` if only units of that kind make sense, "number" if none does.
+        kind: one of :data:`kinetostatics.description.units.KINDS` if units must be of that kind, "number" if none is allowed.
 
     Raises:
-        ArgumentError: it is not a number, or the unit is unknown or of the wrong kind.
+        ArgumentError: the text is not a number, or its unit is unknown or of the wrong kind.
     """
     found = typed_number(text)
     if found is None:
@@ -52,22 +52,18 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
 
 
 def unit_of(text: str) -> Unit | None:
-    """Return the unit that a number carries, None if the text is no number with a unit."""
+    """Return the unit of a number, None if the text is no number with a unit."""
     found = typed_number(text)
     return find_unit(found[1]) if found and found[1] else None
 
 
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
-    """Return first, last and number of values of ``FROM:TO[:COUNT]``, the number None if it is not given.
+    """Return first, last and number of values of ``FROM:TO[:COUNT]``; the number is None if not given.
 
-    Args:
-        option: the option's name, for messages.
-        name: of what has these values.
-        text: the range.
-        kind: as in :func:`parse_quantity`.
+    Args: option: the option, for messages. name: name of the coordinate or parameter. text: the range. kind: see
+    :func:`parse_quantity`.
 
-    Raises:
-        ArgumentError: it is not of that form.
+    Raises: ArgumentError: the text is not of this form.
     """
     parts = text.split(":")
     if len(parts) not in (2, 3):
@@ -87,7 +83,7 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
     """Return one value, or those of ``FROM:TO:COUNT`` or of a list ``A,B,C``.
 
     Raises:
-        ArgumentError: it is none of these.
+        ArgumentError: the text has another form.
     """
     if ":" in text:
         first, last, count = parse_range(option, name, text, kind)
@@ -116,7 +112,7 @@ def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
     """Return items ``name=value`` as a dict.
 
     Raises:
-        ArgumentError: one has no ``=``, no name or no value, or a name comes twice.
+        ArgumentError: an item has no ``=``, no name or no value, or a name is repeated.
     """
     found: dict[str, str] = {}
     for item in items:
@@ -130,13 +126,13 @@ def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
 
 
 def parse_parameters(items: Iterable[str]) -> dict[str, Keyword]:
-    """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
+    """Return the values of ``--set``; numbers with a unit are converted to SI, other texts are unchanged."""
     values = parse_items("--set", items)
     return {name: value if unit_of(value) is None else parse_quantity(value) for name, value in values.items()}
 
 
 def typed_units(items: Iterable[str]) -> dict[str, str]:
-    """Return the SI units of the values of ``--set`` that carry some."""
+    """Return the SI units of the values of ``--set`` with units."""
     found: dict[str, str] = {}
     for name, value in parse_items("--set", items).items():
         kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
@@ -146,7 +142,7 @@ def typed_units(items: Iterable[str]) -> dict[str, str]:
 
 
 def number_of(option: str, text: str, kind: str | None = "number") -> float:
-    """Return the number that an option has, of a kind as in :func:`parse_quantity`."""
+    """Return the number of an option, of a kind as in :func:`parse_quantity`."""
     try:
         return parse_quantity(text, kind)
     except ArgumentError as error:
@@ -154,7 +150,7 @@ def number_of(option: str, text: str, kind: str | None = "number") -> float:
 
 
 def whole_number_of(option: str, text: str, least: int = 1) -> int:
-    """Return the whole number from ``least`` on that an option has."""
+    """Return the integer of an option, at least ``least``."""
     number = None
     with contextlib.suppress(ArgumentError):
         number = parse_quantity(text, "number")

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kinetostatics.viewer.live import LiveServer
     from kinetostatics.viewer.unloaded import UnloadedPose
 
-#: Poses of a sweep that does not say how many.
+#: Default number of poses of a sweep.
 POSES = 21
 #: Options that exclude others.
 EXCLUDED = {
@@ -49,7 +49,7 @@ def _view(args: argparse.Namespace) -> int:
             if _is_given(args, option) and _is_given(args, other):
                 raise ArgumentError(f"--{option} and --{other.replace('_', '-')} exclude one another")
     if args.screenshot is None and (args.colour or args.view):
-        raise ArgumentError("--colour and --from are of an image: give --screenshot FILE.png too")
+        raise ArgumentError("--colour and --from apply to images: give --screenshot FILE.png too")
     return _live(args) if args.live else _page(args)
 
 
@@ -112,7 +112,7 @@ def _no_result(error: KinetostaticsError, option: str, args: argparse.Namespace)
 
 
 def _second(robot: Robot, args: argparse.Namespace) -> Result:
-    """Return the result of ``--compare``; where it names no coordinates the pose is that of the first."""
+    """Return the result of ``--compare``; without coordinates the pose is that of the first result."""
     from kinetostatics.analysis import analyze
 
     names = [word for word in args.compare if "=" not in word]
@@ -179,7 +179,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         result = analyze(pose, **{**loads, **changed})
         return result.by_mechanism if args.by_mechanism else result
 
-    at_o = args.point is None and args.frame in (None, "world")  # else the load moves with the platform, and sliders would not
+    at_o = args.point is None and args.frame in (None, "world")  # otherwise the load moves with the platform, but not the sliders
     server = serve(
         start,
         analyzed,
@@ -232,7 +232,7 @@ VIEW = Command(
     description="Show the deformed robot in the browser: bent beams, forces, and contributions of each weight and load.",
     arguments=(*ROBOT, *POSE, *LOADS),
     own={
-        "html": Argument("text", "write the page to a file, which needs no server and no network", "FILE"),
+        "html": Argument("text", "write the page to a file that needs no server and no network", "FILE"),
         "screenshot": Argument("text", "write an image with its legend; needs Chromium or Chrome", "FILE.png"),
         "live": Argument("flag", "handles and sliders move platform, actuators and load; ends with Ctrl+C"),
         "meshcat": Argument(
@@ -243,19 +243,19 @@ VIEW = Command(
         ),
         "sweep": Argument(
             "items",
-            "an animation: coordinates of platform or actuators that move together, the others being those of the pose "
+            "animation: coordinates of platform or actuators that vary together; the others are those of the pose "
             f"(default: {POSES} poses)",
             "NAME=FROM:TO[:POSES]",
         ),
         "by_mechanism": Argument(
-            "flag", "two sliders for each limb's weight: its effect by attached wrenches, and by deformation of the limb"
+            "flag", "two sliders for the weight of each limb: its effects by attached wrenches and by deformation of the limb"
         ),
         "compare": Argument(
             "texts",
-            "a second result on the page, as a ghost or beside the first: of another robot, at other coordinates, or both",
+            "second result on the page, as a ghost or beside the first: another robot, other coordinates, or both",
             "ROBOT|NAME=VALUE",
         ),
-        "exaggeration": Argument("number", "of displacements (default: the largest is about a tenth of the robot)", "E"),
+        "exaggeration": Argument("number", "factor of displacements (default: the largest is about a tenth of the robot)", "E"),
         "colour": Argument(
             "text",
             "quantity shown in colour on --screenshot (default: deflection)",
@@ -263,11 +263,11 @@ VIEW = Command(
         ),
         "view": Argument(
             "text",
-            "side that --screenshot is taken from (default: home)",
+            "view direction of --screenshot (default: home)",
             choices=("home", "front", "side", "top"),
             option="--from",
         ),
-        "port": Argument("count", "of the live page (default: any that is free)", "P", least=0),
+        "port": Argument("count", "port of the live page (default: any free one)", "P", least=0),
     },
     function="viewer:show",
     exclusive=("html", "screenshot", "live", "meshcat"),

@@ -22,7 +22,7 @@ LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 
 
 def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
-    """Raise an error for an attribute or child that the element does not have; namespaced ones are others' business."""
+    """Raise an error for an unknown attribute or child of the element; those with a namespace are ignored."""
     attributes, children = tuple(attributes), tuple(children)
     for name in element.attributes:
         if name not in attributes and name != "xmlns" and ":" not in name:
@@ -40,7 +40,7 @@ def _unknown(reason: str, name: str, right: Collection[str]) -> str:
 
 
 def text(element: XmlElement, name: str) -> str:
-    """Return an attribute that must be there and not be blank."""
+    """Return a required attribute that is not blank."""
     value = element.attributes.get(name)
     if value is None:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
@@ -50,7 +50,7 @@ def text(element: XmlElement, name: str) -> str:
 
 
 def new_name(element: XmlElement, name: str = "name") -> str:
-    """Return the name of something, which must be there and in one line."""
+    """Return a required name of one line."""
     value = text(element, name)
     if not value.isprintable():
         raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
@@ -58,10 +58,10 @@ def new_name(element: XmlElement, name: str = "name") -> str:
 
 
 def reference(element: XmlElement, name: str, known: Collection[str], kind: str) -> str:
-    """Return an attribute that must be the name of something that exists."""
+    """Return an attribute that must be the name of an existing item."""
     value = text(element, name)
     if value not in known:
-        # A <parent link> or <joint name> of a transmission would be called by the very name that does not exist.
+        # The label of a <parent link> or a transmission's <joint name> would contain the unknown name.
         label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
         near = near_names(value, known)
         raise element.error(f"{label} refers to the {kind} {value!r}, which does not exist; {near}")
@@ -85,7 +85,7 @@ def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) 
 
 
 def _without_unit(item: str) -> str:
-    """Say how a number with a unit is written in a file, if it is one."""
+    """Return a hint for a number with a unit: its value in SI."""
     typed = re.match(_NUMBER, item)
     unit = None if typed is None else find_unit(item[typed.end() :])
     if typed is None or unit is None or not unit.kind:
@@ -94,14 +94,14 @@ def _without_unit(item: str) -> str:
 
 
 def number(element: XmlElement, name: str, default: float | None = None) -> float:
-    """Return a finite number; without a default the attribute must be there."""
+    """Return a finite number; without a default the attribute is required."""
     if default is not None and name not in element.attributes:
         return default
     return _parse(element, name, text(element, name).strip(_SPACE))
 
 
 def positive(element: XmlElement, name: str) -> float:
-    """Return a number that must be there and be greater than zero."""
+    """Return a required number greater than zero."""
     value = number(element, name)
     if value <= 0:
         _wrong_sign(element, name, "greater than zero")
@@ -111,7 +111,7 @@ def positive(element: XmlElement, name: str) -> float:
 
 
 def not_negative(element: XmlElement, name: str, default: float | None = None) -> float:
-    """Return a number that must not be below zero."""
+    """Return a number of zero or more."""
     value = number(element, name, default)
     if value < 0:
         _wrong_sign(element, name, "zero or greater")
@@ -128,7 +128,7 @@ def _too_small(element: XmlElement, name: str) -> NoReturn:
 
 
 def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
-    """Return three numbers of at most ``largest``, which must be there."""
+    """Return three required numbers of at most ``largest``."""
     value = element.attributes.get(name)
     if value is None:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
@@ -136,7 +136,7 @@ def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
 
 
 def point(element: XmlElement, name: str) -> Vector:
-    """Return the three coordinates [m] of a point, which must be there."""
+    """Return the three required coordinates [m] of a point."""
     return vector(element, name, LONGEST)
 
 
@@ -149,12 +149,12 @@ def _three(element: XmlElement, name: str, items: Iterable[str], read: Callable[
 
 
 def positive_or_inf(element: XmlElement, name: str) -> float:
-    """Return a number that must be there and be greater than zero, or "inf"."""
+    """Return a required number greater than zero, or "inf"."""
     return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
 
 
 def stiffnesses(element: XmlElement, name: str) -> Vector:
-    """Return three numbers that must be there and be zero or greater, or "inf"."""
+    """Return three required numbers of zero or more, or "inf"."""
 
     def read(item: str) -> float:
         value = math.inf if item == "inf" else _parse(element, name, item)
@@ -170,11 +170,11 @@ def stiffnesses(element: XmlElement, name: str) -> Vector:
 def direction(element: XmlElement, name: str) -> Vector:
     """Return a unit vector along three numbers that are not all zero."""
     value = vector(element, name, sys.float_info.max)
-    if abs(math.hypot(*value) - 1) < 1e-15:  # it stays as it is, so that what was written comes back
+    if abs(math.hypot(*value) - 1) < 1e-15:  # unchanged, so that written files are read with equal numbers
         return value
     largest = max(map(abs, value))
     if largest == 0:
-        raise element.error(f"{name} of {element.label} is zero; it must point somewhere")
-    x, y, z = (item / largest for item in value)  # first to the order of 1: squares may overflow
+        raise element.error(f"{name} of {element.label} is zero; it must have a direction")
+    x, y, z = (item / largest for item in value)  # scaled, because squares may overflow
     length = math.hypot(x, y, z)
     return x / length, y / length, z / length

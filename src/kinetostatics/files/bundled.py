@@ -18,16 +18,17 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import read_file
 
 ENDINGS = (".urdf.xacro", ".urdf")
-#: The folder of xacro macros that they include, beside them.
+#: Folder of xacro macros included by the robots, beside them.
 LIBRARY = "library"
 
 INDEX = Path("share", "ament_index", "resource_index", "packages")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
-#: Where the robots of this package are, and the library of xacro macros: in an installed package beside the folder of this file,
-#: in a source checkout at its top. It is what ``$(find kinetostatics)`` means.
+#: Folder of the robots and the library of xacro macros, the value of ``$(find kinetostatics)``: in an installed package beside
+#: the
+#: folder of this file, in a source checkout at its top.
 OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 OWN_NAME = "kinetostatics"
-#: PyPI's name of packages that are known to come from there. Other names are not suggested: anybody may register one.
+#: Names on PyPI of known packages. Other names are not suggested, because anybody may register one.
 ON_PYPI = {"example-robot-data": "example-robot-data"}
 
 #: The first sentence of a file's first comment.
@@ -48,10 +49,10 @@ class Robots(dict[str, str]):
 
 
 def robots() -> Robots:
-    """Return the robots that come with the package: a mapping from names to one sentence each.
+    """Return the robots of the package: a mapping from names to one sentence each.
 
-    The name of one does wherever a robot's file is asked for: ``ks.load_robot("3rps")``. A file of that name in the working
-    folder comes first.
+    A name can be used in place of a robot file: ``ks.load_robot("3rps")``. A file of this name in the working folder has
+    priority.
     """
     return Robots({name: _about(path) for name, path in sorted(shipped_robots().items())})
 
@@ -62,7 +63,7 @@ def _about(path: Path) -> str:
 
 
 def shipped_robots() -> dict[str, Path]:
-    """Return the files of the robots that come with the package, by name."""
+    """Return the files of the robots of the package, by name."""
     folder = next((item for item in OWN_FOLDERS if item.is_dir()), None)
     if folder is None:
         return {}
@@ -70,17 +71,16 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> list[Path]:
-    """Copy files of robots that come with the package, and the library of xacro macros that they include.
+    """Copy files of robots of the package, and the library of xacro macros that they include.
 
-    Args:
-        names: of the robots.
-        folder: where the copies go; the library goes to its folder ``library``, unless it is there.
+    Args: names: names of the robots. folder: folder of the copies; the library is copied to its subfolder ``library``, unless
+    that exists.
 
     Returns:
         The copies.
 
     Raises:
-        ArgumentError: there is no such robot, or a file of its name is there already; nothing is copied then.
+        ArgumentError: a robot is unknown, or its file exists already; nothing is copied then.
     """
     if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
         raise ArgumentError(f"names are {names!r}; they must be a list of names")
@@ -121,11 +121,10 @@ def shown_path(path: str) -> str:
 
 
 def robot_path(robot: str | os.PathLike[str]) -> Path:
-    """Return the file of a robot given by a path or by the name of one that comes with the package.
+    """Return the file of a robot given by a path or by the name of a robot of the package.
 
-    Raises:
-        RobotFileError: there is neither such a file nor such a name.
-        ArgumentError: it is neither a path nor a name.
+    Raises: RobotFileError: there is neither a file nor a robot of this name. ArgumentError: the value is neither a path nor a
+    name.
     """
     _, path = read_robot(robot)
     return Path(path)
@@ -135,8 +134,8 @@ def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
     """Return the content of a robot's file, given as in :func:`robot_path`, and its path.
 
     Raises:
-        RobotFileError: it cannot be read.
-        ArgumentError: it is neither a path nor a name.
+        RobotFileError: the file cannot be read.
+    ArgumentError: the value is neither a path nor a name.
     """
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")
@@ -153,7 +152,7 @@ def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
 
 
 def _located(robot: str | os.PathLike[str]) -> Path:
-    """Return the path as it is, or that of the robot whose name it is, if there is no file of that name."""
+    """Return the path of a file, or of the robot with this name if there is no such file."""
     path = Path(os.fsdecode(robot))
     return path if path.is_file() else shipped_robots().get(os.fsdecode(robot), path)
 
@@ -170,18 +169,18 @@ def _perhaps(name: str) -> str:
 
 
 class PackageNotFound(LookupError):
-    """There is no such package; the message says how to add it."""
+    """A package is not installed; the message gives the command that installs it, if known."""
 
 
 def package_folder(name: str) -> Path:
     """Return the folder with the files of an installed package.
 
-    ``kinetostatics`` is the folder of the robots that come with this package, with its library of xacro macros. Others are
-    looked for, in this order, in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed
-    (``cmeel.prefix``, where Pinocchio and its robots are), and in Python's own prefix.
+    ``kinetostatics`` is the folder of the robots of this package, with its library of xacro macros. Other packages are searched,
+    in this order, in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed (``cmeel.prefix``, where
+    Pinocchio and its robots are), and in Python's own prefix.
 
     Raises:
-        PackageNotFound: there is none, or the name is not one.
+        PackageNotFound: the package is not installed, or the name is invalid.
     """
     if not NAME.fullmatch(name):
         raise PackageNotFound(f"{name!r} is not the name of a package: write letters, digits, - and _, as in $(find my_robots)")

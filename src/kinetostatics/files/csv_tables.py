@@ -13,12 +13,12 @@ from kinetostatics.exceptions import ArgumentError, near_names
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table as it stands in a file.
+    """The contents of a CSV file.
 
     Attributes:
         place: file and line of the column names.
-        names: of the columns, without units.
-        rows: line number and cells of each row; a number without a unit of its own has that of its column: ``500mm``.
+        names: names of the columns, without units.
+        rows: line number and cells of each row; the unit of the column is appended to numbers without a unit: ``500mm``.
     """
 
     place: str
@@ -36,14 +36,14 @@ def read_csv(
     """Read a CSV file.
 
     Args:
-        path: of the file.
-        example: what such a table looks like, for the error of one with fewer than ``least`` rows.
-        known: names that columns may have; None: any.
-        needed: names of columns that must be there.
-        least: number of rows.
+        path: path of the file.
+        example: description of a valid table, for the error if there are fewer than ``least`` rows.
+        known: allowed names of columns; None: any.
+        needed: names of required columns.
+        least: smallest number of rows.
 
     Raises:
-        ArgumentError: the file cannot be read, or is no such table; the message has file and line.
+        ArgumentError: the file cannot be read or is not such a table; the message names file and line.
     """
     name = os.fspath(path)
     try:
@@ -74,7 +74,7 @@ def column_name(title: str, place: str) -> tuple[str, str]:
     """Return name and unit, or "", of a column's title.
 
     Raises:
-        ArgumentError: it has brackets elsewhere than around a unit at its end.
+        ArgumentError: the title has brackets other than those of a unit at its end.
     """
     found = re.fullmatch(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]+)\])?\s*", title)
     if found is None:
@@ -86,7 +86,7 @@ def check_columns(place: str, names: Sequence[str], known: Collection[str] | Non
     """Check the names of columns.
 
     Raises:
-        ArgumentError: one is not ``known`` (None: any may be), has a unit in round brackets, or is given twice.
+        ArgumentError: a name is not in ``known`` (None: any), has a unit in round brackets, or is repeated.
     """
     for name in names:
         bracketed = re.fullmatch(r"([^()]+?)\s*\(([^()]+)\)", name)
@@ -99,7 +99,7 @@ def check_columns(place: str, names: Sequence[str], known: Collection[str] | Non
 
 
 def with_unit(cell: str, unit: str) -> str:
-    """Return the text of a number with a unit behind it, unless it has one of its own."""
+    """Return the text of a number with a unit appended, unless it has one."""
     try:
         float(cell)
     except ValueError:

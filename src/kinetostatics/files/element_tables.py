@@ -1,4 +1,4 @@
-"""Tables of the elements of a robot file, by which they are read, and the writing of parts of the description.
+"""Tables of the elements of a robot file for reading, and writing of parts of the description.
 
 Rules between elements are in :mod:`rules`.
 """
@@ -95,7 +95,7 @@ LOOP = ElementTable(
 
 
 def limits(found: dict[str, Keyword], element: XmlElement) -> None:
-    """Complete ``lower`` and ``upper``: infinite if both are left out, and zero if one of them is, as in URDF."""
+    """Complete ``lower`` and ``upper``: infinite if both are missing; as in URDF, zero if one is missing."""
     lower, upper = found["lower"], found["upper"]
     if lower is None and upper is None:
         found["lower"], found["upper"] = -math.inf, math.inf
@@ -107,7 +107,7 @@ def limits(found: dict[str, Keyword], element: XmlElement) -> None:
 
 
 def _unlimited(item: Joint | Loop) -> dict[str, Keyword]:
-    """Return the attributes of the limits of a joint without any."""
+    """Return the limit attributes of a joint without limits."""
     return {"lower": None, "upper": None} if (item.lower, item.upper) == (-math.inf, math.inf) else {}
 
 
@@ -203,7 +203,7 @@ def read_section(beam: XmlElement) -> Section:
 
 
 def write_beam(beam: Beam, joints: Collection[str]) -> XmlElement:
-    """Return a ``<beam>``, at whose ends ``joints`` may be."""
+    """Return a ``<beam>``; ``joints`` are the possible ends."""
     label = f"beam {beam.name!r}"
     ends = {"start": _end(beam.start, beam, joints), "end": _end(beam.end, beam, joints)}
     name = None if beam.name == beam.link else beam.name
@@ -221,7 +221,7 @@ def _end(end: BeamEnd | None, beam: Beam, joints: Collection[str]) -> str | None
 
 
 def _write_section(beam: Beam, label: str) -> XmlElement:
-    """Return the element of a section, from the dimensions that its properties follow from."""
+    """Return the element of a section, with its independent dimensions."""
     section = beam.section
     table = dict(SECTIONS.values()).get(type(section))  # of a tube <tube>
     if table is None:
@@ -230,7 +230,7 @@ def _write_section(beam: Beam, label: str) -> XmlElement:
         try:
             same = type(section).of(*(getattr(section, row.field) for row in table.rows[""])) == section  # type: ignore[attr-defined]
         except (ArithmeticError, ArgumentError):
-            same = True  # sizes that the reader will refuse
+            same = True  # the reader will reject these sizes
         if not same:
             kind = type(section).__name__
             raise beam.place.error(f"the section of {label} has other numbers than its sizes give; make it with {kind}.of(…)")
@@ -274,7 +274,7 @@ def write_spring(spring: Spring) -> XmlElement:
 
 
 def write_stiffness(item: JointStiffness) -> XmlElement:
-    """Return a ``<joint_stiffness>``; one that is rigid after all says so."""
+    """Return a ``<joint_stiffness>``; a rigid one is written explicitly."""
     rigid = item.linear is None and item.angular is None and item.drive is None
     given = {"linear": (math.inf,) * 3} if rigid else None
     return JOINT_STIFFNESS.write(item, item.place, f"stiffness {item.joint!r}", given=given)

@@ -21,8 +21,8 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
     """Return the ``<robot>`` of a file, xacro expanded, the file's path, and whether it uses xacro.
 
     Raises:
-        RobotFileError: it cannot be read, or has another outermost element.
-        ArgumentError: parameters are given, but it does not use xacro.
+        RobotFileError: the file cannot be read, or has another outermost element.
+        ArgumentError: parameters are given for a file without xacro.
     """
     data, name = read_robot(path)
     check("parameters", parameters)
@@ -38,14 +38,11 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
-    """Return the path to include a source by, or None if xacro would change its content.
+    """Return the path for the inclusion of a source, or None if xacro would change its content.
 
-    Args:
-        source: its path.
-        root: its expanded content.
-        uses_xacro: whether it is a xacro itself.
-        additions: what stands beside the inclusion.
-        out: the file that includes it; the path is relative to its folder, unless an installed package has the source.
+    Args: source: path of the source. root: its expanded content. uses_xacro: whether the source uses xacro. additions: text of
+    the additional elements. out: the including file; the path is relative to its folder, unless the source is in an installed
+    package.
     """
     try:
         path = os.path.relpath(source, os.path.dirname(out) or ".")
@@ -89,5 +86,5 @@ def whole_text(root: XmlElement, additions: str) -> str:
 
 
 def quoted(value: str) -> str:
-    """Return a value as an attribute has it, in quotes."""
+    """Return a value as a quoted attribute value."""
     return '"' + escape(value, {'"': "&quot;"}) + '"'

@@ -1,7 +1,7 @@
 """Units of the parameters of a robot file, from derivatives of the robot's numbers.
 
-A parameter has the unit of the numbers whose derivative with respect to it is 1: a length, for example, if a rod's diameter grows
-by as much as the parameter. If there is no such number, or if their units differ, the unit is unknown.
+A parameter has the unit of those numbers of the robot whose derivative with respect to it is 1: it is a length if, for example, a
+rod's diameter grows by the same amount. If there is no such number, or if units differ, the unit is unknown.
 """
 
 from __future__ import annotations
@@ -36,20 +36,18 @@ UNITS: dict[type, dict[str, str]] = {
     Joint: {},
     Loop: {},
 }
-#: A parameter is changed by these parts of its value, or by as much if it is zero; slopes are 1 within the last.
+#: Changes of a parameter, relative to its value (absolute if it is zero), and tolerance of a derivative of 1.
 STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 
 
 def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
-    """Return the SI unit of a parameter, empty if it is not certain.
+    """Return the SI unit of a parameter; empty if uncertain.
 
-    Args:
-        value: of the parameter.
-        read: what the file says with another value.
+    Args: value: value of the parameter. read: returns the description with another value.
     """
     if isinstance(value, bool) or not isinstance(value, Real):
         return ""
-    for sign in (1, -1):  # one of the two may be beyond what the file allows
+    for sign in (1, -1):  # one of the two may be invalid in the file
         steps = [sign * step * (abs(float(value)) or 1.0) for step in STEPS]
         try:
             before, *after = (dict(_walk(read(float(value) + step), (), "")) for step in (0.0, *steps))
@@ -71,7 +69,7 @@ def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[
     """Return hints at parameters of a robot's file that are lengths [m] far beyond the file's own; those below 1 are left out.
 
     Args:
-        path, parameters, links: as :func:`kinetostatics.files.reader.read_robot_file` takes them.
+        path, parameters, links: see :func:`kinetostatics.files.reader.read_robot_file`.
     """
     given = {name: number for name, value in parameters.items() if (number := _number(value)) is not None and number >= 1}
     own = {name: _number(text) for name, text in parameter_values(path, {}).items()} if given else {}

@@ -29,10 +29,9 @@ def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
 
 
 def known_link(argument: str, name: str, links: Collection[str], path: str) -> str:
-    """Return the name of a link that was given as an argument.
+    """Return the name of a link given as an argument.
 
-    Raises:
-        ArgumentError: there is no such link.
+    Raises: ArgumentError: there is no such link.
     """
     if not isinstance(name, str) or name not in links:
         raise ArgumentError(f"{argument}={name!r}: {path} has no such link; {near_names(str(name), links)}")
@@ -95,9 +94,9 @@ def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[st
 
 
 def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
-    """Return the base of a file that does not name it: the root of the tree, or its child by a joint without constraints.
+    """Return the default base: the root of the tree, or its child if the joint between them is floating or planar.
 
-    Files for simulators hang the whole robot on a world by a floating or planar joint.
+    Files for simulators connect the robot to a world link by such a joint.
     """
     below = [joint for joint in joints.values() if joint.parent == tree]
     if len(below) == 1 and JOINT_TYPES[below[0].type].freedoms > 1:
@@ -106,18 +105,15 @@ def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
 
 
 def drivable(joints: Mapping[str, Joint]) -> list[str]:
-    """Return the joints that could be driven: those of one freedom that follow no other."""
+    """Return the joints that could be driven: those with one freedom that mimic no other."""
     return [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
 
 
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
-    """Return the driven joints of a robot without loops: all that move, because nothing else could hold them.
+    """Return the driven joints of a robot without loops: all moving joints, which otherwise could carry no load.
 
-    Args:
-        joints: of the robot.
-        driven: those with a ``<transmission>``.
-        path: of the file.
-        warnings: what is said is added to them.
+    Args: joints: joints of the robot. driven: joints with a ``<transmission>``. path: path of the file. warnings: list to which
+    warnings are added.
     """
     others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:

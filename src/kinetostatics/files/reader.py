@@ -47,27 +47,25 @@ def read_robot_file(
         path: a URDF or xacro file, recognized by its content; or the name of a robot that comes with the package, see
             :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
-        platform_link: the link that is the platform, instead of that which the file names; its own frame is o-xyz. In a file
-            that names none and has no loops all joints that move are then driven, because nothing else could hold them.
-        base_link: the link that stands still, instead of that which the file names or the root of its tree.
+        platform_link: link that is the platform; default: the one named in the file. The link frame is o-xyz. If the file names
+            no platform and has no loops, all moving joints are driven.
+        base_link: link fixed to the ground; default: the one named in the file, or the root of its tree.
 
     Returns:
         The description.
 
     Raises:
-        RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
-        ArgumentError: if ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
+        RobotFileError: the file cannot be read or is invalid; with file and line.
+        ArgumentError: ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
     data, name = read_robot(path)
     return _read(data, name, {} if parameters is None else parameters, platform_link, base_link)
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
-    """Return the values of all xacro arguments of a file, in its order, as texts; none of a file that does not use xacro.
+    """Return the values of all xacro arguments of a file, in its order, as strings; empty without xacro.
 
-    Args:
-        path: as in :func:`read_robot_file`.
-        parameters: those that are given; the others are the file's own.
+    Args: path: see :func:`read_robot_file`. parameters: given values; the others are those of the file.
     """
     return _values_of(*read_robot(path), parameters)
 
@@ -85,15 +83,15 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
 
     Args:
         text: the XML.
-        path: the name of the text in messages; xacro looks for included files beside it.
-        parameters: as in :func:`read_robot_file`.
+        path: name of the text in messages; xacro searches included files in its folder.
+        parameters: see :func:`read_robot_file`.
 
     Returns:
         The description.
 
     Raises:
-        RobotFileError: as in :func:`read_robot_file`.
-        ArgumentError: as in :func:`read_robot_file`.
+        RobotFileError: see :func:`read_robot_file`.
+        ArgumentError: see :func:`read_robot_file`.
     """
     return _read(text, path, {} if parameters is None else parameters)
 
@@ -114,26 +112,23 @@ def _read(
 
 
 def validate(description: RobotDescription) -> RobotDescription:
-    """Check a description that was made or changed in Python, by all rules that robot files are held to.
+    """Validate a description created or changed in Python by the rules of robot files.
 
-    It is turned into the elements of a robot file, and these are read: there is no second copy of any rule.
+    It is converted to the elements of a robot file, which are then read, so that the rules are the same.
 
-    Args:
-        description: the description; one that is valid already comes back as it is.
+    Args: description: the description; returned unchanged if valid already.
 
-    Returns:
-        The same description as it is read from a file: defaults filled in, axes of unit length, numbers as floats.
+    Returns: The same description as read from a file: with defaults, unit axes, and numbers as floats.
 
-    Raises:
-        RobotFileError: something is wrong; with the file and line to blame if it comes from a file.
-        ArgumentError: it is no description.
+    Raises: RobotFileError: the description is invalid; with file and line for parts of a file. ArgumentError: the argument is no
+    description.
     """
     if not isinstance(description, RobotDescription):
         raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
     if description.is_valid:
         return description
     root = robot_element(description)
-    new_name(root)  # a file may lack it, and then gives its own
+    new_name(root)  # in files it is optional
     found = describe(root, description.path, [])
     said = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
@@ -142,7 +137,7 @@ def validate(description: RobotDescription) -> RobotDescription:
 
 
 def known_valid(description: RobotDescription) -> RobotDescription:
-    """Return a description marked as valid, for changes that keep a valid one valid."""
+    """Mark a description as valid, after changes that preserve validity."""
     object.__setattr__(description, "is_valid", True)
     return description
 
@@ -154,13 +149,13 @@ def describe(
 
     Args:
         root: the element, xacro expanded.
-        path: of its file.
-        warnings: what is said besides those of this reading.
-        platform, base: as in :func:`read_robot_file`.
+        path: path of its file.
+        warnings: warnings so far.
+        platform, base: see :func:`read_robot_file`.
 
     Raises:
-        RobotFileError: as there.
-        ArgumentError: as there.
+        RobotFileError: see :func:`read_robot_file`.
+        ArgumentError: see :func:`read_robot_file`.
     """
     if root.tag != "robot":
         raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
@@ -227,7 +222,7 @@ def describe(
 
 
 def _check_robot_level(root: XmlElement) -> None:
-    """Refuse misspelled elements, which every reader would skip in silence."""
+    """Raise an error for a misspelled element, which would be ignored otherwise."""
     version = root.attributes.get("version", "1.0")
     if version.strip() not in ("1.0", "1"):
         raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")

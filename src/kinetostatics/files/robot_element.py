@@ -1,6 +1,6 @@
 """The element ``<robot>`` of a description, with all digits of its numbers.
 
-The elements keep file and line of the parts that they are made from, for errors found on reading them again.
+The elements contain file and line of their parts, for errors in validation.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def robot_element(description: RobotDescription) -> XmlElement:
     """Return a description as the element ``<robot>``.
 
     Raises:
-        RobotFileError: a value is no number or text where it should be one, or is kept under a name that it does not have.
+        RobotFileError: a value is not of the expected type, or the key of a part differs from its name.
     """
     place = Place(description.path)
     extra = _elements_of(description.extra, place, "the description")
@@ -72,7 +72,7 @@ def robot_element(description: RobotDescription) -> XmlElement:
 
 
 def plain_transmission(joint: str, place: Place) -> XmlElement:
-    """Return the transmission that says no more than that a joint is driven."""
+    """Return a plain transmission, which only marks a joint as driven."""
     entry = XmlElement("joint", {"name": joint}, (), place, "the driven joints")
     return XmlElement("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
@@ -98,10 +98,9 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 
 @lru_cache(maxsize=1000)
 def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
-    """Return elements that are kept as text, as ones of their owner's place.
+    """Return elements from their text, with the place of their owner.
 
-    Raises:
-        RobotFileError: they cannot be read.
+    Raises: RobotFileError: the text cannot be parsed.
     """
     if not extra:
         return ()
@@ -115,7 +114,7 @@ def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]
 
 
 def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
-    """Return the transmissions that drive ``driven`` in this order: those already ``known`` where they fit, else plain ones."""
+    """Return the transmissions of ``driven``, in this order: suitable ``known`` ones, otherwise plain ones."""
     joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
     result: list[XmlElement] = []

@@ -16,7 +16,7 @@ from kinetostatics.files.attribute_values import reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
 from kinetostatics.files.xml import XmlElement
 
-#: How far an axis may lie beside an axis of the joint's frame.
+#: Tolerance for axes along an axis of the joint frame.
 _ALIGNED = 1e-9
 _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a universal joint
 #: The names of the types with one freedom.
@@ -27,13 +27,13 @@ SINGLE = ", ".join(names_of("is_single"))
 
 
 def lacks_axis(element: XmlElement) -> bool:
-    """Whether a joint or loop leaves out the ``<axis>`` it has; the axes of a universal joint may well be left out."""
+    """Whether the ``<axis>`` of a joint or loop is missing; the axes of a universal joint have sensible defaults."""
     kind = JOINT_TYPES.get(element.attributes.get("type", ""))
     return kind is not None and kind.has_axis and kind.turns is not Axes.BOTH and element.child("axis") is None
 
 
 def axis_warning(element: XmlElement) -> str:
-    """Return the warning of an ``<axis>`` that is left out."""
+    """Return the warning of a missing ``<axis>``."""
     kind = JOINT_TYPES[text(element, "type")]
     slides = {Axes.AXIS: "slides along ", Axes.ACROSS: "slides across "}.get(kind.slides, "")
     moves = f"{slides}{'and ' * bool(slides)}turns about" if kind.turns is Axes.AXIS else slides.rstrip()
@@ -81,7 +81,7 @@ def _loop(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) -
         raise element.required_child("limit").error(reason)
     cone = found["cone"]
     if cone is not None and cone.angle > math.pi:
-        if cone.angle > math.pi + 1e-9:  # π that was written with a few digits less may be a little larger
+        if cone.angle > math.pi + 1e-9:  # a rounded π may be slightly larger
             reason = f"angle={cone.angle:g} of <cone> is above π; it is an angle between two axes, in radians"
             raise element.required_child("cone").error(reason)
         found["cone"] = replace(cone, angle=math.pi)
@@ -107,7 +107,7 @@ def read_springs(root: XmlElement, links: Mapping[str, Link]) -> dict[str, Sprin
 def with_counterweights(
     root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint]
 ) -> tuple[dict[str, Link], dict[str, Joint]]:
-    """Return links and joints, and for every ``<counterweight>`` a link that weighs and the fixed joint that holds it."""
+    """Return links and joints, including a link with mass and its fixed joint for every ``<counterweight>``."""
     masses: list[Link] = []
     mounts: list[Joint] = []
     for element in root.named("counterweight"):
@@ -130,7 +130,7 @@ def read_beams(
         root: the ``<robot>`` element.
         links: names of all links.
         connections: names of all joints and loops.
-        rigid: links that may not carry a beam, and what they are.
+        rigid: links that may not carry a beam, with their role.
     """
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
@@ -197,7 +197,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: XmlElement) -
 
 
 def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEnd | None:
-    """Read ``from`` or ``to``: a joint or loop, with ``:parent`` or ``:child`` behind it where the side matters."""
+    """Read ``from`` or ``to``: a joint or loop, optionally with a side, ``:parent`` or ``:child``."""
     if name not in element.attributes:
         return None
     value = text(element, name)
@@ -220,9 +220,9 @@ def _end(element: XmlElement, name: str, connections: Collection[str]) -> BeamEn
 
 
 def read_driven(root: XmlElement, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
-    """Return the joints and loops that the ``<transmission>`` name.
+    """Return the joints and loops named by ``<transmission>`` elements.
 
-    Without loops there is only a warning of one that cannot drive anything; in a closed loop it matters which joints are driven.
+    An invalid transmission is an error with loops, where the choice of driven joints matters; otherwise a warning.
     """
     connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
     types = {item.name: item.type for item in connections}
@@ -264,7 +264,7 @@ def with_right_mimics(
     """Return the joints; without loops, invalid ``<mimic>`` elements are dropped with a warning.
 
     Raises:
-        RobotFileError: there are loops, in which it matters.
+        RobotFileError: an element is invalid and the robot has loops.
     """
     result = dict(joints)
     for element in root.named("joint"):
@@ -296,7 +296,7 @@ def _check_mimic(element: XmlElement, mimic: Mimic, joints: Mapping[str, Joint],
 
 
 def check_masters(root: XmlElement, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
-    """Raise an error unless every joint that mimics follows a driven one."""
+    """Check that every mimic joint follows a driven joint."""
     for element in root.named("joint"):
         mimic = joints[element.attributes["name"]].mimic
         if mimic is not None and mimic.joint not in driven:
@@ -315,11 +315,11 @@ def read_joint_stiffness(
 
     Args:
         root: the ``<robot>`` element.
-        joints, loops: all of them.
+        joints, loops: all joints and loops.
         driven: the joints and loops with a transmission.
 
     Returns:
-        Elastic joints by name; a group whose three values are infinite is the same as none.
+        Elastic joints by name; three infinite values are treated as missing.
     """
     result: dict[str, JointStiffness] = {}
     for element in root.named("joint_stiffness"):
@@ -368,7 +368,7 @@ def _check_group(element: XmlElement, group: str, values: Vector, joint: Joint |
                 f"{element.label} cannot tell its freedom from what it blocks: turn the joint's frame (<origin rpy>) so that "
                 "its axis is one of the frame's axes, or give three finite numbers greater than zero"
             )
-        # of a plane's directions its normal is the one that is blocked
+        # a planar joint blocks its normal direction
         blocked = {along} if free == 2 else blocked - {along}
     for index in sorted(blocked):
         if values[index] == 0:

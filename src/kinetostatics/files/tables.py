@@ -16,13 +16,13 @@ from kinetostatics.files import attribute_values as values
 from kinetostatics.files.attribute_values import allow
 from kinetostatics.files.xml import XmlElement, shortened
 
-#: Default of an attribute that must be there, as must the element that it stands in.
+#: Default of a required attribute of a required element.
 NEEDED = object()
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a value: its reading, and the ``form`` in which it is written (a text, a number or several numbers)."""
+    """Kind of a value: a function that reads it, and the ``form`` of its text (a string, a number or several numbers)."""
 
     read: Callable[[XmlElement, str], Keyword]
     form: str = "number"
@@ -40,11 +40,11 @@ class Row:
     """An attribute.
 
     Attributes:
-        attribute: its name.
-        kind: of its value.
-        default: its value where it or its element is left out; NEEDED: neither may be.
-        name: its field in the description, such as ``axis`` or ``cone.angle``; the attribute's own name if empty.
-        must: whether it must be there if its element is, which may be left out.
+        attribute: name of the attribute.
+        kind: kind of its value.
+        default: value if the attribute or its element is missing; NEEDED: required.
+        name: field in the description, such as ``axis`` or ``cone.angle``; empty: name of the attribute.
+        must: whether it is required in an optional element.
     """
 
     attribute: str
@@ -64,7 +64,7 @@ class Row:
         return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
 
 
-#: Classes of what the description keeps together.
+#: Classes of fields with several attributes.
 PARTS: dict[str, Callable[..., Keyword]] = {
     **dict.fromkeys(("origin", "predecessor_origin", "successor_origin", "platform_origin"), Origin),
     **{"cone": Cone, "mimic": Mimic, "material": Material},
@@ -78,8 +78,8 @@ class ElementTable:
     Attributes:
         tag: its name.
         rows: its attributes, and those of its child elements by their path, such as ``predecessor/origin``.
-        children: further child elements that may stand in it.
-        open: paths of elements in which other attributes and children may stand, which mean nothing here.
+        children: further allowed child elements.
+        open: paths of elements in which unknown attributes and children are ignored.
     """
 
     tag: str
@@ -99,10 +99,10 @@ class ElementTable:
 
         Args:
             element: the element.
-            without: paths of child elements that are not looked at.
+            without: paths of child elements to be skipped.
 
         Raises:
-            RobotFileError: it has an attribute or child that it may not have, lacks one that it must have, or a value is wrong.
+            RobotFileError: an attribute or child is unknown or missing, or a value is invalid.
         """
         found: dict[str, Keyword] = {}
         parts: dict[str, dict[str, Keyword]] = {}
@@ -137,18 +137,18 @@ class ElementTable:
         always: Collection[str] = (),
         more: Iterable[XmlElement] = (),
     ) -> XmlElement:
-        """Return the element that reads as an item of the description.
+        """Return the element of an item of the description.
 
         Args:
-            item: has the fields of the rows.
-            place: of the element.
-            label: what errors call the item.
+            item: object with the fields of the rows.
+            place: place of the element.
+            label: name of the item in errors.
             given: values of fields instead of the item's.
-            always: paths of child elements that are written even if they say no more than defaults.
+            always: paths of child elements that are written even with default values only.
             more: further child elements.
 
         Raises:
-            RobotFileError: a value is no text or number, where it should be one.
+            RobotFileError: a value is not of the expected type.
         """
         given = given or {}
         inside: dict[str, list[XmlElement]] = {path: [] for path in self.rows}
@@ -183,10 +183,9 @@ class ElementTable:
 
 
 def written(form: str, value: Keyword) -> str:
-    """Return a value as it is written, numbers with all digits that it takes to read the same again.
+    """Return a value as text, numbers with all digits needed for exact reading.
 
-    Raises:
-        ArgumentError: it has another form.
+    Raises: ArgumentError: the value has another form.
     """
     if form == "text":
         if not isinstance(value, str):

@@ -1,7 +1,7 @@
 """The URDF part of a robot file: links, joints, and whether they form a tree.
 
-Pinocchio ignores many errors of a URDF (an incomplete ``<inertial>`` loses its mass, a link with two parents gives another
-robot) and rejects others without a reason. Therefore everything is checked here.
+Pinocchio ignores many errors of a URDF (an incomplete ``<inertial>`` loses its mass, a link with two parents gives another robot)
+and rejects others without a reason. Therefore all elements are checked here.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from kinetostatics.files.element_tables import INERTIAL, JOINT, MOMENTS, SHAPE, 
 from kinetostatics.files.rules import SINGLE, axis_warning, lacks_axis
 from kinetostatics.files.xml import XmlElement, to_text
 
-#: Elements of this package, which mean something only directly inside ``<robot>``.
+#: Elements of this package, valid only as children of ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", "counterweight")
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
 _JOINT_CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
-#: Elements for Pinocchio's parser alone, which refuses the whole file without saying why: numbers that must be there, and others.
+#: Elements read by Pinocchio's parser only, which rejects files without a reason: required numbers, and others.
 _DYNAMICS = {
     "dynamics": ((), ("damping", "friction")),
     "safety_controller": (("k_velocity",), ("k_position", "soft_lower_limit", "soft_upper_limit")),
@@ -67,7 +67,7 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
         )
     on_tree = set(roots)
     for start in links:
-        path: dict[str, None] = {}  # an ordered set
+        path: dict[str, None] = {}  # used as an ordered set
         link = start
         while link not in on_tree and link not in path:
             path[link] = None
@@ -86,7 +86,7 @@ def other_children(element: XmlElement, *children: str) -> str:
 
 
 def _check_children(element: XmlElement, known: tuple[str, ...], warnings: list[str]) -> None:
-    """Refuse elements of this package in the wrong place, and warn of probable misspellings."""
+    """Raise an error for elements of this package in a wrong place, and warn of probable misspellings."""
     for child in element.children:
         if child.tag in known:
             continue
@@ -112,7 +112,7 @@ def _link(element: XmlElement, warnings: list[str]) -> Link:
 
 
 def _moments(link: XmlElement, inertial: XmlElement, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
-    """Return ixx, ixy, ixz, iyy, iyz, izz, which the statics do not need: missing or impossible values are zero."""
+    """Return ixx, ixy, ixz, iyy, iyz, izz, with zero for missing or impossible values; the statics does not use them."""
     tensor = inertial.child("inertia")
     if tensor is None:
         warnings.append(
@@ -139,7 +139,7 @@ def _joint(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) 
         )
     of_kind = JOINT_TYPES[kind]
     _check_children(element, _JOINT_CHILDREN, warnings)
-    without = [] if of_kind.has_axis else ["axis"]  # exporters write one all the same, often zero
+    without = [] if of_kind.has_axis else ["axis"]  # exporters write one nevertheless, often zero
     mimic = element.child("mimic")
     if mimic is not None and of_kind.is_fixed:
         warnings.append(f"{mimic.place}: <mimic> of {element.label} is ignored, because this joint is fixed.")

@@ -14,7 +14,7 @@ from kinetostatics.files.reader import validate
 from kinetostatics.files.robot_element import robot_text
 
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
-#: Files that elements name, which lie beside the file that the robot was read from.
+#: Attributes with names of files, relative to the robot file.
 _FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
 
 
@@ -30,15 +30,11 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
 
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
-    Comments, xacro's macros and attributes that URDF does not know are not. Names of meshes that are relative to the robot's file
-    are made relative to the new one.
+    Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file.
 
-    Args:
-        robot: the robot, or its description.
-        path: of the new file; a file of that name is replaced.
+    Args: robot: the robot, or its description. path: path of the new file; an existing file is replaced.
 
-    Raises:
-        RobotFileError: the description is wrong.
+    Raises: RobotFileError: the description is invalid.
         ArgumentError: the file cannot be written, or is a xacro whose macros would be lost.
     """
     description = validate(robot.description if hasattr(robot, "description") else robot)
@@ -50,10 +46,9 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
 
 
 def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a file; one of that name is replaced.
+    """Write a file; an existing file is replaced.
 
-    Raises:
-        ArgumentError: it cannot be written.
+    Raises: ArgumentError: the file cannot be written.
     """
     name = path_name("path", path)
     try:
@@ -69,12 +64,12 @@ def _uses_xacro(name: str) -> bool:
     try:
         with open(name, "rb") as file:
             return b"xmlns:xacro" in file.read()
-    except (OSError, ValueError):  # it is not there yet, or writing will say why not
+    except (OSError, ValueError):  # it does not exist yet, or writing will raise the error
         return False
 
 
 def _beside(description: RobotDescription, folder: str) -> RobotDescription:
-    """Return a description whose meshes are found from another folder."""
+    """Return a description with names of meshes relative to another folder."""
     source = os.path.dirname(os.path.abspath(description.path))
     if source == folder:
         return description

@@ -1,9 +1,9 @@
 """Expansion of xacro, with errors that name the source file and line.
 
 The ``xacro`` package keeps its state in its module and reports errors without lines. During an expansion its parser is replaced
-by that of this package, which notes file and line of each element. The position of an error is that of the element that xacro was
-expanding, found in the traceback. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected.
-Otherwise a robot file is its author's program, as in ROS.
+by that of this package, which records file and line of each element. The position of an error is that of the element being
+expanded, found in the traceback. Packages are found without ROS, and expressions with names such as ``__class__`` are rejected.
+Apart from this, robot files are programs of their authors, as in ROS.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _PRIVATE = re.compile(r"(?<!\w)__")
 
 
 class _Arguments(dict[str, str]):
-    """The substitution arguments of one expansion, which notes the names that the files know."""
+    """The substitution arguments of one expansion; it records the declared names."""
 
     def __init__(self, values: Mapping[str, str]) -> None:
         super().__init__(values)
@@ -46,19 +46,19 @@ def expand(
     """Expand a xacro document in place.
 
     Args:
-        document: as :func:`kinetostatics.files.xml.parse` returns it.
-        path: its file; includes are looked for beside it.
+        document: a document from :func:`kinetostatics.files.xml.parse`.
+        path: its file; included files are searched in its folder.
         parameters: values of its ``<xacro:arg>``, numbers or strings.
-        values: is filled with the values of all its arguments, those that are not given too.
+        values: receives the values of all arguments, including defaults.
 
     Returns:
-        What xacro warned of, in full sentences.
+        Warnings of xacro, in full sentences.
 
     Raises:
-        RobotFileError: if it cannot be expanded, or has no argument of a parameter's name.
-        ArgumentError: if a parameter is neither a number nor a string.
+        RobotFileError: the document cannot be expanded, or does not declare a parameter.
+        ArgumentError: a parameter is neither a number nor a string.
     """
-    import xacro  # takes 20 ms, which plain URDF need not pay
+    import xacro  # takes 20 ms, not needed for plain URDF
 
     arguments = _Arguments({name: _as_text(name, value) for name, value in parameters.items()})
     output = io.StringIO()
@@ -97,14 +97,14 @@ def _as_text(name: str, value: object) -> str:
 
 
 def _note_arguments(document: minidom.Document, arguments: _Arguments) -> None:
-    """Note the arguments that a file declares, in branches too that are not taken this time."""
+    """Record the arguments that a file declares, including those in branches that are not taken."""
     for element in document.getElementsByTagName("xacro:arg"):
         arguments.known.add(element.getAttribute("name"))
 
 
 @contextlib.contextmanager
 def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
-    """Let xacro parse with our parser, and leave its module afterwards as it was found, after errors too."""
+    """Replace xacro's parser by ours, and restore its module afterwards, even after errors."""
     from xacro import substitution_args
 
     saved = {name: getattr(xacro, name) for name in ("parse", "safe_eval", "filestack", "macrostack", "verbosity")}
@@ -119,7 +119,7 @@ def _own_state(xacro: ModuleType, arguments: _Arguments) -> Iterator[None]:
         try:
             data = read_file(filename)
         except (OSError, ValueError) as error:
-            xacro.filestack.pop()  # the file itself is not to blame; and xacro looks for .exc if it is optional
+            xacro.filestack.pop()  # the error is not in the file itself; for optional files xacro needs .exc
             reason = getattr(error, "strerror", None) or error
             cause = error if isinstance(error, OSError) else OSError(str(error))
             raise xacro.XacroException(f"cannot read {filename}: {reason}", exc=cause) from error
@@ -161,7 +161,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
         known = near_names(str(cause), arguments.known)
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
     text = " ".join(str(error).split())
-    text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats what it wraps
+    text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats the wrapped message
     if len(causes) == 1 and type(error).__name__ not in ("XacroException", "RuntimeError"):
         text = f"{type(error).__name__} {text}"
     return f"xacro cannot expand this: {text}"
@@ -179,6 +179,6 @@ def _where(traceback: TracebackType | None) -> tuple[Place | None, list[Place]]:
             if frame.f_code.co_name == "handle_macro_call" and "body" in frame.f_locals and place is not None:
                 calls.append(place)
         traceback = traceback.tb_next
-    if calls and calls[-1] == place:  # the call itself is at fault, not what is inside
+    if calls and calls[-1] == place:  # the error is in the call, not in the macro
         calls.pop()
     return place, calls

@@ -1,7 +1,7 @@
 """Parsing of XML text to a tree of :class:`XmlElement` with file and line of each.
 
-The tree is first a minidom document, because xacro works on these. The position of an element is kept as DOM user data, not as an
-attribute: it is kept when xacro clones elements to expand macros, and does not appear in the text.
+The text is first parsed to a minidom document, which xacro needs. The position of an element is DOM user data, not an attribute:
+it is preserved when xacro clones elements, and does not appear in the text.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from xml.parsers import expat
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import RobotFileError
 
-#: Longest message [characters], the file's name not counted.
+#: Largest length of a message [characters], without the name of the file.
 MAX_MESSAGE = 700
 
 _PLACE = "kinetostatics place"
@@ -28,9 +28,9 @@ _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
 
 @dataclass(frozen=True)
 class XmlElement:
-    """An XML element of the expanded file: its ``content`` is child elements and text in order.
+    """An XML element of the expanded file; its ``content`` are child elements and text in order.
 
-    ``owner`` is what it is a part of (``joint 'j1'``) where it has no line of its own.
+    ``owner`` is the part to which it belongs (``joint 'j1'``), if it has no line of its own.
     """
 
     tag: str
@@ -55,7 +55,7 @@ class XmlElement:
         return f"<{self.tag}>"
 
     def error(self, reason: str) -> RobotFileError:
-        """Return the error that says ``reason`` at this element's place."""
+        """Return an error with ``reason`` at the place of this element."""
         if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
             reason = f"{self.owner}: {reason}"
         return self.place.error(shortened(reason))
@@ -65,14 +65,14 @@ class XmlElement:
         return [child for child in self.children if child.tag == tag]
 
     def child(self, tag: str) -> XmlElement | None:
-        """Return the child element called ``tag``, or None; two of them are an error."""
+        """Return the child element ``tag``, or None; more than one is an error."""
         found = [child for child in self.children if child.tag == tag]
         if len(found) > 1:
             raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
         return found[0] if found else None
 
     def required_child(self, tag: str) -> XmlElement:
-        """Return the child element called ``tag``; none or two of them are an error."""
+        """Return the only child element ``tag``; none or several are an error."""
         found = self.child(tag)
         if found is None:
             raise self.error(f"{self.label} has no <{tag}>")
@@ -80,7 +80,7 @@ class XmlElement:
 
 
 def shortened(message: str) -> str:
-    """Return a message, without its middle if it quotes something that is very long."""
+    """Return a message, without its middle if it is very long."""
     half = MAX_MESSAGE // 2
     return message if len(message) <= MAX_MESSAGE else f"{message[:half]} … {message[-half:]}"
 
@@ -89,7 +89,7 @@ def read_file(path: str | os.PathLike[str]) -> bytes:
     """Return the content of an ordinary file.
 
     Raises:
-        OSError: it cannot be read, or is a pipe or device, which may never end.
+        OSError: the file cannot be read, or is a pipe or device.
         ValueError: the path has a null character.
     """
     mode = os.stat(path).st_mode
@@ -100,7 +100,7 @@ def read_file(path: str | os.PathLike[str]) -> bytes:
 
 
 class _KeepPlace:
-    """User data handler that gives the clone of a node the node's place."""
+    """User data handler that copies the place of a node to its clone."""
 
     def handle(self, operation: int, key: str, data: object, src: minidom.Node, dst: minidom.Node | None) -> None:
         if dst is not None:
@@ -111,7 +111,7 @@ _KEEP_PLACE = _KeepPlace()
 
 
 class _DocumentBuilder(expatbuilder.ExpatBuilder):
-    """Builds a document, notes each element's line, and refuses entities."""
+    """Builds a document, records the line of each element, and rejects entities."""
 
     file = ""
     uses_xacro = False
@@ -137,19 +137,19 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
     """Parse XML.
 
     Args:
-        data: the text as it lies in the file, or decoded.
-        file: its name for messages.
-        plain: whether prefixes need not be declared, not even if it uses xacro.
+        data: the contents of the file, as bytes or decoded.
+        file: name of the file for messages.
+        plain: whether undeclared prefixes are accepted, even with xacro.
 
     Returns:
         The document with the place of each element, and whether it uses xacro.
 
     Raises:
-        RobotFileError: it is not well-formed, or has a DOCTYPE.
+        RobotFileError: the text is not well-formed, or has a DOCTYPE.
     """
     if not data.strip():
         raise RobotFileError("the file is empty", file)
-    # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
+    # Plain URDF of old simulators may use undeclared prefixes, which URDF tools accept.
     mentions_xacro = "xacro" in data if isinstance(data, str) else b"xacro" in data
     builder = _NamespaceBuilder() if mentions_xacro and not plain else _DocumentBuilder()
     builder.file = file
@@ -157,13 +157,13 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
         document = builder.parseString(data)
     except expat.ExpatError as error:
         raise RobotFileError(_parse_failure(error, builder), file, error.lineno) from None
-    except (ValueError, LookupError) as error:  # an encoding that does not exist, or does not fit
+    except (ValueError, LookupError) as error:  # unknown or wrong encoding
         raise RobotFileError(f"the text cannot be decoded: {error}", file, 1) from None
     return document, builder.uses_xacro
 
 
 def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
-    """Say what does not parse, and which element was open."""
+    """Return the reason of a parse error, and the open element."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
         return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
@@ -175,7 +175,7 @@ def _parse_failure(error: expat.ExpatError, builder: _DocumentBuilder) -> str:
 
 
 def place_of(node: object) -> Place | None:
-    """Return where the nearest element around a node of a document was written, if that is known."""
+    """Return the place of the nearest element around a node, if known."""
     while isinstance(node, minidom.Node):
         place = node.getUserData(_PLACE)
         if isinstance(place, Place):
@@ -189,18 +189,15 @@ _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 
 
 def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
-    """Turn a document into elements, without comments, processing instructions and blank text between elements.
+    """Convert a document to elements, without comments, processing instructions and blank text between elements.
 
-    Args:
-        document: the document.
-        place, owner: of all elements, instead of their own.
+    Args: document: the document. place, owner: place and owner of all elements, instead of their own.
 
-    Raises:
-        RobotFileError: xacro has made something that is not XML.
+    Raises: RobotFileError: the output of xacro is not XML.
     """
     # loops instead of recursion, because expanded macros may be nested deep
     order = [root for root in document.childNodes if isinstance(root, minidom.Element)]
-    for node in order:  # grows on the way: parents come before their children
+    for node in order:  # grows during the loop: parents come before their children
         order.extend(child for child in node.childNodes if isinstance(child, minidom.Element))
     built: dict[int, XmlElement] = {}
     for node in reversed(order):
@@ -232,15 +229,15 @@ def to_text(root: XmlElement, comment: str = "", header: bool = True, indented: 
     """Write elements as XML text.
 
     Args:
-        root: the outermost of them.
-        comment: what is written before it.
-        header: whether the text begins with XML's declaration.
-        indented: whether every element without text of its own gets its children on lines of their own.
+        root: the outermost element.
+        comment: a comment before it.
+        header: whether to begin with the XML declaration.
+        indented: whether to write the children of elements without text on separate lines.
     """
     parts = ['<?xml version="1.0"?>\n'] if header else []
     if comment:
         parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
-    stack: list[tuple[XmlElement | str, int | None]] = [(root, 0 if indented else None)]  # strings are text that is ready
+    stack: list[tuple[XmlElement | str, int | None]] = [(root, 0 if indented else None)]  # strings are finished text
     while stack:
         item, depth = stack.pop()
         if isinstance(item, str):

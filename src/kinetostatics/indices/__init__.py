@@ -1,8 +1,8 @@
-"""Indices of a workspace map: one number per pose, with its unit, from the Dataset that :func:`kinetostatics.sweep` makes.
+"""Indices of a workspace map: one number per pose, with its unit, from the Dataset of :func:`kinetostatics.sweep`.
 
 :func:`quantity` returns an index, or any other number of the poses, as a DataArray over the swept dimensions with ``units`` and
-``long_name``, NaN where the pose is not valid (:func:`valid`). On a Dataset of dask arrays nothing is computed before it is
-needed. :data:`INDICES` lists the indices, :mod:`kinetostatics.measures` has their formulas.
+``long_name``, NaN where the pose is not valid (:func:`valid`). For a Dataset of dask arrays, the computation is lazy.
+:data:`INDICES` lists the indices, :mod:`kinetostatics.measures` has their formulas.
 """
 
 from kinetostatics.exceptions import KinetostaticsError

@@ -1,4 +1,4 @@
-"""Workspace maps about another point of the platform, such as the tip of a tool."""
+"""Workspace maps with another reference point, such as the tip of a tool."""
 
 from __future__ import annotations
 
@@ -20,21 +20,20 @@ from kinetostatics.unit_hints import point_hint
 
 
 def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
-    """Return a map whose twists, stiffness and compliance are those at a point of the platform, such as a tool's tip, not at o.
+    """Return a map with twists, stiffness and compliance at another point of the platform, such as a tool's tip, instead of o.
 
-    All indices and figures of it are about that point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is how far the tip moves.
+    Its indices and figures refer to this point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is the displacement of the tip.
 
-    Args:
-        ds: of :func:`kinetostatics.sweep`.
+    Args: ds: the map, see :func:`kinetostatics.sweep`.
         tool: (3,) the point, from o in the platform's axes [m].
 
     Raises:
-        ArgumentError: it is no point, or the map is about another point already.
+        ArgumentError: the value is not a point, or the map has another reference point already.
     """
     place = point_of_platform("tool", tool)
     size = float(variable(ds, "characteristic_length").max())
     if "point" in ds.attrs:
-        raise ArgumentError("the map is about another point than o already: take the one that sweep made")
+        raise ArgumentError("the map has another reference point than o already: use the original map")
     for hint in point_hint("tool", place, size):
         warn(hint)
     pose = variable(ds, "platform_pose")

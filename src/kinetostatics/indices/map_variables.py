@@ -13,15 +13,13 @@ LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 
 
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return which poses count, bool over the swept dimensions.
+    """Return the mask of valid poses, bool over the swept dimensions.
 
-    Args:
-        ds: of :func:`kinetostatics.sweep`.
-        beyond_limits: whether poses beyond the limits of joints count too; their numbers are right, but the robot does not
-            get there.
+    Args: ds: the map, see :func:`kinetostatics.sweep`. beyond_limits: whether to include poses beyond joint limits; their results
+    are correct, but the robot cannot reach them.
 
     Raises:
-        ArgumentError: the Dataset is not such a map.
+        ArgumentError: the Dataset is not a map.
     """
     numbers = ~variable(ds, "status").isin([int(item) for item in WITHOUT_NUMBERS])
     return numbers if beyond_limits else numbers & ~in_map(ds, "limit_exceeded")
@@ -36,7 +34,7 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
     """Return a variable.
 
     Raises:
-        ArgumentError: there is none, so that this is no map, or it was not among the outputs.
+        ArgumentError: the variable is missing: the Dataset is no map, or the variable was not among the outputs.
     """
     if isinstance(ds, xr.Dataset) and name in ds:
         return ds[name]
@@ -46,13 +44,13 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def absent(name: str) -> str:
-    """Return what is said of a variable that a map was made without."""
+    """Return the message on a missing variable of a map."""
     group = VARIABLES[name].group
     return f"the map has no {name!r}; sweep with {(name if group in ('default', 'always') else group)!r} among the outputs"
 
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
-    """Return an index, NaN where the pose does not count, with nothing but its own attributes."""
+    """Return an index, NaN at invalid poses, with its own attributes only."""
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
@@ -76,10 +74,9 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
-    """Return what belongs to one label of a dimension.
+    """Return the entry of an array at a label of a dimension.
 
-    Raises:
-        ArgumentError: there is no such label; the message lists those there are.
+    Raises: ArgumentError: the label is unknown; the message lists the known labels.
     """
     known = [str(item) for item in variable[dim].values]
     if label not in known:

@@ -1,4 +1,4 @@
-"""Indices of maps by name, and any other number of a pose; the best and the worst pose."""
+"""Indices and other quantities of maps by name; the best and the worst pose."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from kinetostatics.status import FACTS, Status, in_map
 
 #: The measures that need no argument, by name.
 INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}
-#: What takes the size of a force or moment.
+#: Measures with the magnitude of a force or moment as argument.
 ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is not None}
 
 
 def names(ds: xr.Dataset) -> list[str]:
-    """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance.
+    """Return all names for :func:`quantity` of a Dataset, except the 36 entries each of stiffness and compliance.
 
-    Those that take a force or moment have one of them as an example: ``deflection_any_direction(500 N)``.
+    Measures with a force or moment have an example: ``deflection_any_direction(500 N)``.
     """
     indices = [name for name in INDICES if _applies(ds, name)]
     found = [*indices, *map(_example, ANY_DIRECTION), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
@@ -58,16 +58,16 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     """Return an index, or one number of each pose, by its name.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
+        ds: the map, see :func:`kinetostatics.sweep`.
         what: the name of an index ("linear_sag"; of one contribution "linear_sag:limb_1"), "stiffness_along:z",
             "deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)", as in requirements of
-            :func:`kinetostatics.optimize` (a colon does as well, "deflection_any_direction:500N"; without a unit in N and N·m),
-            or a variable of the Dataset with its labels: "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z",
+            :func:`kinetostatics.optimize` (or with a colon, "deflection_any_direction:500N"; default units N and N·m), or a
+            variable of the Dataset with its labels: "twist:rx", "contribution:limb_1:z", "gravity_mechanism:attached:z",
             "actuator_force:prismatic_1", "intensity:limb_1: force along …", "compliance:x:ry".
-        beyond_limits: as in :func:`valid`.
+        beyond_limits: see :func:`valid`.
 
     Raises:
-        ArgumentError: there is no such thing, or the map has not what it is computed from; the message says what there is.
+        ArgumentError: the quantity is unknown, or the map lacks its data; the message lists known names.
     """
     index, size = sized_name(what)
     if index in INDICES and (size is None or INDICES[index].of == "twist"):
@@ -127,14 +127,14 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
 def stiffness_along(
     ds: xr.Dataset, direction: str | Sequence[float] | xr.DataArray, rotation: bool = False, beyond_limits: bool = False
 ) -> xr.DataArray:
-    """Return force per displacement along one direction u, the platform otherwise free: 1/(uᵀ C_dd u) [N/m].
+    """Return force per displacement along a direction u, with the platform otherwise free: 1/(uᵀ C_dd u) [N/m].
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
+        ds: the map, see :func:`kinetostatics.sweep`.
         direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a vector of three numbers in world axes,
             of any length but 0, which as a DataArray (…, component x y z) may differ from pose to pose.
         rotation: a vector is the axis of a moment; then it is 1/(uᵀ C_rr u) [N·m/rad].
-        beyond_limits: as in :func:`valid`.
+        beyond_limits: see :func:`valid`.
 
     Raises:
         ArgumentError: the direction has an invalid value or shape.
@@ -187,7 +187,7 @@ def _amount(what: str, text: str, index: str) -> float:
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:
-    """Return what may have been meant instead of a quantity that there is not."""
+    """Return a hint for an unknown quantity."""
     name = sized_name(what)[0]
     if name in ANY_DIRECTION:
         return f": write it with its size, {_example(name)}"
@@ -205,12 +205,12 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     return f": there are the indices {indices}, and numbers of {variables}"
 
 
-#: What ways and contributions are called in figures.
+#: Names of mechanisms and contributions in figures.
 _SAID = {"platform_weight": "platform weight", "attached": "attached wrenches"}
 
 
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
-    """Return what a number is, in few words."""
+    """Return a short label of a quantity."""
     last = labels[-1] if labels else ""
     entry = VARIABLES.get(name)
     if name == "uncorrected_error" or (entry is not None and entry.moves_as == "twist"):
@@ -238,10 +238,10 @@ class Extreme:
         value: its value there, with its sign.
         units: of the value.
         coordinates: the swept coordinates of the pose [m, rad].
-        index: its place along each swept dimension.
-        status: :class:`kinetostatics.Status` of the pose, the worst of what is true of it.
-        facts: names of all that is true of it, "limit_exceeded", ….
-        coordinate_units: of the coordinates; empty where none is known.
+        index: its index along each swept dimension.
+        status: :class:`kinetostatics.Status` of the pose.
+        facts: names of its true facts, "limit_exceeded", ….
+        coordinate_units: units of the coordinates; empty if unknown.
     """
 
     what: str
@@ -275,9 +275,9 @@ def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
     """Return the best pose: smallest sag or force, by magnitude, greatest stiffness or conditioning.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        what: as in :func:`quantity`.
-        beyond_limits: as in :func:`valid`.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        what: see :func:`quantity`.
+        beyond_limits: see :func:`valid`.
 
     Raises:
         ArgumentError: there is no such quantity, or no pose is valid.
@@ -286,7 +286,7 @@ def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
 
 
 def worst(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
-    """Return the worst pose: largest sag or force, by magnitude, least stiffness or conditioning; as :func:`best`."""
+    """Return the worst pose: largest sag or force, by magnitude, least stiffness or conditioning; see :func:`best`."""
     return _extreme(ds, what, beyond_limits, best=False)
 
 

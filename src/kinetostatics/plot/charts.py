@@ -22,7 +22,7 @@ from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances
 from kinetostatics.results.tool_point import point_name
 
-#: Bars of each kind of sensitivities, at most, and bars of a histogram.
+#: Largest number of bars of each kind of sensitivities, and number of bars of a histogram.
 MOST, BARS = 12, 60
 #: What quantities are that may be minimized.
 WORDS = {
@@ -40,17 +40,16 @@ MARKERS = "osD^v<>Pd*"
 
 @styled
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
-    """Draw by how many per cent one per cent more of each parameter, or of a part's stiffness, changes how far o or a tool moves.
+    """Draw the relative change of the displacement of o or a tool per 1 % of each parameter or stiffness.
 
-    Args:
-        found: of :func:`kinetostatics.sensitivities`.
+    Args: found: the sensitivities, see :func:`kinetostatics.sensitivities`.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
         The axes: bars to the left are less sag. Parameters of the file are dark, the stiffness of parts is light and hatched.
 
     Raises:
-        ArgumentError: these are no sensitivities, the twist is not among them, or o does not move.
+        ArgumentError: ``found`` has another type, the twist is not among the outputs, or o does not move.
     """
     if not isinstance(found, Sensitivities):
         raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
@@ -78,18 +77,17 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 
 @styled
 def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
-    """Draw the histogram of a quantity of random samples, and the same to first order.
+    """Draw the histogram of a quantity of random samples, and its first-order approximation.
 
-    Args:
-        found: of :func:`kinetostatics.tolerances`.
+    Args: found: the tolerances, see :func:`kinetostatics.tolerances`.
         what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: bars are samples, the line is the same samples to first order, the dashed lines are its worst case.
+        The axes: bars are samples, the line their first-order approximation, dashed lines the worst case.
 
     Raises:
-        ArgumentError: these are no tolerances, there is no such quantity, or it is the same for all samples.
+        ArgumentError: ``found`` has another type, the quantity is unknown, or it is equal for all samples.
     """
     if not isinstance(found, Tolerances):
         raise ArgumentError(f"{found!r} are no tolerances: ks.tolerances(pose, …) computes them")
@@ -131,17 +129,16 @@ def _first_order(found: Tolerances, what: str) -> Array:
 
 @styled
 def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
-    """Draw designs of which none is better in both of two quantities; of a single varied parameter the values stand beside them.
+    """Draw a Pareto front; with a single varied parameter, its values are labels of the points.
 
-    Args:
-        found: of :func:`kinetostatics.pareto`.
+    Args: found: the front, see :func:`kinetostatics.pareto`.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: the first quantity to the right, the second, by ratios where it spans more than a factor of ten, upwards.
+        The axes: the first quantity to the right, the second upwards, logarithmic if it spans more than a factor of ten.
 
     Raises:
-        ArgumentError: this is no front.
+        ArgumentError: ``found`` is no Pareto front.
     """
     if not isinstance(found, ParetoFront):
         raise ArgumentError(f"{found!r} is no front: ks.pareto(robot, …) finds one")
@@ -173,18 +170,17 @@ def _said(quantity: str) -> str:
 
 @styled
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
-    """Draw measured less computed readings over the computed ones, with outliers ringed and named by their rows.
+    """Draw residuals (measured less computed readings) over computed readings, with outliers marked by their rows.
 
-    Args:
-        found: of :func:`kinetostatics.calibrate`.
-        kind: "length" or "angle", the readings that are drawn; default: lengths, if there are any.
+    Args: found: the calibration, see :func:`kinetostatics.calibrate`. kind: kind of readings, "length" or "angle"; default:
+    lengths, if there are any.
         ax: to draw on; default: a new figure one column and a half wide.
 
     Returns:
-        The axes: a marker for each gauge; the band is twice the standard deviation of a reading of each, the widest of them.
+        The axes: a marker for each gauge; the band is twice the largest standard deviation of a reading.
 
     Raises:
-        ArgumentError: this is no calibration, or it has no readings of the kind.
+        ArgumentError: ``found`` is no calibration, or has no readings of the kind.
     """
     if not isinstance(found, Calibration):
         raise ArgumentError(f"{found!r} is no calibration: ks.calibrate(robot, …) makes one")

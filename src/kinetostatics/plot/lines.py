@@ -43,18 +43,18 @@ def line(
     """Draw quantities of one unit over one of the swept coordinates, or one quantity for several values of another.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        what: as in :func:`kinetostatics.indices.quantity`, or a list of that.
-        x: the name of the coordinate to the right; default: the first that is swept and not fixed.
-        series: the name of another coordinate: one line for each of its values, or for five of them if there are more than six,
-            which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose up to six.
-        at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
-        unit: of the quantities; default: what suits.
-        beyond_limits: show poses beyond the joints' limits like all others.
-        ax: to draw on; default: a new figure one column wide.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        what: one or more quantities, see :func:`kinetostatics.indices.quantity`.
+        x: coordinate of the horizontal axis; default: the first swept coordinate that is not fixed.
+        series: another coordinate, with a line for each value, or for five of more than six values (with a note and a warning);
+            or ``{"z": [0.3, 0.6]}`` to choose up to six.
+        at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
+        unit: unit of the quantities; default: chosen by magnitude.
+        beyond_limits: whether to include poses beyond joint limits.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes. Lines stop where there is no number; where none of them has one, the figure is hatched.
+        The axes. Lines have gaps at invalid poses; the figure is hatched where no line is valid.
 
     Raises:
         ArgumentError: a name or a value is invalid, or no pose has a number.

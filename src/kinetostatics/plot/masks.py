@@ -66,13 +66,13 @@ def common_masks(parts: Sequence[Selection]) -> list[Mask]:
 
 
 def reasons(*parts: Selection) -> str:
-    """Return why poses have no number, in words."""
+    """Return the reasons why poses have no value, as text."""
     values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
     return ", ".join(mask.label for mask in masks_of(values, status))
 
 
 def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
-    """See to it that there is something to be drawn.
+    """Check that a pose has a value.
 
     Raises:
         ArgumentError: no pose has a number.

@@ -106,7 +106,7 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
 
 
 def _say_at_which(axes: Sequence[ShownAxis]) -> str:
-    """Say that these coordinates have several values and are not fixed, and how they would be."""
+    """Return a message on coordinates with several values that must be fixed."""
     several = ", ".join(f"{axis.name} has {len(axis.values)} values, from {axis.said(0)} to {axis.said(-1)}" for axis in axes)
     named = ", ".join(f"{axis.name!r}: …" for axis in axes)
     units = {"°": "deg"}
@@ -295,9 +295,9 @@ PART, FAR = 0.02, 3.0
 
 
 def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return smallest and largest value, without the few that lie far beyond all others.
+    """Return smallest and largest value, without a few outliers.
 
-    Beside a singularity there is no largest sag: one pose that happens to be near it would leave one colour for all the rest.
+    Near a singularity the sag is unbounded, so that a single pose could leave one colour for all others.
     """
     low, high = float(values.min()), float(values.max())
     if values.size < FEW:
@@ -337,7 +337,7 @@ def range_of(values: NDArray[np.float64], value_range: tuple[float, float] | Non
 
 
 def check_range(value_range: tuple[float, float] | None) -> None:
-    """Complain about a range that is none.
+    """Check a range of values.
 
     Raises:
         ArgumentError: the first is not below the second, or one is not a finite number.

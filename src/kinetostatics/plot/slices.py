@@ -48,31 +48,31 @@ def slice(
 ) -> Axes:
     """Draw a quantity over two of the swept coordinates, one cell of colour for each pose, up to the rim of what has numbers.
 
-    Over azimuth and tilt the figure is polar: azimuth goes round from the right, tilt outwards from the middle, so that it is
-    the view from above on where the platform leans.
+    Over azimuth and tilt the figure is polar: the azimuth is counted from the right and the tilt outwards, which is the direction
+    in which the platform leans, seen from above.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        what: as in :func:`kinetostatics.indices.quantity`: "linear_sag", "twist:rx", "actuator_force:prismatic_1", ….
-        x: the name of the coordinate to the right; default: the first that is swept and not fixed.
-        y: the name of the coordinate upwards; default: the next one.
-        series: the name of another coordinate: one slice beside another for each of its values, or for three of them if there are
-            more than six, which the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose.
-        at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
-        unit: of the quantity, such as "µm", "deg", "N/µm"; default: what suits.
-        contours: lines of equal value: True, False, or about how many.
-        value_range: of the colours, in the figure's unit; default: all values, or without the few outermost where these lie far
-            beyond all others; then the bar has an arrow, and says how far they go.
-        polar: True or False to insist on polar axes or on rectangular ones; default: polar for azimuth and tilt, if the tilts
-            are 0 or more and the azimuths within one turn.
-        beyond_limits: show poses beyond the joints' limits like all others.
-        ax: to draw on, made with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        what: quantity, see :func:`kinetostatics.indices.quantity`: "linear_sag", "twist:rx", "actuator_force:prismatic_1", ….
+        x: coordinate of the horizontal axis; default: the first swept coordinate that is not fixed.
+        y: coordinate of the vertical axis; default: the next one.
+        series: another coordinate, with a slice for each of its values side by side, or for three of more than six values (with a
+            note and a warning); or ``{"z": [0.3, 0.6]}`` to choose values.
+        at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
+        unit: unit of the quantity, such as "µm", "deg", "N/µm"; default: chosen by magnitude.
+        contours: contour lines: True, False, or their approximate number.
+        value_range: range of the colours, in the unit of the figure; default: all values except few outliers, whose range the
+            colour bar then gives.
+        polar: whether to use polar axes; default: for azimuth and tilt, if the tilts are 0 or more and the azimuths within one
+            turn.
+        beyond_limits: whether to include poses beyond joint limits.
+        ax: axes to draw on, with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
 
     Returns:
-        The axes; the colours are ``ax.collections[0]``. Of a series the axes of the first slice; all are ``ax.figure.axes``.
+        The axes; the colours are ``ax.collections[0]``. For a series, the axes of the first slice; all are ``ax.figure.axes``.
 
     Raises:
-        ArgumentError: a name or a value is invalid, or no pose of the slice has a number.
+        ArgumentError: a name or a value is invalid, or no pose of the slice is valid.
     """
     at = dict(at or {})
     check_range(value_range)

@@ -68,24 +68,23 @@ def surface(
     """Draw a quantity over two of the swept coordinates as surfaces, like the paper's Figs 6, 7, 12 and 13.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        what: as in :func:`kinetostatics.indices.quantity`.
-        x: the name of one coordinate below the surfaces; default, with y: the last two that are swept and not fixed.
-        y: the name of the other.
-        series: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen, which
-            the figure and a warning then say; or ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if
-            one is.
-        at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
-        unit: of the quantity; default: what suits.
-        value_range: heights, in the figure's unit, at which surfaces are cut off flat; default: all values, or without the few
-            outermost where these lie far beyond all others; then the figure says how far they go.
-        beyond_limits: show poses beyond the joints' limits like all others.
-        legend: name the surfaces and what is grey.
-        ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        what: quantity, see :func:`kinetostatics.indices.quantity`.
+        x: first horizontal coordinate; default for x and y: the last two swept coordinates that are not fixed.
+        y: second horizontal coordinate.
+        series: a third coordinate, with a surface for each value, or for five evenly chosen ones (with a note and a warning); or
+            ``{"z": [0.3, 0.6]}`` to choose values; default: the remaining coordinate, if any.
+        at: values of the other coordinates [m, rad]; the nearest pose of the map is shown, with its values in the title.
+        unit: unit of the quantity; default: chosen by magnitude.
+        value_range: range of heights, in the unit of the figure, at which surfaces are cut off; default: all values except few
+            outliers, whose range the figure then gives.
+        beyond_limits: whether to include poses beyond joint limits.
+        legend: whether to add a legend of surfaces and of grey areas.
+        ax: axes to draw on, with ``projection="3d"``; default: a new figure one column wide.
 
     Returns:
-        The axes; all surfaces are ``ax.collections[0]``. They have holes where there is no number; where none of them has one,
-        the floor is grey.
+        The axes; all surfaces are ``ax.collections[0]``. They have holes at invalid poses; the floor is grey where no surface is
+        valid.
 
     Raises:
         ArgumentError: a name or a value is invalid, or no pose has a number.

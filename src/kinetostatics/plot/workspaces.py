@@ -47,12 +47,12 @@ def workspace(
     """Draw the body of all valid poses of a map over three coordinates, its surface coloured by a quantity.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        colour: the quantity, as in :func:`kinetostatics.indices.quantity`.
-        axes: three names: of swept coordinates, or "x", "y", "z" for where o is; default: the swept coordinates if they are
-            the platform's, else the position of o.
-        at: values of the coordinates that are not among the three [m, rad].
-        unit: of the quantity; default: what suits.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        colour: quantity, see :func:`kinetostatics.indices.quantity`.
+        axes: names of three swept coordinates, or "x", "y", "z" for the position of o; default: the swept coordinates if they are
+            those of the platform, else the position of o.
+        at: values of the other coordinates [m, rad].
+        unit: unit of the quantity; default: chosen by magnitude.
         value_range: of the colours, in the figure's unit; default: all values, or without the few outermost where these lie far
             beyond all others; then the bar has an arrow, and says how far they go.
         cut: take out the octant that faces the viewer, to look inside.

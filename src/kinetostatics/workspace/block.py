@@ -30,9 +30,9 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
     """Return the variables of a block of one robot, each over the block's part of its dimensions.
 
     Args:
-        plan: of the sweep.
-        labels: of the Dataset.
-        block: of the grid, with one value of each parameter.
+        plan: plan of the sweep.
+        labels: labels of the Dataset.
+        block: block of the grid, with one value of each parameter.
         q: (N, nq) model coordinates of its poses, NaN where not reached; None: each is reached on the straight line from the
             zero pose.
 
@@ -56,7 +56,7 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
 
 
 def make_ready(plan: SweepPlan, labels: Labels, combination: Combination) -> Robot:
-    """Return a robot of which all that poses have in common has been computed, so that threads may share it.
+    """Return a robot with all pose-independent data computed, so that threads may share it.
 
     Raises:
         RobotFileError, ArgumentError: see :func:`compute_block`.
@@ -107,7 +107,7 @@ def _numbers(
 def _extract(
     plan: SweepPlan, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]
 ) -> dict[str, Values]:
-    """Return the variables (cases…, N, …) that an analysis has; others are not computed."""
+    """Return the requested variables (cases…, N, …) of an analysis."""
     configuration, robot = result.configuration, result.robot
     if result.sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
         values = ", ".join(f"{name} = {value}" for name, value in plan.parameters(combination).items()) or "these values"
@@ -126,7 +126,7 @@ def _extract(
         "attached_intensity": lambda: _intensities(result, labels, "attached_", shape),
     }
     if combination and any({*_wrenches(result, kind)} != {*labels.axes[f"{kind}wrench"]} for kind in ("", "attached_")):
-        # the canonical wrenches are others than those of the first robot
+        # the canonical wrenches differ from those of the first robot
         reported = {name: getattr(result, name) for name in REPORTED}
         facts = {**reported, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
@@ -145,14 +145,14 @@ def _wrenches(result: Result, kind: str) -> list[str]:
 
 
 def _intensities(result: Result, labels: Labels, kind: str, shape: tuple[int, ...]) -> Array:
-    """Return intensities (…, wrenches) of the wrenches that the first robot has; NaN where this one has none such."""
+    """Return intensities (…, wrenches) in the order of the first robot's wrenches; NaN for wrenches that this robot lacks."""
     arrays = [array for limb in result.limbs.values() for array in np.moveaxis(getattr(limb, f"{kind}intensities"), -1, 0)]
     columns, nothing = dict(zip(_wrenches(result, kind), arrays, strict=True)), np.full(shape, np.nan)
     return np.stack([columns.get(wrench, nothing) for wrench in labels.axes[f"{kind}wrench"]], axis=-1)
 
 
 def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
-    """Return an array over all cases and poses that its variable varies with, where it came out the same for all or for more."""
+    """Broadcast or reduce an array to the cases and poses along which its variable varies."""
     if entry.varies == POSES:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
     wanted = () if entry.varies == ROBOTS else shape

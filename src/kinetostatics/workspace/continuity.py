@@ -1,12 +1,12 @@
 """Continuity of the assembly mode along the grid of one robot, after assembly on straight lines from the zero pose.
 
-The line may lead to another assembly mode where two modes are close to each other, and it may leave the workspace although the
-pose belongs to it. Both are found by comparison with neighbouring poses:
+A straight line may lead to another assembly mode if two modes are close, and it may leave the workspace although its end is
+inside. Both cases are detected by comparison with neighbouring poses:
 
-1. Neighbours whose joints differ too much (:mod:`kinetostatics.workspace.edges`) are followed from one to the other. Where that
-   leads elsewhere, both are followed once more from the zero pose, in small steps, and so are the neighbours of those that end
-   elsewhere.
-2. From the poses that are reached their neighbours are tried, ring by ring, until nothing more is reached.
+1. If the joints of two neighbours differ too much (:mod:`kinetostatics.workspace.edges`), the path from one to the other is
+followed. If it leads elsewhere, both are assembled again from the zero pose in small steps, and so are neighbours of poses that
+change.
+2. Neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
 """
 
 from __future__ import annotations
@@ -25,26 +25,23 @@ from kinetostatics.workspace.edges import Edges, JointScale, neighbours, suspect
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.sweep_plan import SweepPlan
 
-#: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
+#: Numbers of small steps from the zero pose, and between neighbours, that distinguish assembly modes.
 STEPS, FINE = 48, 8
-#: Two ways to one pose end alike up to so much [rad], and that part of the step between its neighbours.
+#: Largest difference of equal poses reached on two paths [rad], also relative to the step between neighbours.
 ALIKE, ALIKE_PART = 1e-5, 0.02
-#: How often poses are taken back and reached anew.
+#: Largest number of rounds of retraction and continuation.
 ROUNDS = 5
-#: Poses beside reached ones that are tried first; if none of them is reached, the others are not tried.
+#: Number of neighbours of reached poses that are tried first; if none is reached, the others are skipped.
 PROBES = 200
 
 
 @dataclass(frozen=True, eq=False)
 class Continued:
-    """The poses of a region after the second look.
+    """Corrections of the poses of a region by continuity.
 
-    Attributes:
-        which: flat numbers of the poses that have changed.
-        q: (n, nq) their model coordinates, NaN where not reached.
-        jumps: pairs of neighbours that are in different modes, in the end.
-        retracted: how many poses the straight line had reached in another mode.
-        gained: how many more poses are reached.
+    Attributes: which: flat indices of the changed poses. q: (n, nq) their model coordinates, NaN where not reached. jumps: number
+    of pairs of neighbours that remain in different modes. retracted: number of poses that the straight line had reached in
+    another mode. gained: number of additionally reached poses.
     """
 
     which: Index
@@ -55,16 +52,11 @@ class Continued:
 
 
 def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> Continued:
-    """Return what continuity along the grid changes of the poses in a region of the coordinate axes.
+    """Return the corrections of poses by continuity in a region of the coordinate axes.
 
-    Args:
-        plan: of the sweep.
-        labels: of the Dataset.
-        robot: the robot.
-        region: of the coordinate axes.
-        q: (…region, nq) model coordinates, NaN where not reached.
-        o: (…region, 3) place of o [m], by which poses differ whose loose joints tell nothing.
-        reached: (…region).
+    Args: plan: plan of the sweep. labels: labels of the Dataset. robot: the robot. region: region of the coordinate axes. q:
+    (…region, nq) model coordinates, NaN where not reached. o: (…region, 3) position of o [m], which distinguishes poses with
+    loose joints. reached: (…region) mask of reached poses.
     """
     front = _Front(plan, labels, robot, region, q, o, reached)
     gained = front.probe()
@@ -87,7 +79,7 @@ def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: A
 
 
 class _Front:
-    """The poses of a region by their flat numbers, and what has been tried with them.
+    """The poses of a region by flat index, and the state of their continuation.
 
     Attributes:
         q: (N, nq) model coordinates where the pose is reached; and if some of them are loose, x, y, z of o behind them.
@@ -135,13 +127,13 @@ class _Front:
     def follow(
         self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
     ) -> tuple[Array, Mask]:
-        """Follow straight lines in so many steps; return where they end, and whether they arrive.
+        """Follow straight lines in steps; return their ends, and whether the targets are reached.
 
         Args:
             starts: (n, nq) poses; None: the zero pose.
             first: their coordinates.
-            targets: coordinates (n,) to be reached.
-            steps: how many.
+            targets: (n,) target coordinates.
+            steps: number of steps.
         """
         count = len(next(iter(targets.values())))
         q = np.full((count, self.q.shape[1]), np.nan) if starts is None else starts.copy()
@@ -185,7 +177,7 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps where one does not do; return those that fail, and which of them lead elsewhere."""
+        """Follow edges, in small steps if necessary; return the failing ones, and which of them lead elsewhere."""
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):
@@ -202,10 +194,10 @@ class _Front:
         return int(self.examine(self.suspects())[1].sum())
 
     def take_back(self) -> int:
-        """Take back poses that are not in the mode of the zero pose, and return how many.
+        """Retract poses that are not in the mode of the zero pose, and return their number.
 
-        Those on the straight line from the zero pose are followed again in small steps. A way from neighbour to neighbour may
-        have passed a singular pose: what was reached on it goes, and what was reached from there.
+        Poses reached on the straight line from the zero pose are followed again in small steps. Poses reached from neighbours are
+        retracted, with those reached from them, because the path may have passed a singular pose.
         """
         edges, elsewhere = self.examine(self.suspects())
         if not len(edges):

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-#: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
+#: A coordinate is loose if it changes by more than the second value when all are moved by the first and the loops closed again.
 MOVED, CHANGED = 0.05, 1e-5
 #: ``mode``: the assembly mode of the zero pose reaches a pose, or none was found to.
 REACHED, NOT_REACHED = 0, -1
@@ -36,9 +36,9 @@ class Labels:
 
     Attributes:
         robot: the robot's name.
-        axes: labels by dimension, also of dimensions that no variable has.
-        said: dimensions and entries of the coordinates that hold units, limbs and labels of these.
-        loose: which model coordinates local freedoms change, so that they say nothing of the assembly mode.
+        axes: labels by dimension, including unused dimensions.
+        said: dimensions and entries of auxiliary coordinates: units, limbs and their labels.
+        loose: mask of the model coordinates changed by local freedoms, which do not depend on the assembly mode.
         outputs: names of the variables.
     """
 
@@ -63,11 +63,11 @@ def _flags(words: Mapping[int, str]) -> dict[str, object]:
     return {"flag_values": np.array(list(words), dtype=np.int8), "flag_meanings": " ".join(words.values())}
 
 
-#: What the dimensions are that the grid does not have.
+#: Descriptions of the dimensions besides those of the grid.
 _AXES = {
     "component": "component of twists and wrenches about o, world axes",
     "component_2": "component of twists and wrenches about o, world axes",
-    "source": "what contributes to the twist",
+    "source": "contribution to the twist",
     "mechanism": "mechanism by which gravity acts",
     "actuator": "driven joint",
     "wrench": "constraint wrench of a limb",
@@ -134,9 +134,9 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
 
 
 def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
-    """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
+    """Return the mask of model coordinates changed by local freedoms, such as a rod that spins between two spherical joints.
 
-    They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
+    They are found at a generic pose that is disturbed and closed again with fixed coordinates.
     """
     if not robot.mobility.local:
         return (False,) * robot.mechanism.tree.nq

@@ -33,7 +33,7 @@ class Axis:
         kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or
             actuators.
         values: (n,) numbers in SI, or strings.
-        units: of the values; empty: not known.
+        units: units of the values; empty if unknown.
     """
 
     name: str
@@ -103,7 +103,7 @@ def sizes_of(block: Block) -> tuple[int, ...]:
 def split_values(
     what: str, given: Mapping[str, object], kind: str, units: Mapping[str, str] | str = ""
 ) -> tuple[list[Axis], dict[str, float | str]]:
-    """Return the axes of one-dimensional arrays, and the single values that are held.
+    """Return the axes of one-dimensional arrays, and the constant values.
 
     Args:
         what: the argument's name, for messages.

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
     from kinetostatics.description.robot_description import RobotDescription
 
-#: Poses of a block, at least if there are so many, and at most; of variables that are costly, fewer.
+#: Smallest and largest number of poses in a block; fewer for costly variables.
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
-#: Blocks that every thread should have, so that none waits long for the last.
+#: Smallest number of blocks per thread, for load balance.
 SHARE = 4
-#: Joint coordinates of one robot that continuity looks at together: numbers that must be in memory, 130 MB.
+#: Largest number of joint coordinates in memory for continuity (130 MB).
 REGION = 2**24
 
 
@@ -69,49 +69,47 @@ def sweep(
     """Analyze a robot on a grid of poses: the outer product of one-dimensional arrays.
 
     Args:
-        robot: a robot; or its file, or the name of one that comes with the package, which ``parameters`` need.
-        platform: platform coordinates by name, as :meth:`Robot.assemble` takes them [m, rad]: an array is a dimension of the
-            grid, a number is the same at all poses.
-        actuators: instead, coordinates of all actuators.
-        orientation: what the orientation coordinates mean, see :meth:`Robot.assemble`.
-        load: as :func:`kinetostatics.analyze` takes it. Load, gravity and point may be an ``xarray.DataArray`` whose last
-            dimension is ``component``: its other dimensions become dimensions of the grid, unless they are that already.
+        robot: a robot, its file, or the name of a robot of the package; ``parameters`` require a file or a name.
+        platform: platform coordinates by name, see :meth:`Robot.assemble` [m, rad]; an array is a dimension of the grid, a number
+            is constant.
+        actuators: coordinates of all actuators, instead of ``platform``.
+        orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
+        load: see :func:`kinetostatics.analyze`. Load, gravity and point may be an ``xarray.DataArray`` with the last dimension
+            ``component``; its other dimensions become dimensions of the grid.
         gravity: likewise.
         point: likewise.
-        frame: as there.
-        assembly_errors: as there.
-        loads: on links, as there; the same at all poses.
-        payload: as there; the same at all poses.
-        parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
-            everywhere.
-        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
-            lengths, angles, masses, densities, moduli or stiffnesses change one for one with the parameter.
-        platform_link, base_link: links of the file that are platform and base, as in
-            :func:`kinetostatics.load_robot`.
+        frame: see :func:`kinetostatics.analyze`.
+        assembly_errors: see :func:`kinetostatics.analyze`.
+        loads: loads on links, see :func:`kinetostatics.analyze`; the same at all poses.
+        payload: see :func:`kinetostatics.analyze`; the same at all poses.
+        parameters: values of the file's xacro arguments; an array is a dimension of the grid, a number or string is constant.
+        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``. By default the unit is that of a length,
+            angle, mass, density, modulus or stiffness that changes one for one with the parameter.
+        platform_link, base_link: see :func:`kinetostatics.load_robot`.
         outputs: variables, or groups of them: "default"; "beams" (stress, Euler ratio and deflection of each beam);
-            "gravity_mechanisms" (what gravity adds to twist and actuator forces by the platform's weight, the limbs' attached
-            wrenches and their deformation); "compensation" (corrections of the actuators that bring the loaded platform to the
-            target, and the residual error, see :func:`kinetostatics.compensate`). Nothing else is computed and stored but status,
-            mode, ``platform_pose``, ``q`` and ``characteristic_length``. On a grid of actuators those coordinates are controlled
-            that tell best how the platform moves.
-        closure_tolerance: how far loops may stay open [m, rad].
-        engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
-        out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
-            same call goes on with it.
+            "gravity_mechanisms" (contributions of gravity to twist and actuator forces by platform weight, attached wrenches and
+            deformation of the limbs); "compensation" (corrections of the actuators that bring the loaded platform to the target,
+            and the residual error, see :func:`kinetostatics.compensate`). Status, mode, ``platform_pose``, ``q`` and
+            ``characteristic_length`` are always included. On a grid of actuators, the best conditioned platform coordinates are
+            controlled.
+        closure_tolerance: largest gap of a closed loop [m, rad].
+        engine: see :func:`kinetostatics.analyze`; numbers differ by rounding only.
+        out: a file ``….nc`` or ``….zarr``, written during the computation in bounded memory. After an interruption, the same call
+            continues.
         restart: overwrite ``out``.
-        chunks: sizes along dimensions, ``{"z": 10}`` (others whole), or "auto": return a Dataset of dask arrays at once, whose
-            chunks are computed when they are needed, by whatever scheduler dask has.
-        workers: number of threads; None: as many as ``OMP_NUM_THREADS`` says, or as there are cores.
-        progress: whether to show on standard error how many poses are done; None: on a terminal, or in a notebook.
+        chunks: sizes along dimensions, ``{"z": 10}`` (others undivided), or "auto": return a lazy Dataset of dask arrays, whose
+            chunks are computed by dask's scheduler.
+        workers: number of threads; None: ``OMP_NUM_THREADS``, or the number of cores.
+        progress: whether to show the number of computed poses on standard error; None: on a terminal, or in a notebook.
         command_line: the command, for the attributes.
 
     Returns:
-        The Dataset; the page on workspace maps says what is in it. With ``out`` it is read from there when needed.
+        The Dataset (contents: see the page on workspace maps). With ``out`` it is read lazily from the file.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape, or ``out`` holds something else.
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
-        RobotFileError: the robot's file is wrong.
+        RobotFileError: the robot's file is invalid.
         KinetostaticsError: a package is missing; the message says how to install it.
     """
     need("xarray")
@@ -167,7 +165,7 @@ def sweep(
 
 
 class _Progress:
-    """How far a sweep is, on a line of the terminal."""
+    """Progress of a sweep, on a line of the terminal."""
 
     def __init__(self, size: int, wanted: bool = False, shown: bool = False) -> None:
         self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
@@ -201,12 +199,9 @@ def computed(
 
 
 def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
-    """Compute what has not been computed yet, and return attributes that tell what continuity along the grid has changed.
+    """Compute the missing blocks, and return attributes with the numbers of corrections by continuity.
 
-    Args:
-        arrays: of the variables.
-        number: of threads, at most.
-        progress: counts poses.
+    Args: arrays: arrays of the variables. number: largest number of threads. progress: counts poses.
     """
     plan, labels = arrays.plan, arrays.labels
     found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}

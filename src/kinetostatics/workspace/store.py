@@ -30,10 +30,9 @@ Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf: their 
 
 #: Engines of xarray by the endings of files, and the packages that they need.
 ENGINES = {".nc": ("h5netcdf", "h5py", "zarr"), ".nc4": ("h5netcdf", "h5py", "zarr"), ".zarr": ("zarr",)}
-#: Attribute of an unfinished store that says what sweep it is of, and beginning of the names of files in it that hold what
-#: continuity changes.
+#: Attribute of an unfinished store with the identity of its sweep, and prefix of its files with corrections by continuity.
 NOTES, CHANGES = "unfinished", ".continuity"
-#: Attributes of a Dataset that say what sweep it comes from, and what messages call other values of them.
+#: Attributes of a Dataset that identify its sweep, with phrases for different values in messages.
 COMPARED = {
     "arguments": "other arguments",
     "robot_text_sha256": "another robot",
@@ -47,7 +46,7 @@ def packages_of(path: str) -> tuple[str, ...]:
     """Return the packages that a file needs; the first is xarray's engine.
 
     Raises:
-        ArgumentError: its ending is none that is known.
+        ArgumentError: its ending is unknown.
     """
     for ending, packages in ENGINES.items():
         if path.rstrip("/").lower().endswith(ending):
@@ -56,16 +55,12 @@ def packages_of(path: str) -> tuple[str, ...]:
 
 
 def is_there(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
-    """Return whether a map is there already.
+    """Return whether the map exists already.
 
-    Args:
-        path: of the map.
-        identity: of the sweep.
-        attributes: that its Dataset will have.
-        restart: whether a map of another sweep may be overwritten.
+    Args: path: path of the map. identity: identity of the sweep. attributes: attributes of its Dataset. restart: whether a map of
+    another sweep may be overwritten.
 
-    Raises:
-        ArgumentError: there is something else, or the map of another sweep; or there is no folder for it.
+    Raises: ArgumentError: the path is another file or the map of another sweep; or its folder does not exist.
     """
     if not os.path.exists(path):
         parent = os.path.dirname(os.path.abspath(path))
@@ -134,15 +129,15 @@ class Arrays:
         return False
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return what :meth:`keep` was given before the sweep was interrupted."""
+        """Return the corrections that :meth:`keep` stored before the interruption."""
         return None
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Keep what continuity changes in a region, by its name, before it is changed."""
+        """Store the corrections of a region by name, before they are applied."""
 
 
 class Store(Arrays):
-    """The variables of a sweep in a zarr store, beside the map ``out`` that it becomes.
+    """The variables of a sweep in a zarr store, from which the map ``out`` is written.
 
     Attributes:
         path: of the map.
@@ -150,11 +145,11 @@ class Store(Arrays):
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
-        """Take up the store of an interrupted sweep, or make a new one.
+        """Open the store of an interrupted sweep, or create a new one.
 
         Raises:
-            ArgumentError: there is one of another sweep, or too little room.
-            KinetostaticsError: it cannot be written.
+            ArgumentError: the store is that of another sweep, or there is not enough space.
+            KinetostaticsError: the store cannot be written.
         """
         self.path, self.folder, self._restart = path, f"{path}.part", restart
         with self.telling():
@@ -241,7 +236,7 @@ class Store(Arrays):
         return os.path.exists(os.path.join(self.folder, "status", chunk))
 
     def changes(self, region: str) -> dict[str, Any] | None:
-        """Return what :meth:`keep` was given before the sweep was interrupted."""
+        """Return the corrections that :meth:`keep` stored before the interruption."""
         path = os.path.join(self.folder, CHANGES + region)
         if not os.path.exists(path):
             return None
@@ -249,7 +244,7 @@ class Store(Arrays):
             return dict(found)
 
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
-        """Keep what continuity changes in a region, by its name, before it is changed."""
+        """Store the corrections of a region by name, before they are applied."""
         path = os.path.join(self.folder, CHANGES + region)
         with self.telling():
             with open(f"{path}.partial", "wb") as file:
@@ -257,7 +252,7 @@ class Store(Arrays):
             os.replace(f"{path}.partial", path)
 
     def publish(self, attributes: Mapping[str, object]) -> None:
-        """Make the whole store the map ``out``, with the Dataset's attributes."""
+        """Convert the complete store to the map ``out``, with the attributes of the Dataset."""
         import zarr
 
         with self.telling():
@@ -307,7 +302,7 @@ def check_memory(plan: SweepPlan, labels: Labels) -> None:
     """Check that a map fits into the machine's memory.
 
     Raises:
-        ArgumentError: it does not.
+        ArgumentError: the map is too large.
     """
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -325,7 +320,7 @@ def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
     """Check that a map, and if it is netCDF the store from which it is written, fit on the disk.
 
     Raises:
-        ArgumentError: they do not.
+        ArgumentError: there is not enough space.
     """
     disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
     is_store = packages_of(path)[0] == "zarr"

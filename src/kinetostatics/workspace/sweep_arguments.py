@@ -1,4 +1,4 @@
-"""The plan of a sweep from its arguments, which are checked."""
+"""The plan of a sweep from its checked arguments."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, saying
 
-#: Robots that are built before anything is computed, at most.
+#: Largest number of robots that are built for checks before the computation.
 TRIED = 50
 
 
 def need(package: str, *more: str, extra: str = "sweep") -> None:
-    """See to it that packages are there.
+    """Check that packages are installed.
 
     Raises:
         KinetostaticsError: one is missing; the message says how to install it.
@@ -135,7 +135,7 @@ def read_plan(
 
 
 def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
-    """Return the coordinates that come out at their targets of corrected actuators: the given ones, or for actuators the best."""
+    """Return the controlled coordinates for compensation: the given ones, or the best conditioned ones for actuators."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
         raise ArgumentError(f"{robot.name!r} has no coordinates that actuators could correct")
@@ -145,7 +145,7 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
 def _with_units(
     varying: Sequence[Axis], first: Robot, links: Links, start: Mapping[str, object], given: Mapping[str, str] | None
 ) -> list[Axis]:
-    """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
+    """Return the axes of parameters with known units, after checking the given units."""
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
     for name, text in given.items():
@@ -201,7 +201,7 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
 
 
 def try_plan(plan: SweepPlan, first: Robot) -> None:
-    """Let coordinates and vectors be complained about before anything is computed.
+    """Check coordinates and vectors before the computation.
 
     Raises:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
@@ -215,7 +215,7 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
 
 
 def try_robots(plan: SweepPlan) -> None:
-    """Let the robot's file be complained about with other parameters too, unless they are many.
+    """Check the robot's file with all parameters, unless they are many.
 
     Raises:
         RobotFileError: the file is wrong with some of them.

@@ -29,13 +29,13 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.grid import Axis, Block, Field, cut, sizes_of
 
-#: Which value each parameter has: an index along each parameter axis.
+#: Values of the parameters: an index along each parameter axis.
 Combination = tuple[int, ...]
 
 #: Names of the platform's and the base's link, as ``platform`` and ``base``, None where the file says it.
 Links = Mapping[str, str | None]
 
-#: Robots that are kept for further blocks, at most.
+#: Largest number of cached robots.
 KEPT = 4
 
 _kept: OrderedDict[object, Robot] = OrderedDict()

@@ -370,7 +370,7 @@ def test_spellings_on_the_command_line(capsys):
 
 
 def asked(*arguments, **answers):
-    with pytest.raises(ArgumentError, match="does not say everything; give also ") as caught:
+    with pytest.raises(ArgumentError, match="lacks information; give also ") as caught:
         described(*arguments, **answers)
     message = str(caught.value)
     return message, [word for word in ("platform_link", "types", "axes", "actuators") if re.search(f" {word}[:,]", message)]

@@ -21,7 +21,7 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source: those that its YAML names, if it does, those with a ``<transmission>``, and a remark."""
+    """The actuators of a source: those named in its YAML file, if any, those with a ``<transmission>``, and a remark."""
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -43,11 +43,11 @@ def complete(
         source: the URDF.
         found: its loops.
         said: its actuators.
-        platform_link, types, axes, actuators: as :func:`kinetostatics.extend_robot` takes them.
+        platform_link, types, axes, actuators: see :func:`kinetostatics.extend_robot`.
 
     Raises:
-        ArgumentError: something is said neither by the source nor by an argument (the message lists all of it), or an argument
-            does not fit the source.
+        ArgumentError: information is missing both in the source and in the arguments (the message lists all of it), or an
+            argument does not fit the source.
         RobotFileError: two loops have the same name, or a loop and a joint.
     """
     _check_names(source, found)
@@ -71,7 +71,7 @@ def complete(
     untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
     driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], said, actuators, missing, warnings)
     if missing:
-        raise ArgumentError(f"{source.path} does not say everything; give also {'; '.join(missing)}")
+        raise ArgumentError(f"{source.path} lacks information; give also {'; '.join(missing)}")
     return tuple(closed), driven, [*warnings, *filter(None, (_turned(source, loop) for loop in closed))]
 
 
@@ -95,7 +95,7 @@ def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
 
 
 def _loop(found: ForeignLoop, given: str | None, axis: object, missing: list[str], warnings: list[str]) -> Loop | None:
-    """Return a loop; None where its type or axis is missing."""
+    """Return a loop, or None if its type or axis is missing."""
     name, known = found.name, names_of("in_loop")
     where = f"{name} ({found.place}), which joins {found.predecessor} and {found.successor}"
     if given is not None and given not in known:

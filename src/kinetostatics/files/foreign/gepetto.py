@@ -13,10 +13,10 @@ https://github.com/Gepetto/example-parallel-robots and ``ActuationModel`` of
 https://github.com/Gepetto/toolbox-parallel-robots do with them:
 
 - ``closed_loop``: pairs of Pinocchio's frames, which are links or joints, that coincide when the loops are closed.
-- ``type``, one for each pair: ``3d`` holds the frames' origins together (``CONTACT_3D``: a spherical joint), ``6d`` the whole
+- ``type``, one for each pair: ``3d`` constrains the origins of the frames (``CONTACT_3D``: a spherical joint), ``6d`` the whole
   frames (``CONTACT_6D``: a fixed joint).
-- ``name_mot``: every joint is driven whose name contains one of these texts.
-- ``joint_name``, ``joint_type``: joints of the URDF that are other joints in truth: ``SPHERICAL``; ``UJOINT_XY``, ``UJOINT_YZ``
+- ``name_mot``: joints whose names contain one of these texts are driven.
+- ``joint_name``, ``joint_type``: joints of the URDF that are replaced by other types: ``SPHERICAL``; ``UJOINT_XY``, ``UJOINT_YZ``
   and ``UJOINT_ZX``, two turns about these axes of the joint's frame, the first named first; ``FIXED``.
 """
 
@@ -57,10 +57,10 @@ class GepettoFile:
     Attributes:
         loops: its loops.
         frames: names of the frames that it pairs.
-        driven: names of the driven joints of the URDF, or None if it does not say.
-        driven_note: why it is not certain which joints are driven.
-        retyped: joints that are of another type than in the URDF.
-        warnings: what is suspicious, in full sentences.
+        driven: names of the driven joints of the URDF, or None if unknown.
+        driven_note: reason if the driven joints are uncertain.
+        retyped: joints with another type than in the URDF.
+        warnings: warnings, in full sentences.
     """
 
     loops: tuple[ForeignLoop, ...]
@@ -82,7 +82,7 @@ class Node:
     place: Place
 
     def error(self, reason: str) -> RobotFileError:
-        """Return the error that says ``reason`` at this place."""
+        """Return an error with ``reason`` at this place."""
         return self.place.error(shortened(reason))
 
     def items(self, what: str) -> list[Node]:
@@ -154,7 +154,7 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
     """Read a ``robot.yaml``.
 
     Raises:
-        RobotFileError: the file is malformed, or names what the URDF does not have; with the file and the line.
+        RobotFileError: the file is malformed, or names parts that the URDF does not have; with file and line.
     """
     keys = _read_yaml(path)
     warnings = [_unknown(key, node) for key, node in keys.items() if key not in KEYS]
@@ -211,7 +211,7 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
 
 
 def _name(first: str, second: str, taken: set[str]) -> str:
-    """Return the beginning that both frames' names share, or both names if that is nothing or taken."""
+    """Return the common prefix of both names, or both names if the prefix is empty or in use."""
     same = takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
     shared = "".join(letter for letter, _ in same).rstrip("_-. ")
     return shared if shared and shared not in taken else f"{first}_{second}"

@@ -20,13 +20,13 @@ class ForeignLoop:
     """A loop in the format of another tool; None stands for missing information.
 
     Attributes:
-        name: of the loop.
+        name: name of the loop.
         type: one of the types of ``<loop>``, or None.
         predecessor, successor: the two links that the loop joins.
         predecessor_origin, successor_origin: the joint's frame in each of them; the two coincide at the joint's zero.
         axis: unit vector of the joint's axis in the predecessor's origin frame, or None.
-        place: where it is written.
-        note: what a question about this loop should mention; empty if nothing.
+        place: file and line.
+        note: remark for the message on missing information; may be empty.
     """
 
     name: str
