@@ -11,16 +11,13 @@ import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import meshcat
 import numpy as np
-import pinocchio as pin
-from meshcat.transformations import translation_matrix
 from PIL import Image
-from pinocchio.visualize import MeshcatVisualizer
 from playwright.sync_api import Browser, sync_playwright
 
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
+from kinetostatics.viewer.meshcat_server import connected
 
 ROOT = Path(__file__).parent.parent
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
@@ -106,28 +103,45 @@ def result_of(picture: Picture) -> ks.Result:
     return ks.analyze(pose, load=picture.load, gravity=picture.gravity)
 
 
-def meshcat_scene() -> str:
-    """Return a page of meshcat's own: the deformed 3RPS, the same robot as Pinocchio shows it, and a box."""
-    vis = meshcat.Visualizer()
-    result = result_of(PICTURES["page"])
-    ks.show(result, visualizer=vis).set_transform(translation_matrix([0, -0.48, -0.22]))
-    pose, urdf = result.configuration, result.robot.description.urdf
-    visuals = pin.buildGeomFromUrdfString(pose.model, urdf, pin.GeometryType.VISUAL)
-    beside = MeshcatVisualizer(pose.model, pin.GeometryModel(), visuals)
-    beside.initViewer(viewer=vis)
-    beside.loadViewerModel("pinocchio")
-    beside.display(pose.q)
-    vis["pinocchio"].set_transform(translation_matrix([0, 0.48, -0.22]))
-    vis["box"].set_object(meshcat.geometry.Box([0.2, 0.2, 0.2]))
-    vis["box"].set_transform(translation_matrix([0.35, 0, -0.25]))
-    for name in ("Grid", "Axes"):
-        vis[f"/{name}"].set_property("visible", False)
-    vis["/Background"].set_property("top_color", [1, 1, 1])
-    vis["/Background"].set_property("bottom_color", [1, 1, 1])
-    vis["/Cameras/default/rotated/<object>"].set_property("position", [1.4, 0.65, 0])  # y is up there
-    return vis.static_html()
+#: Robots that are drawn as the page and as meshcat show them, with their poses.
+SIDE_BY_SIDE: dict[str, dict[str, float]] = {
+    "3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17},
+    "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1},
+    **{name: {} for name in ("gough_stewart", "delta", "ur10", "planar_3rrr")},
+}
 
 
+def draw_side_by_side(browser: Browser, pages: Path, folder: Path) -> None:
+    """Draw some robots under a load, as the page shows them and as a running meshcat does."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, platform in SIDE_BY_SIDE.items():
+        load = [10, 5, -50, 0, 0, 0] if name == "planar_3rrr" else [100, 50, -500, 0, 0, 0]
+        robot = ks.load_robot(name)
+        result = ks.analyze(robot.assemble(platform=platform) if platform else robot.assemble(), load=load)
+        page, scene = pages / f"{name}_page.html", pages / f"{name}_meshcat.html"
+        ks.save_html(result, page)
+        with connected(None) as visualizer:
+            ks.show(result, visualizer=visualizer)
+            scene.write_text(visualizer.static_html(), encoding="utf-8")
+        pair = Image.new("RGB", (1680, 560), "white")
+        for k, file in enumerate((page, scene)):
+            tab = browser.new_page(viewport={"width": 840, "height": 560})
+            tab.set_default_timeout(300_000)
+            tab.goto(f"{file.as_uri()}#picture")
+            tab.wait_for_function("window.robot_page?.ready || viewer.scene_tree.children.Cameras.children.default" + LEGEND)
+            if file is scene:
+                tab.evaluate("viewer.animator.pause(); viewer.animator.seek(0)")
+                tab.evaluate("document.querySelector('.dg.main').style.display = 'none'")
+            tab.wait_for_function("!viewer.needs_render")
+            tab.wait_for_timeout(500)
+            pair.paste(Image.open(io.BytesIO(tab.screenshot())), (840 * k, 0))
+            tab.close()
+        pair.save(folder / f"{name}.webp", quality=80, method=6)
+        print(f"meshcat/{name}.webp: {(folder / f'{name}.webp').stat().st_size / 1e3:.0f} kB")
+
+
+#: The last thing that is drawn, when it is there.
+LEGEND = ".children.rotated.children['<object>'].children.kinetostatics?.children.legend?.children['<object>']"
 #: where the camera stands for robots that are flat
 VIEWS = {"five_bar": (0.7, -1.6, 1.9), "planar_3rrr": (0.7, -1.6, 1.9)}
 
@@ -196,14 +210,7 @@ def main(folder: Path) -> None:
             page.wait_for_timeout(200)
             page.screenshot(path=folder / "live.png")
             page.close()
-        file = Path(pages) / "meshcat.html"
-        file.write_text(meshcat_scene(), encoding="utf-8")
-        page = browser.new_page(viewport={"width": 860, "height": 560})
-        page.goto(file.as_uri())
-        page.wait_for_function("viewer.scene_tree.children.meshcat?.children.box?.children['<object>']")
-        page.wait_for_timeout(3000)
-        page.evaluate("document.querySelector('.dg.main').style.display = 'none'")
-        page.screenshot(path=folder / "meshcat.png")
+        draw_side_by_side(browser, Path(pages), folder / "meshcat")
         browser.close()
 
 

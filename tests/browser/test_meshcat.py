@@ -11,7 +11,7 @@ import meshcat
 import numpy as np
 import package_robots
 import pytest
-from browser_pages import packed_in
+from browser_pages import ENDS, packed_in, vertices
 from meshcat_windows import Window, drawn
 from pinocchio.visualize import MeshcatVisualizer
 from places import ROOT
@@ -21,11 +21,14 @@ import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.description import HIDDEN
-from kinetostatics.viewer.running import connected
+from kinetostatics.viewer.meshcat_server import connected
 from kinetostatics.viewer.scene import describe_scene
 
 LOAD = [100, 50, -500, 10, 20, -5]
 POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
+CAMERA = "/Cameras/default/rotated/<object>"
+VERTEX_COLOURS = """(path) => { const { object } = viewer.scene_tree.find([...path.split("/"), "<object>"]);
+  return object.geometry.attributes.color ? [...object.geometry.attributes.color.array] : object.material.color.getHex(); }"""
 PAGE = ROOT / "docs" / "how_to" / "viewer.md"
 
 
@@ -83,8 +86,9 @@ def test_displacements_are_shown_by_the_pages_colours_and_exaggeration(result):
     points = platform.surface.vertices @ at[:3, :3].T + at[:3, 3]
     twist, o = result.twist, result.configuration.platform_frame[:3, 3]
     lengths = np.linalg.norm(twist[:3] + np.cross(twist[3:], points - o), axis=-1)
-    most = np.linalg.norm(scene.stations.all_twists[0].sum(axis=1)[:, :3], axis=-1).max()
-    green = np.interp(lengths / most, np.linspace(0, 1, 9), [int(c[3:5], 16) / 255 for c in scene.plain()["ramp"]])
+    legend = window.words("/Cameras/default/rotated/<object>/kinetostatics/legend")
+    end = 1e-6 * float(re.search(r"deflection \[µm\].*?0 +[\d.]+ +[\d.]+ +[\d.]+ +([\d.]+)", legend)[1])
+    green = np.interp(lengths / end, np.linspace(0, 1, 9), [int(c[3:5], 16) / 255 for c in scene.plain()["ramp"]])
     np.testing.assert_allclose(item.geometry.color[:, 1], green, rtol=0, atol=1e-6)
     moved = window.transforms[f"{node.path.lower()}/frames/platform"][:3, 3] - o
     np.testing.assert_allclose(moved, scene.exaggeration * twist[:3], rtol=1e-9)
@@ -100,12 +104,12 @@ def test_arrows_point_as_the_forces_do_and_tell_their_numbers(result):
     tip = surface[np.argmax(surface @ at[:3, 2])]
     np.testing.assert_allclose(tip, window.transforms[f"{node.path.lower()}/frames/platform"][:3, 3], rtol=0, atol=1e-6)
     for name, force in result.actuator_forces.items():
-        words = window.objects[f"{forces}/actuator forces/{name}/label"].material.map.properties["text"]
+        words = window.words(f"{node.path.lower()}/labels/actuator forces/{name}")
         value = float(words.split()[-2].replace("−", "-"))
         assert words.split()[0] == name and words.split()[-1] == "N"
         assert value == pytest.approx(float(force), rel=5e-3)
     groups = {path[len(forces) + 1 :].split("/")[0] for path in window.objects if path.startswith(forces)}
-    hidden = {path.rpartition("/")[2] for path in window.properties}
+    hidden = {path.rpartition("/")[2] for path in window.properties if path.startswith(forces)}
     assert hidden == groups & set(HIDDEN) and "constraint forces" in hidden and "external load" in groups - hidden
 
 
@@ -117,8 +121,113 @@ def test_nothing_outside_the_path_is_touched_whatever_the_names():
     window = Window()
     node = ks.show(result, visualizer=meshcat.Visualizer(window=window)["lab"], node="mine/robot")
     assert node.path.lower() == "/meshcat/lab/mine/robot"
-    assert all(path == node.path.lower() or path.startswith(node.path.lower() + "/") for path in window.paths)
+    stage = {
+        *("/", "/Cameras/default", CAMERA, f"{CAMERA}/kinetostatics/heading", f"{CAMERA}/kinetostatics/legend", "/Background"),
+        *("/Grid", "/Axes", *(f"/Lights/{name}" for name in ("PointLightNegativeX", "PointLightPositiveX", "SpotLight"))),
+        "/Lights/SpotLight/<object>",
+    }
+    assert {path for path in window.paths if not (path + "/").startswith(node.path.lower() + "/")} == stage
     assert any(path.endswith("deformed/platform/plate") for path in window.objects)
+
+
+def test_the_camera_holds_the_whole_robot_before_white_and_stands_where_one_has_turned_it(result):
+    window, node = drawn(result)
+    eye, turned = window.properties[CAMERA], window.transforms["/"]
+    target = window.transforms["/Cameras/default"][:3, 3]
+    np.testing.assert_allclose(turned @ [*target, 1], [0, 0, 0, 1], atol=1e-12)  # it turns about the window's origin
+    assert window.properties["/Background"] == {"top_color": [1, 1, 1], "bottom_color": [1, 1, 1]}
+    assert window.properties["/Grid"] == {"visible": False}
+    towards = np.array(eye["position"]) / np.linalg.norm(eye["position"])
+    across = np.cross([0, 1, 0], towards) / np.linalg.norm(np.cross([0, 1, 0], towards))
+    paths = [path for path in window.objects if path.split("/")[4:5] in (["deformed"], ["base"], ["resting"])]
+    points = np.concatenate([window.vertices(path) for path in paths]) @ turned[:3, :3].T + turned[:3, 3]
+    depth = np.linalg.norm(eye["position"]) - points @ towards
+    seen = points @ np.stack([across, np.cross(towards, across)]).T / depth[:, None] / np.tan(np.radians(eye["fov"] / 2))
+    assert np.all(depth > eye["near"]) and np.all(np.abs(seen) < [4 / 3, 1])
+    assert np.ptp(seen[:, 0]) > 1.3 * 4 / 3 or np.ptp(seen[:, 1]) > 1.2
+    floor = window.objects[f"{node.path.lower()}/floor"].geometry.position
+    lowest = np.concatenate([window.vertices(path) for path in paths])[:, 2].min()
+    assert np.ptp(floor[2]) == 0 and lowest - 0.01 < floor[2, 0] < lowest
+    before = {path: dict(found) for path, found in window.properties.items() if path.startswith("/Cameras")}
+    window.properties.clear()
+    drawn(result, meshcat.Visualizer(window=window), exaggeration=1.0)
+    assert not any(path.startswith(("/Cameras", "/Background")) for path in window.properties) and before
+
+
+def test_heading_and_legend_tell_pose_load_scale_and_forces(result):
+    window, _ = drawn(result, exaggeration=1200.0, title="a < b")
+    heading = " ".join(window.words(f"{CAMERA}/kinetostatics/heading").split())
+    z = 1e3 * float(result.configuration.platform_coordinates()["z"])
+    assert heading.startswith("a < b pose x ") and f"z {z:.4g} mm" in heading
+    assert "gravity (0, 0, −9.81) m/s²" in heading and "load at o (100, 50, −500) N, (10, 20, −5) N·m" in heading
+    legend = window.words(f"{CAMERA}/kinetostatics/legend")
+    assert "drawn × 1200; pale: at rest; squares of the floor: " in legend and "actuator forces" in legend
+    for name, force in result.actuator_forces.items():
+        assert float(re.search(rf"{name} (\S+) N", legend)[1].replace("−", "-")) == pytest.approx(float(force), rel=5e-3)
+    assert "constraint" not in legend  # not seen at first
+
+
+def test_it_swings_between_rest_and_deformed(result):
+    window, node = drawn(result)
+    root, scene = node.path.lower(), describe_scene(result)
+    sent = window.animations[f"{root}/animation"]
+    assert sent["options"] == {"play": True, "repetitions": 3}
+    tracks = {(item["path"], track["name"]): track["keys"] for item in sent["animations"] for track in item["clip"]["tracks"]}
+    middle = [key["value"] for key in tracks[f"{root}/frames/platform", ".position"]]
+    o = result.configuration.platform_frame[:3, 3]
+    np.testing.assert_allclose(middle[0], o + scene.exaggeration * result.twist[:3], atol=1e-12)
+    np.testing.assert_allclose(middle[len(middle) // 2], o, atol=1e-12)
+    assert middle[-1] == pytest.approx(middle[0])
+    for name in result.beams:
+        bent = window.objects[f"{root}/deformed/beams/{name}"].geometry
+        influence = tracks[f"{root}/deformed/beams/{name}/<object>", ".morphTargetInfluences[0]"]
+        assert influence[0]["value"] == 0.0 and influence[len(influence) // 2]["value"] == 1.0
+        np.testing.assert_allclose(bent.others.mean(axis=0), result.beams[name].points.mean(axis=0), atol=5e-3)
+    ks.show(result, visualizer=meshcat.Visualizer(window=window))
+    assert window.animations[f"{root}/animation"]["options"]["play"] is False
+
+
+def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, browser, tmp_path):
+    """Of the same scene, as meshcat draws it from its commands and the page from its description."""
+    ks.save_html(result, tmp_path / "page.html")
+    page = visit((tmp_path / "page.html").as_uri())
+    with connected(None) as visualizer:
+        root = ks.show(result, visualizer=visualizer).path.lower()[1:]
+        (tmp_path / "meshcat.html").write_text(visualizer.static_html(), encoding="utf-8")
+    other, problems = browser.new_page(offline=True), []
+    other.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
+    other.on("pageerror", lambda error: problems.append(str(error)))
+    other.goto((tmp_path / "meshcat.html").as_uri())
+    other.wait_for_function(
+        "viewer.scene_tree.children.Cameras.children.default.children.rotated.children['<object>'].children"
+        ".kinetostatics?.children.legend?.children['<object>']"
+    )
+    other.evaluate("viewer.animator.pause(); viewer.animator.seek(0)")
+    shown = [mesh for mesh in describe_scene(result).meshes if "Deformed" in mesh.roots]
+    assert len(shown) > 8
+    for mesh in shown:
+        theirs, ours = (
+            other.evaluate(VERTEX_COLOURS, f"{root}/deformed/{mesh.path}"),
+            page.evaluate(VERTEX_COLOURS, f"Deformed/{mesh.path}"),
+        )
+        np.testing.assert_allclose(theirs, ours, atol=2e-5, err_msg=mesh.path)
+        found = [vertices(other, f"{root}/deformed/{mesh.path}"), vertices(page, f"Deformed/{mesh.path}")]
+        np.testing.assert_allclose(*found, atol=1e-5, err_msg=mesh.path)
+    for name in result.actuator_forces:
+        tail, tip = np.array(page.evaluate(ENDS, f"Arrows/actuator forces/{name}"))
+        arrow = vertices(other, f"{root}/forces/actuator forces/{name}")
+        along = (arrow - tail) @ (tip - tail) / np.linalg.norm(tip - tail) ** 2
+        assert along.min() == pytest.approx(0, abs=1e-4) and along.max() == pytest.approx(1, abs=1e-4)
+    other.evaluate("viewer.animator.play(); viewer.animator.pause(); viewer.animator.seek(viewer.animator.duration / 2)")
+    influence = "(path) => viewer.scene_tree.find(path.split('/')).object.morphTargetInfluences[0]"
+    assert {other.evaluate(influence, f"{root}/deformed/beams/{name}/<object>") for name in result.beams} == {1}
+    np.testing.assert_allclose(
+        vertices(other, f"{root}/deformed/{result.robot.description.platform}"),
+        vertices(page, f"Rest/{result.robot.description.platform}"),
+        atol=1e-5,
+    )
+    assert problems == []
+    other.close()
 
 
 def test_drawing_again_replaces_what_stood_there(result):
@@ -162,7 +271,6 @@ def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
         ({"node": "/kinetostatics"}, "names joined by '/'"),
         ({"node": "a//b"}, "names joined by '/'"),
         ({"node": 3}, "names joined by '/'"),
-        ({"title": "Robot"}, "leave it out"),
         ({"visualizer": None, "node": "here"}, "give visualizer too"),
         ({"exaggeration": 0}, "positive number"),
         ({"exaggeration": float("nan")}, "positive number"),
@@ -198,7 +306,7 @@ def test_pinocchios_visualizer_shows_the_same_robot_in_the_same_scene():
         for block in (first, second):
             exec(compile(block, "viewer.md", "exec"), names)  # the page's own text
     assert isinstance(names["beside"], MeshcatVisualizer) and names["vis"] is server
-    roots = {path.split("/")[2] for path in window.objects}
+    roots = {path.split("/")[2] for path in window.objects if path.startswith("/meshcat/")}
     assert roots == {"kinetostatics", "pinocchio"}
     shown, pose = 0, names["pose"]
     for item in names["visuals"].geometryObjects:
@@ -283,6 +391,6 @@ def test_the_server_of_the_command_listens_on_this_machine_only():
     ],
 )
 def test_command_complains(arguments, words, capsys, monkeypatch):
-    monkeypatch.setattr("kinetostatics.viewer.running.PATIENCE", 300)
+    monkeypatch.setattr("kinetostatics.viewer.meshcat_server.PATIENCE", 300)
     assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err

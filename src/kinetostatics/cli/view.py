@@ -139,7 +139,7 @@ def _meshcat(result: Result | UnloadedPose, url: str | None, exaggeration: float
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):
             from kinetostatics.viewer import open_browser, show
-            from kinetostatics.viewer.running import connected
+            from kinetostatics.viewer.meshcat_server import connected
 
             visualizer = stack.enter_context(connected(url))
             drawn: Keyword = show(result, visualizer=visualizer, exaggeration=exaggeration)

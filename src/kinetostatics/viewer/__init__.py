@@ -64,20 +64,21 @@ def show(
     Args:
         result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
             motions that its platform has where the actuators are locked; of a batch, its poses become an animation.
-        title: heading of the page; default the robot's name.
+        title: heading of the picture; default the robot's name.
         pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
         by_mechanism: two sliders for each limb's weight, one for its attached wrenches and one for the limb's deformation, see
             :attr:`Result.mechanism_contributions`.
         compare: a second result, of another pose, load or robot, that the page shows as a ghost over the first, or beside it with
             the same camera; of a batch ``pose`` holds for both.
-        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
+        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn, which turns camera and light to it when it is
+            drawn for the first time; default a page of its own.
         node: of meshcat's tree, below the visualizer's own; what stood there is replaced, everything else stays. Default
             ``kinetostatics/`` and the robot's name.
 
     Returns:
         The view, which a notebook displays when it is the last value of a cell; or the visualizer at the node, below which
-        are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames`` and ``labels``.
+        are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest`` and ``labels``.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
@@ -87,15 +88,14 @@ def show(
             raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another node")
         if by_mechanism:
             raise ArgumentError("by_mechanism adds sliders to a page, and a visualizer has none: leave it out")
-        if title is not None:
-            raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
         drawn = _drawable(result)
         if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
             raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: say which by pose")
         from kinetostatics.viewer.running import draw  # imports meshcat, with its server
 
         own = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
-        return draw(describe_scene(drawn, pose=pose, exaggeration=exaggeration), visualizer, own if node is None else node)
+        scene = describe_scene(drawn, title, pose=pose, exaggeration=exaggeration)
+        return draw(scene, visualizer, own if node is None else node)
     if node is not None:
         raise ArgumentError("node is where a visualizer draws the robot: give visualizer too")
     html = _page(result, title, pose, exaggeration, by_mechanism, compare)

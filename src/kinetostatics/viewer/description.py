@@ -64,10 +64,10 @@ class Stations:
             self._all = np.stack(self.twists, axis=1)
         return self._all
 
-    def moved(self, frame: int, exaggeration: float) -> Array:
-        """Return the deformed stations (n, 4, 4) of one frame, all contributions together, as motion.js does it."""
+    def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
+        """Return the deformed stations (n, 4, 4) of one frame with shares (K,) of the contributions, as motion.js does it."""
         poses = np.stack([rest[frame] for rest in self.rest])
-        twists = exaggeration * self.all_twists[frame].sum(axis=1)
+        twists = exaggeration * np.einsum("nki,k->ni", self.all_twists[frame], shares)
         poses[:, :3, 3] += twists[:, :3]
         poses[:, :3, :3] = np.moveaxis(exponential(twists[:, 3:].T), -1, 0) @ poses[:, :3, :3]
         return poses
@@ -189,6 +189,12 @@ class Scene:
     live: dict[str, object] | None = None
     unloaded: bool = False
 
+    @property
+    def shares(self) -> Array:
+        """(K,) of the contributions at first: all of a result, of free motions the first."""
+        count = len(self.stations.sources)
+        return np.eye(1, count)[0] if self.unloaded else np.ones(count)
+
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
 
@@ -212,7 +218,12 @@ class Scene:
             "groups": GROUPS,
             "compare": None if self.compare is None else self.compare.plain(packing=packing),
             "size": self.size,
+            "shares": self.shares.tolist(),
             "view": VIEW,
+            "field_of_view": FIELD_OF_VIEW,
+            "light": LIGHT,
+            "unknown": UNKNOWN,
+            "mark": MARK,
             "ramp": RAMP,
             "signed_ramp": SIGNED_RAMP,
             "resting": {"colour": RESTING[0], "opacity": RESTING[1]},
@@ -262,6 +273,11 @@ class Scene:
 
 #: Direction from which the page looks at the robot at first, world axes.
 VIEW = (1.5, -2.6, 1.1)
+#: Height of what the camera sees [°], and where the light comes from and how strong it is.
+FIELD_OF_VIEW = 32
+LIGHT = {"from": (1, -2, 4), "intensity": 0.45}
+#: Colour of what shows no quantity, and of the mark of the largest value.
+UNKNOWN, MARK = "#c3c9d1", "#e6007a"
 #: Colours of displacements, from none to the largest (viridis).
 RAMP = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
 #: Colours of what has a sign, from the most negative to the most positive.

@@ -1,40 +1,52 @@
-"""Drawing of a scene in a running meshcat, under a separate path."""
+"""Drawing of a scene in a running meshcat: the robot below a path of its own, and a heading, legend, camera and light for it."""
 
 from __future__ import annotations
 
-import contextlib
-import io
-import math
-import subprocess
-import sys
-from collections.abc import Iterator
+import base64
+from collections.abc import Callable
+from html import escape
+from typing import NamedTuple
+from uuid import uuid4
+from weakref import WeakKeyDictionary
 
 import numpy as np
-import zmq
 from meshcat import geometry
+from meshcat.animation import Animation
+from meshcat.commands import SetAnimation
+from meshcat.path import Path
+from meshcat.transformations import translation_matrix
 from meshcat.visualizer import ViewerWindow, Visualizer
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.viewer.description import AXES, HIDDEN, RAMP, RESTING, Arrow, Mesh, Scene
-from kinetostatics.viewer.shapes import arrow as arrow_surface
-from kinetostatics.viewer.shapes import frames_along
+from kinetostatics.viewer.description import AXES, FIELD_OF_VIEW, HIDDEN, LIGHT, MARK, RESTING, Mesh, Scene
+from kinetostatics.viewer.overlay import HEIGHT, INK, WIDTH, heading, image, legend, number
+from kinetostatics.viewer.shapes import Surface, arrow, ball, frames_along, joined
+from kinetostatics.viewer.still import Still
 
 #: Folders of the scene's roots.
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
-#: How long a server may take to answer [ms].
-PATIENCE = 10_000
-#: Runs meshcat's server on this machine only: by itself it takes commands from here alone, but shows the scene to every network.
-LOCAL_SERVER = """
-import functools, tornado.web
-tornado.web.Application.listen = functools.partialmethod(tornado.web.Application.listen, address="127.0.0.1")
-from meshcat.servers.zmqserver import main
-main()
-"""
+#: Where the camera is in the tree, and what moves with it.
+CAMERA = "/Cameras/default/rotated/<object>"
+#: How near to the camera something can be seen, as part of the robot's size.
+NEAREST = 0.01
+#: Colours of the axes x, y and z, as in the page.
+AXIS_COLOURS = ("#d62728", "#2ca02c", "#1f77b4")
+#: Parts of the way from the deformed robot to the robot at rest and back, in frames of an animation, and frames in a second.
+SWING, RATE = 0.5 + 0.5 * np.cos(np.linspace(0, 2 * np.pi, 25)), 10
+#: How often the robot swings when it is drawn for the first time.
+REPETITIONS = 3
+#: How tall words in the scene are [pixels of a picture that is HEIGHT tall].
+WORDS = 18
+
+#: Where robots have been drawn: the camera goes there once, and then stands where one has turned it.
+_SEEN: WeakKeyDictionary[ViewerWindow, set[str]] = WeakKeyDictionary()
 
 
 def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
-    """Draw a scene's first frame at a node, in place of what stood there; nothing else is touched.
+    """Draw a scene's first frame at a node, in place of what stood there, with its heading and legend in front of the camera.
+
+    At the first time camera, light and background are set for it, and it swings between rest and deformed.
 
     Args:
         scene: of one pose.
@@ -56,172 +68,224 @@ def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
         raise ArgumentError(f"node is {node!r}; it must be names joined by '/', such as 'kinetostatics/3rps'")
     root = visualizer[node]
     root.delete()
-    _Drawing(scene, root).draw()
+    seen = _SEEN.setdefault(root.window, set())
+    _Drawing(Still(scene), root).draw(first=root.path.lower() not in seen)
+    seen.add(root.path.lower())
     return root
 
 
-@contextlib.contextmanager
-def connected(url: str | None) -> Iterator[Visualizer]:
-    """Give the visualizer of the meshcat-server at a ZeroMQ address, or of a new one on this machine, which ends with the block.
-
-    Raises:
-        KinetostaticsError: no server answers, or none can be started.
-    """
-    with contextlib.ExitStack() as stack:
-        server, address = (None, url) if url else stack.enter_context(_local_server())
-        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address, which is for the caller to tell
-            visualizer = _reached(address)
-        visualizer.window.server_proc = server
-        try:
-            yield visualizer
-        except zmq.ZMQError as error:
-            raise KinetostaticsError(f"the meshcat-server does not answer any more: {error}") from None
-
-
-@contextlib.contextmanager
-def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run a server, and give its process and its ZeroMQ address."""
-    command = [sys.executable, "-u", "-c", LOCAL_SERVER]
-    server = subprocess.Popen(  # in a session of its own, so that Ctrl+C ends it by us
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
-    )
-    try:
-        assert server.stdout is not None
-        answer = server.stdout.readline().strip()
-        if not answer.startswith("zmq_url="):
-            raise KinetostaticsError("meshcat's server does not start; python -m meshcat.servers.zmqserver says why")
-        yield server, answer.removeprefix("zmq_url=")
-    finally:
-        server.terminate()
-        server.wait()
-
-
-def _reached(url: str) -> Visualizer:
-    """Return the visualizer of a running server, whose sockets do not wait for ever."""
-    limits = {zmq.RCVTIMEO: PATIENCE, zmq.SNDTIMEO: PATIENCE, zmq.LINGER: 0}
-    before = ViewerWindow.context
-    ViewerWindow.context = zmq.Context()
-    for option, value in limits.items():
-        ViewerWindow.context.setsockopt(option, value)
-    try:
-        return Visualizer(zmq_url=url)
-    except zmq.ZMQError:
-        raise ArgumentError(
-            f"no meshcat-server answers at {url!r}; give the zmq_url that it printed, such as tcp://127.0.0.1:6000"
-        ) from None
-    finally:
-        ViewerWindow.context = before
-
-
 class _Drawing:
-    def __init__(self, scene: Scene, root: Visualizer) -> None:
-        self.scene, self.root = scene, root
-        self.rest = np.stack([rest[0] for rest in scene.stations.rest])
-        self.deformed = scene.stations.moved(0, scene.exaggeration)
-        self.twists = scene.stations.all_twists[0].sum(axis=1)
-        self.largest = float(np.linalg.norm(self.twists[:, :3], axis=-1).max()) or 1.0
+    def __init__(self, still: Still, root: Visualizer) -> None:
+        self.still, self.scene, self.root = still, still.scene, root
+        self.frames = [still.moved(part) for part in SWING]
+        self.animation = Animation(default_framerate=RATE)
 
-    def draw(self) -> None:
+    def draw(self, first: bool) -> None:
         for mesh in self.scene.meshes:
             for root in mesh.roots:
                 self._mesh(mesh, root)
-        groups = {self._arrow(*item) for item in self.scene.scaled_arrows()}
-        for group in HIDDEN:
-            if group in groups:
-                self._node(f"forces/{group}").set_property("visible", False)
+        self._arrows()
+        self._mark()
         for name, station, label in self.scene.frames:
             node = self._node(f"frames/{name}")
-            axes = geometry.triad(AXES * self.scene.size)
-            axes.material.properties = {"depthTest": False}  # or they would hide in the bodies they belong to
-            node.set_object(axes)
-            node.set_transform(self.deformed[station])
-            self._label(node["label"], label, np.full(3, 0.03 * self.scene.size))
+            surface, colours = _axes(AXES * self.scene.size)
+            node.set_object(
+                geometry.TriangularMeshGeometry(surface.vertices, surface.faces, colours),
+                geometry.MeshPhongMaterial(vertexColors=True, depthTest=False, transparent=True),
+            )
+            self._moving(node, _pose_of(station))
+            self._label(f"{name}", label, _point_of(station))
         for path, station, text in self.scene.labels:
-            self._label(self._node(f"labels/{path}"), text, self.deformed[station, :3, 3])
+            self._label(path, text, _point_of(station))
+        self._node("labels").set_property("visible", False)
+        lines, square = self.still.floor()
+        self._node("floor").set_object(
+            geometry.LineSegments(geometry.PointsGeometry(lines.T.astype(np.float32)), geometry.LineBasicMaterial(color=0xDDE1E6))
+        )
+        above, below = self._overlay(square)
+        if first:
+            self._stage(above, below)
+        if self.still.largest[0]:
+            self.root.window.send(_Swing(self.animation, self._node("animation").path, first))
 
     def _node(self, path: str) -> Visualizer:
         """Return the visualizer at a path below ours; two slashes in a link's name would lead to the top of the tree."""
         return self.root["/".join(filter(None, path.split("/")))]
 
+    def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
+        """Place a node by the stations' poses, now and in the animation."""
+        node.set_transform(placed(self.still.deformed))
+        for frame, poses in enumerate(self.frames):
+            self.animation.at_frame(node, frame).set_transform(placed(poses))
+
     def _mesh(self, mesh: Mesh, root: str) -> None:
-        vertices, colours = mesh.surface.vertices, None
-        poses = self.deformed if root == "Deformed" else self.rest
-        look: dict[str, object] = {"color": 0xFFFFFF, "vertexColors": True, "shininess": 12, "specular": 0x222222}
-        if root == "Rest":
-            look = {"color": _integer(RESTING[0]), "opacity": RESTING[1], "depthWrite": False, "shininess": 5}
-        elif not isinstance(mesh.colour, str):
-            colours = mesh.colour
-        elif mesh.colour == "deflection":
-            colours = self._colours(mesh)
-        else:
-            look.update(color=_integer(mesh.colour), vertexColors=False)
-        node = self._node(f"{ROOTS[root]}/{mesh.path}")
-        rigid = isinstance(mesh.station, int)
-        if not rigid:
-            at = poses[mesh.station]
-            vertices = np.einsum("nij,nj->ni", at[:, :3, :3], vertices) + at[:, :3, 3]
-        surface = geometry.TriangularMeshGeometry(vertices, mesh.surface.faces, colours)
-        node.set_object(surface, geometry.MeshPhongMaterial(**look))
-        if rigid:
-            node.set_transform(poses[mesh.station])
-
-    def _colours(self, mesh: Mesh) -> Array:
-        """Return the colour (n, 3) of every vertex by its true displacement u + θ × r."""
-        station = np.broadcast_to(mesh.station, len(mesh.surface.vertices))
-        arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], mesh.surface.vertices)
-        twists = self.twists[station]
-        lengths = np.linalg.norm(twists[:, :3] + np.cross(twists[:, 3:], arms), axis=-1) / self.largest
-        steps = np.linspace(0, 1, len(RAMP))
-        ramp = np.array([[int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5)] for colour in RAMP])
-        return np.column_stack([np.interp(lengths, steps, ramp[:, channel]) for channel in range(3)])
-
-    def _arrow(self, arrow: Arrow, metres_per_unit: float, radius: float, colour: str) -> str | None:
-        """Draw an arrow and return its group; one that is too short to see is left out."""
-        vector = arrow.vector[0].sum(axis=0)
-        size = float(np.linalg.norm(vector))
-        length = size * metres_per_unit
-        if length <= 0.2 * radius:
-            return None
-        value = -size if arrow.positive is not None and arrow.positive[0] @ vector < 0 else size
-        if isinstance(arrow.anchor, str):
-            inwards = arrow.anchor == "tip"
-        else:
-            inwards = bool(arrow.anchor[0] @ vector < -0.1 * np.linalg.norm(arrow.anchor[0]) * size)
-        at = self.deformed[arrow.station]
-        frame = frames_along(vector[None])[0]
-        frame[:3, 3] = at[:3, 3] + at[:3, :3] @ arrow.offset - inwards * metres_per_unit * vector
-        surface = arrow_surface(length, radius, 1 if arrow.kind == "force" else 2)
-        node = self._node(f"forces/{arrow.group}/{arrow.name}")
-        node.set_object(
-            geometry.TriangularMeshGeometry(surface.vertices, surface.faces),
-            geometry.MeshPhongMaterial(color=_integer(colour), shininess=12),
+        node, colour = self._node(f"{ROOTS[root]}/{mesh.path}"), self.still.look(mesh, root)
+        look: dict[str, object] = (
+            {"color": 0xFFFFFF, "vertexColors": True} if not isinstance(colour, str) else {"color": _integer(colour)}
         )
-        node.set_transform(frame)
-        beyond = 0.03 * self.scene.size
-        end = -beyond if inwards else length + beyond  # the label stands at the free end
-        self._label(node["label"], f"{arrow.label} {_number(value)} {arrow.unit}", np.array([0, 0, end]))
-        return arrow.group
+        look |= {"shininess": 12, "specular": 0x222222}
+        if root == "Rest":
+            look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0}  # only what faces us
+        station, faces, colours = mesh.station, mesh.surface.faces, None if isinstance(colour, str) else colour
+        if isinstance(station, int):
+            node.set_object(
+                geometry.TriangularMeshGeometry(mesh.surface.vertices, faces, colours), geometry.MeshPhongMaterial(**look)
+            )
+            if root == "Deformed":
+                self._moving(node, _pose_of(station))
+            else:
+                node.set_transform(self.still.rest[station])
+            return
+        vertices = self.still.vertices(mesh, root)
+        if root != "Deformed":
+            node.set_object(geometry.TriangularMeshGeometry(vertices, faces, colours), geometry.MeshPhongMaterial(**look))
+            return
+        node.set_object(
+            _Bent(geometry.TriangularMeshGeometry(vertices, faces, colours), self.still.vertices(mesh, "Rest")),
+            geometry.MeshPhongMaterial(**look),
+        )
+        for frame, part in enumerate(SWING):
+            self.animation.at_frame(node["<object>"], frame).set_property("morphTargetInfluences[0]", "number", 1 - part)
 
-    def _label(self, node: Visualizer, text: str, place: Array) -> None:
-        """Write words that face the camera: a sprite of three.js, for which meshcat has no class, with its text texture."""
-        words = geometry.GenericTexture({"type": "_text", "text": text, "font_size": 36, "font_face": "sans-serif"})
-        material = geometry.GenericMaterial(map=words, transparent=True, depthTest=False)
-        material._type = "SpriteMaterial"
-        scale = geometry.Ellipsoid([0.45 * self.scene.size] * 3)  # of which a sprite takes the scale alone
-        sprite = geometry.Object(scale, material)
-        sprite._type = "Sprite"
-        node.set_object(sprite)
-        matrix = np.eye(4)
-        matrix[:3, 3] = place
-        node.set_transform(matrix)
+    def _arrows(self) -> None:
+        for item in self.still.arrows:
+            path = f"{item.arrow.group}/{item.arrow.name}"
+            node, surface = (
+                self._node(f"forces/{path}"),
+                geometry.TriangularMeshGeometry(item.surface.vertices, item.surface.faces),
+            )
+            node.set_object(surface, geometry.MeshPhongMaterial(color=_integer(item.colour), shininess=12))
+            node["inside"].set_object(
+                surface, geometry.MeshBasicMaterial(color=_integer(item.colour), opacity=0.28, depthTest=False, depthWrite=False)
+            )
+            self._moving(node, item.placed)
+            words = f"{item.arrow.label} {number(item.value)} {item.arrow.unit}" if item.arrow.unit else item.arrow.label
+            self._label(path, words, item.place_of_name, item.colour)
+        for group in HIDDEN:
+            if any(item.arrow.group == group for item in self.still.arrows):
+                self._node(f"forces/{group}").set_property("visible", False)
+                self._node(f"labels/{group}").set_property("visible", False)
+
+    def _mark(self) -> None:
+        value, station, vertex = self.still.largest
+        if value:
+            node, unit = self._node("largest"), self.scene.facts.displacement
+            dot = geometry.MeshBasicMaterial(color=_integer(MARK), depthTest=False, transparent=True)
+            node.set_object(geometry.Sphere(0.007 * self.scene.size), dot)
+            self._moving(node, lambda poses: np.asarray(poses[station] @ translation_matrix(vertex)))
+            words = f"largest {number(value / unit.factor)} {unit.unit}"
+            self._label("largest", words, lambda poses: (poses[station] @ [*vertex, 1.0])[:3], MARK)
+
+    def _label(self, path: str, text: str, placed: Callable[[Array], Array], colour: str = INK) -> None:
+        """Write words above a place; they face the camera and are always of one size."""
+        node, width = self._node(f"labels/{path}"), 40 + 10 * len(text)
+        words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
+        node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
+        self._moving(node, lambda poses: np.asarray(translation_matrix(placed(poses))))
+
+    # ---- round the robot -------------------------------------------------------------------------------------------
+
+    def _overlay(self, square: float) -> tuple[float, float]:
+        """Write heading and legend before the camera; return the parts of the picture's height that they take."""
+        (above, top), (below, bottom) = heading(self.still), legend(self.still, square)
+        depth = 5 * NEAREST * self.scene.size
+        half = depth * np.tan(np.radians(FIELD_OF_VIEW) / 2)
+        before = self.root[f"{CAMERA}/kinetostatics"]
+        for name, text, height, side in (("heading", above, top, 1), ("legend", below, bottom, -1)):
+            before[name].set_object(_sprite(text, 2 * half * WIDTH / HEIGHT, 2 * half * height / HEIGHT))
+            before[name].set_transform(translation_matrix([0, side * half * (1 - height / HEIGHT), -depth]))
+        return top / HEIGHT, bottom / HEIGHT
+
+    def _stage(self, above: float, below: float) -> None:
+        """Turn camera, light and background to the robot."""
+        camera = self.still.camera(WIDTH / HEIGHT, above, below)
+        turned = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])  # z up in the scene, y in the window
+        # The camera turns about the window's origin, so the scene is shifted in the window, and the camera's stand back.
+        self.root["/"].set_transform(turned @ translation_matrix(-camera.target))
+        self.root["/Cameras/default"].set_transform(translation_matrix(camera.target))
+        eye = self.root[CAMERA]
+        eye.set_property("position", (turned[:3, :3] @ camera.direction * camera.distance).tolist())
+        eye.set_property("fov", FIELD_OF_VIEW)
+        eye.set_property("near", NEAREST * self.scene.size)
+        eye.set_property("far", 100 * self.scene.size)
+        for name in ("Grid", "Axes", "Lights/PointLightNegativeX", "Lights/PointLightPositiveX"):
+            self.root[f"/{name}"].set_property("visible", False)
+        for end in ("top_color", "bottom_color"):
+            self.root["/Background"].set_property(end, [1, 1, 1])
+        light = self.root["/Lights/SpotLight"]  # far away it is as the page's
+        light.set_property("visible", True)
+        light["<object>"].set_property("intensity", LIGHT["intensity"])
+        light["<object>"].set_property("position", (100 * self.scene.size * np.array(LIGHT["from"])).tolist())
+
+
+class _Bent:
+    """A surface that can become another: ``morphTargetInfluences[0]`` at 1 puts its vertices at ``others`` (n, 3)."""
+
+    def __init__(self, surface: geometry.TriangularMeshGeometry, others: Array) -> None:
+        self.surface, self.others = surface, others
+        self.uuid, self.intrinsic_transform = surface.uuid, surface.intrinsic_transform
+
+    def lower_in_object(self, data: dict[str, list[dict[str, dict[str, object]]]]) -> str:
+        """Write it into a command for meshcat."""
+        self.surface.lower_in_object(data)
+        data["geometries"][-1]["data"]["morphAttributes"] = {"position": [geometry.pack_numpy_array(self.others.T)]}
+        return str(self.uuid)
+
+
+class _Svg(NamedTuple):
+    """An image that the browser draws."""
+
+    text: str
+    uuid: str
+
+    def lower_in_object(self, data: dict[str, list[dict[str, str]]]) -> str:
+        """Write it into a command for meshcat."""
+        address = "data:image/svg+xml;base64," + base64.b64encode(self.text.encode()).decode("ascii")
+        data.setdefault("images", []).append({"uuid": self.uuid, "url": address})
+        return self.uuid
+
+
+class _Swing(NamedTuple):
+    """An animation that the server keeps at a node, and so sends after what it moves to who looks later."""
+
+    animation: Animation
+    path: Path
+    play: bool
+
+    def lower(self) -> dict[str, object]:
+        """Write it as a command for meshcat."""
+        return {**SetAnimation(self.animation, self.play, REPETITIONS).lower(), "path": self.path.lower()}
+
+
+def _pose_of(station: int) -> Callable[[Array], Array]:
+    return lambda poses: poses[station]
+
+
+def _point_of(station: int) -> Callable[[Array], Array]:
+    return lambda poses: poses[station][:3, 3]
+
+
+def _sprite(text: str, width: float, height: float, **look: object) -> geometry.Object:
+    """Return an SVG image that faces the camera: a sprite of three.js, for which meshcat has no class."""
+    texture = geometry.GenericTexture(
+        {"wrap": [1001, 1001], "repeat": [1, 1], "minFilter": 1006, "image": _Svg(text, str(uuid4()))}
+    )
+    material = geometry.GenericMaterial(map=texture, transparent=True, depthTest=False, depthWrite=False, **look)
+    material._type = "SpriteMaterial"
+    sprite = geometry.Object(geometry.Ellipsoid([width, height, 1.0]), material)  # of which a sprite takes the scale alone
+    sprite._type = "Sprite"
+    return sprite
+
+
+def _axes(size: float) -> tuple[Surface, Array]:
+    """Return the axes of a frame with a ball at their origin, and the colours (n, 3) of the vertices."""
+    along = arrow(size, 0.025 * size, 1)
+    surfaces = [along.transformed(frames_along(axis[None])[0]) for axis in np.eye(3)] + [ball(0.05 * size)]
+    colours = [np.array([_integer(colour) >> shift & 255 for shift in (16, 8, 0)]) / 255 for colour in (*AXIS_COLOURS, INK)]
+    shades = [np.tile(colour, (len(surface.vertices), 1)) for surface, colour in zip(surfaces, colours, strict=True)]
+    return joined(surfaces), np.concatenate(shades)
 
 
 def _integer(colour: str) -> int:
     """Return "#rrggbb" as meshcat wants it."""
     return int(colour[1:], 16)
-
-
-def _number(value: float) -> str:
-    """Return three digits, as in the page."""
-    digits = f"{value:.2e}" if abs(value) >= 1e6 else f"{value:.0f}" if abs(value) >= 100 else f"{value:#.3g}"
-    return digits.replace("-", "−") if math.isfinite(value) else "–"

@@ -1,6 +1,6 @@
 /* What colours tell: the deflection of everything, or stress, axial force and N/N_Euler along beams. */
 
-const PLAIN = new THREE.Color("#c3c9d1"); // what the quantity is not known of
+const PLAIN = new THREE.Color(description.unknown); // what the quantity is not known of
 
 /** The quantity of the page's colours: {key, words, unit, factor, low, high, ramp}, alike for all robots. */
 function colourScale() {

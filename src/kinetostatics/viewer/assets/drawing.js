@@ -9,7 +9,7 @@ class Robot {
     this.solids = new Map(); // path -> {spec, mesh, rigid, atRest, byQuantity}
     this.arrows = new Map(); // path -> {spec, object, tip, size, value}
     this.frames = new Map(); // path -> {spec, object}
-    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.007 * description.size, 12, 8), new THREE.MeshBasicMaterial({ color: "#e6007a", depthTest: false, transparent: true }));
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.007 * description.size, 12, 8), new THREE.MeshBasicMaterial({ color: description.mark, depthTest: false, transparent: true }));
     this.mark = { object: this.put("Marks/largest", new THREE.Group()), text: "" };
     this.mark.object.add(ball);
     addLabel(this, this.mark.object, () => this.mark.text, "#b0005e", "mark", () => this.mark.object.seen);
@@ -100,7 +100,7 @@ class Robot {
     const material = pale
       ? new THREE.MeshPhongMaterial({ color: resting.colour, transparent: true, opacity: resting.opacity, depthWrite: false, shininess: 5 })
       : new THREE.MeshPhongMaterial({
-        color: vertexColours ? 0xffffff : spec.colour === "deflection" ? "#c3c9d1" : spec.colour, vertexColors: vertexColours,
+        color: vertexColours ? 0xffffff : spec.colour === "deflection" ? this.scene.unknown : spec.colour, vertexColors: vertexColours,
         side: THREE.DoubleSide, shininess: 12, specular: 0x222222,
       });
     const mesh = new THREE.Mesh(geometry, material);

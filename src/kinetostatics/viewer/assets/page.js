@@ -14,8 +14,8 @@ function refresh() {
 function setStage() {
   for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
   for (const name of ["PointLightNegativeX", "PointLightPositiveX"]) viewer.set_property(["Lights", name], "visible", false);
-  const key = new THREE.DirectionalLight(0xffffff, 0.45);
-  key.position.set(1, -2, 4);
+  const { light } = page.robots[0].scene, key = new THREE.DirectionalLight(0xffffff, light.intensity);
+  key.position.set(...light.from);
   viewer.set_object(["Lights", "Key"], key);
   for (const robot of page.robots) hideThickets(robot);
 }

@@ -149,11 +149,11 @@ function buildShares(table) {
 
 /** A slider for each free motion, of which the first is shown. */
 function buildFreeMotions(parent) {
-  const { contributions } = page.robots[0].scene;
+  const { contributions, shares: first } = page.robots[0].scene;
   if (contributions.length) make("h2", parent, { textContent: "Free motions, actuators locked" });
   contributions.forEach((name, k) => {
-    state.shares.set(name, k ? 0 : 1);
-    slider(parent, `share: ${name}`, name, k ? 0 : 1, -1, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
+    state.shares.set(name, first[k]);
+    slider(parent, `share: ${name}`, name, first[k], -1, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
   });
 }
 

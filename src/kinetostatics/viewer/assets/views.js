@@ -36,7 +36,7 @@ function look(x, y, z) {
   const right = (Math.hypot(x, y) > 1e-3 * Math.abs(z) ? new THREE.Vector3(0, 1, 0).cross(d) : new THREE.Vector3(1, 0, 0)).normalize();
   const up = d.clone().cross(right), [{ width }] = panes(), height = stage.offsetHeight;
   const w = Math.max(width - 2 * margin, 0.5 * width), h = Math.max(height - 2 * margin, 0.5 * height);
-  camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;
+  camera.fov = page.robots[0].scene.field_of_view; camera.near = radius / 50; camera.far = radius * 80;
   const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
   const local = points.map((p) => { const q = p.clone().sub(centre); return [q.dot(right), q.dot(up), q.dot(d)]; });
   // a point (x, z) is seen where |x - s| <= k (D - z): linear in the shift s of the camera and its distance D
