@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -170,8 +171,8 @@ def determining(robot: Robot, pose: Configuration, orientation: str | None, size
     def independence(names: tuple[str, ...]) -> float:
         return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
 
-    found = choices(robot, orientation_named(orientation), (), pose.poses)
-    sets = [tuple(name for name in present if name in names) for names in found]
+    determine = [set(names) for names in choices(robot, orientation_named(orientation), (), pose.poses)]
+    sets = [names for names in itertools.combinations(present, robot.mobility.platform) if set(names) in determine]
     best = max((independence(names) for names in sets), default=0.0)
     good = [names for names in sets if independence(names) > 0.3 * best]
     return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
