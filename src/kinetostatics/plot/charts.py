@@ -24,6 +24,8 @@ from kinetostatics.results.tool_point import point_name
 
 #: Largest number of bars of each kind of sensitivities, and number of bars of a histogram.
 MOST, BARS = 12, 60
+#: Bars that are shorter than this part of the longest would not be seen.
+SMALL = 0.003
 #: What quantities are that may be minimized.
 WORDS = {
     "sag": "displacement",
@@ -47,6 +49,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 
     Returns:
         The axes: bars to the left are less sag. Parameters of the file are dark, the stiffness of parts is light and hatched.
+        Of bars too short to be seen the title tells how many there are.
 
     Raises:
         ArgumentError: ``found`` has another type, the twist is not among the outputs, or o does not move.
@@ -61,11 +64,15 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
+    least = SMALL * max((abs(value) for _, value, _ in rows), default=0.0)
+    small, rows = [row for row in rows if abs(row[1]) < least], [row for row in rows if abs(row[1]) >= least]
     dark, light = mpl.colormaps[COLOURS]([0.15, 0.75])
     ax = new_axes(1.4 * ONE_COLUMN, 0.5 + 0.17 * len(rows)) if ax is None else ax
     for place, (_, value, is_part) in enumerate(rows):
         colour, hatch = (light, "////") if is_part else (dark, None)
         ax.barh(place, value, color=colour, hatch=hatch, edgecolor="white", height=0.75)
+    if small:
+        ax.set_title(f"not drawn: {len(small)} below {least:.1g} %")
     ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
     ax.invert_yaxis()
     ax.axvline(0.0, color="0.3", linewidth=0.6)
@@ -153,8 +160,8 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
         unit = found[0].units.get(name, "")
         size, shown = display_unit(unit, values) if unit else (1.0, "")
         for place, value in zip(zip(x, y, strict=True), values / size, strict=True):
-            ax.annotate(f"{value:.4g} {shown}".rstrip(), place, (4, 3), textcoords="offset points", fontsize=6)
-    ax.margins(0.12, 0.1)
+            ax.annotate(f"{value:.3g} {shown}".rstrip(), place, (4, 3), textcoords="offset points", fontsize=6)
+    ax.margins(0.14, 0.1)
     ax.set_xlabel(label(_said(found.minimized[0]), x_unit))
     ax.set_ylabel(label(_said(found.minimized[1]), y_unit))
     ax.grid(color="0.85", linewidth=0.4, which="both")

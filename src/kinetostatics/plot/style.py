@@ -59,7 +59,7 @@ STYLE: dict[str, object] = {
 LETTERS, NO_BREAK = 14.5, "\N{NO-BREAK SPACE}"
 
 #: Letters along a colour bar for an inch of the figure's height.
-BAR = 11.5
+BAR = 12.2
 
 #: Panels in a row.
 ROW = 3

@@ -139,7 +139,8 @@ def surface(
         # one collection: Matplotlib sorts faces by depth within a collection only
         panel.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
         masks = common_masks([selections[k] for k in mine])
-        for mask, where, grey in zip(masks, areas_of(masks), GREYS, strict=False):
+        for mask, where in zip(masks, areas_of(masks), strict=True):
+            grey = patches[mask.label].get_facecolor() if mask.label in patches else GREYS[len(patches)]
             ground = cut_cells(np.dstack([*plane, np.full_like(plane[0], floor)]), level_of(where))
             cells = Poly3DCollection(list(ground), facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
             panel.add_collection3d(cells)
