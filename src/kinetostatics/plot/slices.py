@@ -137,7 +137,7 @@ def _axes(plane: Plane, count: int) -> list[Axes]:
     """Return the axes of a figure of their own: one is a column wide, more stand beside one another across the page."""
     width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
     if plane.ratio is None:
-        height = 0.86 * width
+        height = (0.86 if count == 1 else 1.0) * width
     elif count == 1:
         height = float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6)) * width
     else:
@@ -173,7 +173,7 @@ def _draw(
     draw_areas(ax, [plane.field(where) for where in areas_of(masks)], masks)
     lines = None
     if levels:
-        lines = ax.contour(plane.x, plane.y, wide[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=3)
+        lines = ax.contour(plane.x, plane.y, wide[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=2.2)
         lines.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white", alpha=0.7)])
         lines.set_clip_path(rim, ax.transData)
     return mesh, lines, rim
