@@ -39,10 +39,11 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     near = near_singular_message(result)
     found += [near] if near else []
     for item in result.configuration.limits_exceeded.values():
-        found.append(
-            f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
-            + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
-        )
+        slides = result.robot.mechanism.connections[item.joint].type.is_slide
+        factor, unit = (1e-3, " mm") if slides else (np.pi / 180, "°")
+        lower, upper = (f"{limit / factor:.6g}" for limit in (item.lower, item.upper))
+        where = f" in {int(item.where.sum())} poses" if item.where.shape else f": {float(item.value) / factor:.6g}{unit}"
+        found.append(f"{item.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
     found += _slender(result)
     if np.any(result.indeterminate):
         found.append(undetermined_parts(result))

@@ -53,4 +53,4 @@ def test_what_is_true_of_the_zero_pose_alone_is_not_said_of_others():
     assert warning == "at the zero pose foot (0°) is beyond its limits" and robot.warnings == ()
     assert ks.analyze(robot.assemble(actuators={"foot": 0.3})).warnings == ()
     (warning,) = ks.analyze(robot.assemble()).warnings
-    assert warning.startswith("foot is beyond its limits")
+    assert warning.startswith("foot is beyond its limits of ") and warning.endswith("°: 0°")
