@@ -125,7 +125,8 @@ def _check_held(robot: Robot, architecture: str) -> None:
 def write_new(text: str, path: str | os.PathLike[str]) -> None:
     """Write a new file.
 
-    Raises: ArgumentError: the file exists, or cannot be written.
+    Raises:
+        ArgumentError: the file exists, or cannot be written.
     """
     name = path_name("path", path)
     try:

@@ -202,7 +202,8 @@ def calibrate(
 def check_level(level: object) -> None:
     """Check a confidence level.
 
-    Raises: ArgumentError: it is not between 0 and 1.
+    Raises:
+        ArgumentError: it is not between 0 and 1.
     """
     if not isinstance(level, (int, float)) or not 0 < level < 1:
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
@@ -211,7 +212,8 @@ def check_level(level: object) -> None:
 def check_robot(what: str, robot: object, payload: object) -> None:
     """Check that ``robot`` is a robot, and that the payload is on the platform.
 
-    Raises: ArgumentError: one of them is invalid.
+    Raises:
+        ArgumentError: one of them is invalid.
     """
     if not isinstance(robot, Robot):
         raise ArgumentError(f"{what} needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
@@ -228,7 +230,8 @@ def check_robot(what: str, robot: object, payload: object) -> None:
 def check_point(point: ArrayLike | None, frame: object) -> Array | None:
     """Return the point of application (3,) of the load for all rows.
 
-    Raises: ArgumentError: the value is not a point.
+    Raises:
+        ArgumentError: the value is not a point.
     """
     check("frame", frame)
     array = None if point is None else finite_numbers("point", point)
@@ -240,7 +243,8 @@ def check_point(point: ArrayLike | None, frame: object) -> Array | None:
 def check_predicted(model: Model, values: Array) -> None:
     """Check that all readings can be computed at the start.
 
-    Raises: StaticsError: a reading cannot be computed; the message gives the reason.
+    Raises:
+        StaticsError: a reading cannot be computed; the message gives the reason.
     """
     bad = np.flatnonzero(~np.isfinite(model.predict(values)))
     if bad.size:

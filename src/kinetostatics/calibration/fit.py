@@ -31,7 +31,9 @@ Function = Callable[[Array], Array]
 class NoDerivativeError(Exception):
     """The search reached a point at which readings have no derivative with respect to an unknown.
 
-    Attributes: x: (p,) the point. k: index of the unknown.
+    Attributes:
+        x: (p,) the point.
+        k: index of the unknown.
     """
 
     def __init__(self, x: Array, k: int) -> None:
@@ -81,11 +83,15 @@ class Fit:
 def fit(predict: Function, jacobian: Function, start: Array, measured: Array, sigma: Array, sigma_known: bool) -> Fit:
     """Fit the unknowns by weighted least squares.
 
-    Args: predict: computes readings (n,) from unknowns (p,), NaN if they are invalid. jacobian: computes their derivatives (n,
-    p). start: (p,) initial values. measured, sigma: (n,) measured readings and standard deviations. sigma_known: whether
-    ``sigma`` is known, not only its ratios.
+    Args:
+        predict: computes readings (n,) from unknowns (p,), NaN if they are invalid.
+        jacobian: computes their derivatives (n, p).
+        start: (p,) initial values.
+        measured, sigma: (n,) measured readings and standard deviations.
+        sigma_known: whether ``sigma`` is known, not only its ratios.
 
-    Raises: NoDerivativeError: the search reached a point without derivatives.
+    Raises:
+        NoDerivativeError: the search reached a point without derivatives.
     """
     from scipy.optimize import least_squares
 
@@ -141,7 +147,9 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
     """Return studentized residuals (n,) and the mask of outliers; outliers are omitted in the judgement of later ones.
 
-    Args: found: the solution. size: magnitude of weighted readings, the scale of rounding errors.
+    Args:
+        found: the solution.
+        size: magnitude of weighted readings, the scale of rounding errors.
     """
     from scipy import stats
 

@@ -84,7 +84,8 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 def number_in(cell: object, unit: str, kind: str, what: str) -> float:
     """Return the number of a cell in SI; ``unit`` is that of the title, unless the cell has its own.
 
-    Raises: ArgumentError: the cell is no number, or has a unit of another kind.
+    Raises:
+        ArgumentError: the cell is no number, or has a unit of another kind.
     """
     text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
     return parse_number(with_unit(text, unit), kind, what)

@@ -37,7 +37,10 @@ REFERENCES = ("undeformed", "unloaded")
 class Readings:
     """The readings of a table.
 
-    Attributes: rows: (n,) row of each reading in the table. which: (n,) index of its gauge. gauges: gauges by name.
+    Attributes:
+        rows: (n,) row of each reading in the table.
+        which: (n,) index of its gauge.
+        gauges: gauges by name.
     """
 
     rows: Index

@@ -39,7 +39,8 @@ EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
 class Unknown:
     """An unknown of a calibration.
 
-    Attributes: name: name of the unknown.
+    Attributes:
+        name: name of the unknown.
         kind: "stiffness", "argument", "error" (of assembly), "payload" or "offset".
         unit: SI unit of its value.
         start: initial value of the varied quantity.
@@ -58,8 +59,12 @@ class Unknown:
 class Unknowns:
     """All unknowns, and the robots with their values.
 
-    Args: robot: the nominal robot. names: names of the unknowns. gauges: gauges with readings; only these have offsets. payload:
-    initial payload; None: 1 kg at o, if it is unknown. sizes: magnitude of the readings of each gauge.
+    Args:
+        robot: the nominal robot.
+        names: names of the unknowns.
+        gauges: gauges with readings; only these have offsets.
+        payload: initial payload; None: 1 kg at o, if it is unknown.
+        sizes: magnitude of the readings of each gauge.
     """
 
     def __init__(

@@ -21,7 +21,8 @@ class Body:
 class JointStep:
     """A joint between two bodies; revolutes with a common point form one universal or spherical joint.
 
-    Attributes: name: name of the joint; for several revolutes, the common part of their names.
+    Attributes:
+        name: name of the joint; for several revolutes, the common part of their names.
         joints: the joints' names.
         kind: URDF or loop type.
         driven, elastic: whether it is driven, and whether it or its actuator is elastic.

@@ -150,9 +150,13 @@ class AttachedBodiesFacts:
 class RobotFacts:
     """Properties of a robot; None if they cannot be computed, with the reason in ``problems``.
 
-    Attributes: mobility: mobility, local freedoms and redundant constraints. zero: the zero pose. mass: total mass at the zero
-    pose [kg]. massless: rigid links between joints without mass. problems: errors that prevent any analysis. warnings: warnings
-    of the robot and of its zero pose.
+    Attributes:
+        mobility: mobility, local freedoms and redundant constraints.
+        zero: the zero pose.
+        mass: total mass at the zero pose [kg].
+        massless: rigid links between joints without mass.
+        problems: errors that prevent any analysis.
+        warnings: warnings of the robot and of its zero pose.
     """
 
     name: str

@@ -61,8 +61,10 @@ def print_report(report: Report, warnings: Sequence[str] = ()) -> None:
 def answer(found: Report | dict[str, object], warnings: Sequence[str] = (), written: Iterable[str] = ()) -> None:
     """Print warnings and a report; or JSON that includes the warnings, which then go to standard error.
 
-    Args: found: an object with a report and data. warnings: warnings of the pose. written: files that were written; they are
-    listed below the report.
+    Args:
+        found: an object with a report and data.
+        warnings: warnings of the pose.
+        written: files that were written; they are listed below the report.
     """
     if not isinstance(found, dict):
         print_report(found, warnings)

@@ -23,7 +23,8 @@ Names = Callable[[argparse.Namespace], Iterable[str]]
 def complete(parser: argparse.ArgumentParser) -> None:
     """Print completions and end the process; return only if argcomplete is not installed.
 
-    Args: parser: parser of the whole command line.
+    Args:
+        parser: parser of the whole command line.
     """
     try:
         import argcomplete

@@ -106,7 +106,8 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
     """Return "--platform" or "--actuators", whichever ``--sweep`` varies, its items, and the constant coordinates.
 
-    Raises: ArgumentError: coordinates of both vary, or a coordinate is given twice.
+    Raises:
+        ArgumentError: coordinates of both vary, or a coordinate is given twice.
     """
     swept = parse_items("--sweep", args.sweep)
     actuators = [name for name in swept if name in robot.description.driven]

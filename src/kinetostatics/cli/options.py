@@ -68,7 +68,8 @@ def _action(argument: Argument) -> dict[str, Keyword]:
 def value_of(name: str, args: argparse.Namespace) -> Keyword:
     """Return the value of an option for the function, None if not given.
 
-    Raises: ArgumentError: the value is invalid; the message begins with the option.
+    Raises:
+        ArgumentError: the value is invalid; the message begins with the option.
     """
     argument, given = args.arguments[name], getattr(args, name)
     option = option_of(name, argument)
@@ -99,7 +100,8 @@ def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keywor
 def check_folder(path: str | None) -> None:
     """Check that the folder of a file of ``--out`` exists, before long computations.
 
-    Raises: ArgumentError: the folder does not exist.
+    Raises:
+        ArgumentError: the folder does not exist.
     """
     folder = os.path.dirname(path or "")
     if folder and not os.path.isdir(folder):
@@ -109,9 +111,12 @@ def check_folder(path: str | None) -> None:
 def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
     """Check that files of ``--out`` can be written, before long computations.
 
-    Args: paths: paths of the files. endings: allowed endings; figures need Matplotlib.
+    Args:
+        paths: paths of the files.
+        endings: allowed endings; figures need Matplotlib.
 
-    Raises: ArgumentError: a folder does not exist, or an ending is not allowed.
+    Raises:
+        ArgumentError: a folder does not exist, or an ending is not allowed.
         KinetostaticsError: Matplotlib is missing.
     """
     for path in paths:

@@ -60,10 +60,14 @@ def unit_of(text: str) -> Unit | None:
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
     """Return first, last and number of values of ``FROM:TO[:COUNT]``; the number is None if not given.
 
-    Args: option: the option, for messages. name: name of the coordinate or parameter. text: the range. kind: see
-    :func:`parse_quantity`.
+    Args:
+        option: the option, for messages.
+        name: name of the coordinate or parameter.
+        text: the range.
+        kind: see :func:`parse_quantity`.
 
-    Raises: ArgumentError: the text is not of this form.
+    Raises:
+        ArgumentError: the text is not of this form.
     """
     parts = text.split(":")
     if len(parts) not in (2, 3):

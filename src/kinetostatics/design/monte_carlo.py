@@ -136,7 +136,9 @@ def _analysed(
 class Constants:
     """Constants of robots with several changes, interpolated between robots with one change each.
 
-    Args: nominal: (P,) constants of the nominal robot. nodes: (len(NODES), P) constants at the nodes, for each change.
+    Args:
+        nominal: (P,) constants of the nominal robot.
+        nodes: (len(NODES), P) constants at the nodes, for each change.
     """
 
     def __init__(self, nominal: Array, nodes: Sequence[Array]) -> None:
@@ -186,8 +188,11 @@ def _lagrange(parts: Array) -> Array:
 class ManyRobots:
     """Robots with small deviations at one pose.
 
-    Args: derivatives: derivatives of the nominal robot at its pose, a batch of one. robots: the parametric robot. numbers: the
-    varied numbers. reach: (numbers,) their largest deviations.
+    Args:
+        derivatives: derivatives of the nominal robot at its pose, a batch of one.
+        robots: the parametric robot.
+        numbers: the varied numbers.
+        reach: (numbers,) their largest deviations.
 
     Raises:
         ArgumentError: a change makes the robot another mechanism.

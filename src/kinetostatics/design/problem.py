@@ -54,12 +54,19 @@ class Evaluation:
 class Problem:
     """Objective and margins as functions of parameters; computed values are cached.
 
-    Attributes: sizes: varied numbers and their robots. coordinates: (P,) coordinates of all poses. is_platform: whether these are
-    platform coordinates, not those of actuators. orientation: convention of the orientation coordinates, see
-    :meth:`Robot.assemble`. analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose. cases: shape
-    of the load cases; () for one. objective: name and argument of the objective. requirements: requirements at every pose. tool:
-    reference point of sag, deflections and stiffness against forces; None: o. closure_tolerance: largest gap of a closed loop [m,
-    rad]. known: computed values by parameters. count: number of robots analysed.
+    Attributes:
+        sizes: varied numbers and their robots.
+        coordinates: (P,) coordinates of all poses.
+        is_platform: whether these are platform coordinates, not those of actuators.
+        orientation: convention of the orientation coordinates, see :meth:`Robot.assemble`.
+        analysis: arguments of :func:`kinetostatics.analyze`, with every load case at every pose.
+        cases: shape of the load cases; () for one.
+        objective: name and argument of the objective.
+        requirements: requirements at every pose.
+        tool: reference point of sag, deflections and stiffness against forces; None: o.
+        closure_tolerance: largest gap of a closed loop [m, rad].
+        known: computed values by parameters.
+        count: number of robots analysed.
     """
 
     sizes: VariedNumbers

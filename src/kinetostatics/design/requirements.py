@@ -96,8 +96,12 @@ REQUIRABLE: Mapping[str, Requirable] = {
 class Requirement:
     """A limit of a quantity at every pose.
 
-    Attributes: text: the requirement as given. name: name of the quantity. argument: its argument, SI. below: True for an upper
-    limit, False for a lower limit. limit: limit, SI.
+    Attributes:
+        text: the requirement as given.
+        name: name of the quantity.
+        argument: its argument, SI.
+        below: True for an upper limit, False for a lower limit.
+        limit: limit, SI.
     """
 
     text: str

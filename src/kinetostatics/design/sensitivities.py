@@ -165,7 +165,8 @@ def slopes_by(
     The last axis of derivatives of actuator quantities are the actuators. If not all poses have exact derivatives, whole analyses
     are differenced.
 
-    Raises: ArgumentError, RobotFileError: a small change of the number yields no robot.
+    Raises:
+        ArgumentError, RobotFileError: a small change of the number yields no robot.
     """
     if derivatives is not None:
         with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)

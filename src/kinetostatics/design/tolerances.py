@@ -178,7 +178,8 @@ def _read_tolerances(
 ) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
     """Return parameters, arguments of the file first, assembly errors, and all tolerances.
 
-    Raises: ArgumentError: a tolerance is invalid.
+    Raises:
+        ArgumentError: a tolerance is invalid.
     """
     if tolerances is None:
         errors = list(family.errors.values())
@@ -262,9 +263,9 @@ def _by_errors(
 ) -> dict[str, Effect]:
     """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness.
 
-    Raises: StaticsError: an error is incompatible with rigid parts; if only errors with an effect are wanted, it is omitted with
-    a
-        warning.
+    Raises:
+        StaticsError: an error is incompatible with rigid parts; if only errors with an effect are wanted, it is omitted with a
+            warning.
     """
     if not errors:
         return {}

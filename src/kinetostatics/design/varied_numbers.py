@@ -17,8 +17,9 @@ from kinetostatics.robot import Robot
 class VariedNumbers:
     """Varied numbers, and the robots with their values.
 
-    Attributes: robots: the parametric robot. alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter`` for a
-    common value.
+    Attributes:
+        robots: the parametric robot.
+        alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter`` for a common value.
     """
 
     robots: ParametricRobot
@@ -50,11 +51,14 @@ class VariedNumbers:
 def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
     """Return the varied numbers of a robot.
 
-    Args: robots: the parametric robot. names: names of numbers, or patterns. typed: names with the units of their given values.
+    Args:
+        robots: the parametric robot.
+        names: names of numbers, or patterns.
+        typed: names with the units of their given values.
 
-    Raises: ArgumentError: a name is unknown, a number is named twice, numbers of a pattern have different units, or a value has a
-    unit
-        of another kind.
+    Raises:
+        ArgumentError: a name is unknown, a number is named twice, numbers of a pattern have different units, or a value has a
+            unit of another kind.
     """
     alike: dict[str, list[RobotNumber]] = {}
     for name, number in robots.select(names, "vary"):

@@ -1,4 +1,4 @@
-"""Poses, drives and payload of small vibrations, as their numbers are needed: chunk by chunk."""
+"""Data of small vibrations in chunks of poses: poses, actuators and payload."""
 
 from __future__ import annotations
 

@@ -12,14 +12,14 @@ from decimal import Decimal, localcontext
 from functools import cache
 from itertools import count
 
-#: What, added to a number, rounds it and leaves the whole number in the last bits.
+#: Constant that, added to a number, rounds it to an integer in the last bits.
 _ROUNDER = 1.5 * 2.0**52
 #: Bits of the first two parts of π/2, so few that a multiple of them is exact.
 _BITS = 33
 _PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
 _SINE = [(-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9)]
 _COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
-#: Chebyshev coefficients of the angle that matter.
+#: Number of Chebyshev coefficients of the angle.
 _TERMS = 11
 
 Spell = Callable[[float], str]

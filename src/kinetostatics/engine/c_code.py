@@ -15,8 +15,8 @@ from kinetostatics.engine.llvm import needed_by, operands
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.math.arrays import Array
 
-#: Operations in a function at most. More at once take less memory and time: the hexapod's 14,000 in 36 functions 7 % more than in
-#: two, and a fifth more of a controller's flash.
+#: Largest number of operations in a function. Fewer functions need less memory and time: the hexapod's 14,000 operations take 7 %
+#: more time in 36 functions than in two, and a fifth more flash of a controller.
 _PIECE = 8000
 
 _INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "and": "&&", "or": "||"}
@@ -30,8 +30,8 @@ class CProgram:
 
     Attributes:
         text: functions that only the file itself sees; the last, ``name``, calls the others.
-        work: how many numbers the work array has.
-        counts: how many operations of each kind are done, by the names of a :class:`Tape`.
+        work: length of the work array.
+        counts: number of operations of each kind, by the names of a :class:`Tape`.
     """
 
     text: str
@@ -40,7 +40,7 @@ class CProgram:
 
     @property
     def operations(self) -> int:
-        """How many operations are done."""
+        """Number of operations."""
         return sum(self.counts.values())
 
 

@@ -10,7 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-#: What a file begins with.
+#: First bytes of a file.
 _MAGIC = b"kinetostatics object code 1\n"
 
 
@@ -26,7 +26,7 @@ def cache_folder() -> Path:
 
 
 def read(key: str) -> bytes | None:
-    """Return what is kept under a key; None if there is nothing sound. What is damaged is removed."""
+    """Return the content stored under a key, or None. Damaged files are removed."""
     folder = _own(cache_folder())
     if folder is None:
         return None
@@ -44,7 +44,7 @@ def read(key: str) -> bytes | None:
 
 
 def write(key: str, content: bytes) -> None:
-    """Keep something under a key, if the folder is there or can be made and is nobody else's; else do nothing."""
+    """Store content under a key, if the folder exists or can be created and is the user's own; else do nothing."""
     with contextlib.suppress(OSError):
         cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
         folder = _own(cache_folder())

@@ -31,12 +31,12 @@ class Code:
     """A compiled function of many poses; see :func:`kinetostatics.engine.llvm.module_of`.
 
     Attributes:
-        table: what was packed with it.
-        lanes: how many poses at least are computed at a time.
+        table: the table packed with it.
+        lanes: smallest number of poses computed at a time.
     """
 
     def __init__(self, kept: bytes) -> None:
-        """Make what :func:`packed` returned callable."""
+        """Load the result of :func:`packed`."""
         self.table = table_of(kept)
         self.lanes = int(self.table["lanes"])
         self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
@@ -109,7 +109,7 @@ class Code:
 def found_or_made(
     keys: Sequence[str], make: Sequence[Callable[[], bytes]] | None, is_right: Callable[[list[Code]], bool]
 ) -> list[Code]:
-    """Return functions that belong together: from the disk if they are there and right, else made now; nothing if neither is.
+    """Return a set of functions, from disk if available and correct, otherwise compiled now; empty if neither is possible.
 
     Args:
         keys: names under which they are kept.
@@ -139,7 +139,7 @@ def blocks(N: int) -> Iterator[slice]:
 
 
 class Bound:
-    """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
+    """A compiled function bound to fixed arrays, so that a call has little overhead."""
 
     def __init__(
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST

@@ -14,7 +14,7 @@ from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.layout.plain import Json
 from kinetostatics.statics.robot_statics import RobotStatics
 
-#: What NumPy does whatever the engine.
+#: Computations by NumPy with every engine.
 _BY_NUMPY = (
     "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
     "analyses with assembly errors",
@@ -33,12 +33,12 @@ class _HasStatics(Protocol):
 
 @dataclass(frozen=True, repr=False)
 class EngineReport(ShortRepr):
-    """What of a robot runs as compiled code.
+    """Parts of a robot that run as compiled code.
 
     Attributes:
         robot: its name.
-        is_compiled: whether the equilibrium of its poses does.
-        reason: why not; None if it does.
+        is_compiled: whether the equilibrium of its poses is compiled.
+        reason: reason why not; None if it is.
         operations: how many additions, multiplications and so on a pose takes; None if it does not.
         loops_compiled: whether closing its loops is compiled.
         loops_reason: why not; None if it is.
@@ -76,7 +76,7 @@ class EngineReport(ShortRepr):
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:
-    """Say what of a robot runs as compiled code (``engine="compiled"``), and what does not and why.
+    """Return a report on the parts of a robot that run as compiled code (``engine="compiled"``), with reasons for the others.
 
     The code is made, and kept on disk, if it is not there yet: that takes a second or more.
     """

@@ -10,7 +10,7 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class LaterFrames(Frames):
-    """Frames of poses that are computed when they are asked for.
+    """Frames of poses, computed on first use.
 
     Attributes:
         x: (nq', N) coordinates, which are the poses' own: what corrects the poses moves the frames as well.
@@ -23,7 +23,7 @@ class LaterFrames(Frames):
 
     @cached_property
     def known(self) -> Frames:
-        """The same, computed."""
+        """The computed frames."""
         place: Callable[[Array], Frames] = vars(self)["_place"]
         return place(self.x)
 
@@ -47,5 +47,5 @@ class LaterFrames(Frames):
             self.known.put(poses, others)
 
     def __reduce__(self) -> tuple[object, ...]:
-        """Be copied and pickled as what is computed."""
+        """Copy and pickle the computed frames."""
         return Frames, (self.known.rotation, self.known.position)

@@ -18,7 +18,7 @@ from kinetostatics.engine.scalars import Operation, Tape
 if TYPE_CHECKING:
     from llvmlite.binding import TargetMachine
 
-#: Poses in an instruction, but of code for single ones, which is shorter and quicker with one.
+#: Poses per instruction; code for single poses is shorter and faster with one.
 LANES = 8
 #: Operations of a short block.
 _BLOCK = 300
@@ -33,7 +33,7 @@ _DECLARED = {**dict.fromkeys(_INTRINSICS.values(), 1), "copysign": 2, "fmuladd":
 
 
 def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
-    """Return which operations wanted ones depend on, themselves included."""
+    """Return the operations on which the wanted ones depend, including these."""
     needed = [False] * len(tape.operations)
     for number in wanted:
         needed[number] = True

@@ -1,6 +1,6 @@
 """Records of the closure of a robot's loops: a step of Newton's method, frames, actuators, and the side of a singular pose.
 
-Recorded are the functions of :class:`kinetostatics.kinematics.solver.Solver`; lengths and placements are parameters.
+The functions of :class:`kinetostatics.kinematics.solver.Solver` are recorded, with lengths and placements as parameters.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from kinetostatics.math.linalg import least_squares
 
 
 def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape | None = None) -> Structure:
-    """Return what a record depends on; see :class:`Structure`."""
+    """Return the data on which a record depends; see :class:`Structure`."""
     return Structure((solver, prescribed), tape)
 
 

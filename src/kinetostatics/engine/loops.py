@@ -40,7 +40,7 @@ from kinetostatics.mechanism.tree import Frames
 #: of the pose found are in every column of the array that comes with it, which is used again by every call.
 Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 
-#: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
+#: Change of coordinates of an example [m, rad] for a test of code, and tolerance of the comparison with NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
 
 
@@ -77,12 +77,12 @@ class CompiledSolver(Solver):
         """Find or make the code.
 
         Args:
-            solver: whose corrections they are.
-            prescribed: which coordinates are given.
-            example: one pose whose loops are closed.
+            solver: the solver with the corrections.
+            prescribed: prescribed coordinates.
+            example: one pose with closed loops.
 
         Raises:
-            NotRecordedError: the equations do something that cannot be recorded.
+            NotRecordedError: the equations cannot be recorded.
         """
         self._begin(solver, prescribed, example)
         if not self._codes(self._functions, self._is_right, llvm.LANES):

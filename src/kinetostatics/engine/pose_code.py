@@ -21,7 +21,7 @@ from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 
-#: How far two ways of computing an example may differ, beside the largest entry of an array.
+#: Largest difference of two results for an example, relative to the largest entry of an array.
 _ALIKE = 1e-7
 _FIRST = ("contributions", "singular", "indeterminate", "basis_degenerate", "doubtful")
 #: What an analysis computes in turn: what everybody asks, and all the rest that is quick. Where a pose is surely stable is told
@@ -70,17 +70,17 @@ class PoseCode:
         lanes: int = llvm.LANES,
         anew: bool = True,
     ) -> None:
-        """Find the code on disk, or make it.
+        """Load the code from disk, or compile it.
 
         Args:
             robot, statics: the robot.
             stages: names of the outputs, see :data:`ANALYSIS`; each stage is computed with those before it.
-            places: at which loads act on links.
-            lanes: poses that are computed at a time.
-            anew: whether code is made where none is on disk; where not, there is none then: ``is_there`` tells.
+            places: places of loads on links.
+            lanes: number of poses computed at a time.
+            anew: whether to compile code that is not on disk; otherwise ``is_there`` is False.
 
         Raises:
-            NotRecordedError: something cannot be recorded.
+            NotRecordedError: the analysis cannot be recorded.
         """
         model, example = pose_model(robot, statics, stages, places)
         structure = model.taken_apart()

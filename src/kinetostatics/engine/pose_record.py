@@ -34,13 +34,13 @@ from kinetostatics.statics.solution import Solution
 
 
 class PoseModel(NamedTuple):
-    """What poses take of a robot.
+    """Data of a robot for poses.
 
     Attributes:
-        joints: their coordinates, and what closes the loops.
+        joints: joint coordinates, and the equations of loops.
         statics: the equilibrium.
-        prescribed: coordinates that are given, where residuals are wanted.
-        places: at which loads act on links.
+        prescribed: prescribed coordinates, if residuals are requested.
+        places: places of loads on links.
         members: the robot as a structure that may buckle, where that is asked for.
     """
 
@@ -61,7 +61,7 @@ class PoseModel(NamedTuple):
 
 
 class Pose:
-    """Closed poses of a model, and what follows from them when it is asked for.
+    """Closed poses of a model, with quantities computed on first use.
 
     Args:
         model: the robot.
@@ -108,7 +108,7 @@ class Pose:
         return self.solver.equations.evaluate(self.frames)[0]
 
     def opening(self) -> Array:
-        """Return how far the worst loop is open (N,) [m, rad]."""
+        """Return the largest gap of a loop (N,) [m, rad]."""
         worst = zeros_for((self.x.shape[1],), self.x)
         for metres, radians in self.solver.equations.loop_gaps(self.closures, self.x).values():
             worst = np.maximum(worst, np.maximum(metres, radians))
@@ -121,14 +121,14 @@ class Pose:
         return np.stack(rows) if rows else zeros_for((0, self.x.shape[1]), self.x)
 
     def within(self) -> Mask:
-        """Return which poses (N,) are within all joints' limits."""
+        """Return the mask of poses (N,) within all joint limits."""
         found: Mask = np.ones(self.x.shape[1], dtype=bool)
         for *_, inside in self.model.joints.limited(self.placed.q, self.frames):
             found = found & inside
         return found
 
     def is_stable(self) -> Mask:
-        """Return which poses (N,) surely do not buckle."""
+        """Return the mask of poses (N,) that certainly do not buckle."""
         assert self.model.members is not None
         return surely_stable(self.model.members, forces_of(self.model.members, self.solution))
 

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from kinetostatics.engine.loops import CompiledSolver
     from kinetostatics.engine.pose_code import PoseCode
 
-#: What may be asked for.
+#: Names of the engines.
 ENGINES = ("auto", "numpy", "compiled")
-#: The environment variable that says what "auto" means.
+#: Environment variable with the meaning of "auto".
 VARIABLE = "KINETOSTATICS_ENGINE"
 #: Poses of a call from which on "auto" takes code from the disk, and from which on it compiles. Below, reading it takes longer
 #: than NumPy does, and below, compiling. Code that is in memory answers whatever the number.
@@ -39,7 +39,7 @@ Key = TypeVar("Key")
 
 @dataclass
 class _Program(Generic[Made]):
-    """One program of a robot: its code when it is in memory, or why there never is any."""
+    """A program of a robot: its code in memory, or the reason why there is none."""
 
     made: Made | None = None
     reason: str | None = None
@@ -83,10 +83,10 @@ def _answering(
 
 
 def check_engine(engine: str) -> str:
-    """Return the engine that is meant.
+    """Return the engine of a name.
 
     Raises:
-        ArgumentError: there is none of that name.
+        ArgumentError: the name is unknown.
     """
     check_choice("engine", engine, ENGINES)
     if engine == "auto" and (meant := os.environ.get(VARIABLE)):
@@ -125,7 +125,7 @@ def pose_code(
 
 
 def compiled_statics(robot: RobotKinematics, statics: RobotStatics) -> PoseCode | str:
-    """Return a robot's compiled code, made now if need be; or why there is none."""
+    """Return a robot's compiled code, compiled now if necessary; or the reason why there is none."""
     program = _poses_of(robot, statics, "compiled", 1)
     return program.made or str(program.reason)
 

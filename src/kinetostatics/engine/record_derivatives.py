@@ -1,8 +1,8 @@
 """Derivatives of records: one rule for every operation.
 
 One sweep of NumPy backwards over the tape gives the derivatives of some results with respect to every input and parameter, at
-many poses; one sweep forwards records how fast results change with the inputs. A. Griewank, A. Walther, Evaluating Derivatives,
-2nd edition, 2008, chapter 3.
+many poses; one sweep forwards records the rates of results. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008,
+chapter 3.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ def gradients(tape: Tape, found: Sequence[Number], wanted: Sequence[int], leaves
 
 
 def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
-    """Record how fast results change when the inputs do; return the operations that give these rates.
+    """Record the rates of results for rates of the inputs; return the operations of these rates.
 
     The rates of the inputs are inputs too, on the same tape: those of the array k are the array ``inputs`` + k.
 

@@ -52,7 +52,7 @@ _WITHOUT_NAN = np.frompyfunc(scalars.without_nan, 1, 1)
 
 
 class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
-    """An array of recorded scalars and constants, on which NumPy's functions record what they do."""
+    """An array of recorded scalars and constants, on which NumPy's functions record their operations."""
 
     def __array_ufunc__(
         self, ufunc: scalars.Number, method: str, *inputs: scalars.Number, **options: scalars.Number

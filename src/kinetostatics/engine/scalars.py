@@ -39,7 +39,7 @@ class Tape:
         self._known: dict[Operation, Scalar] = {}
 
     def write(self, operation: Operation, value: float | bool) -> Scalar:
-        """Return the scalar that an operation gives."""
+        """Return the scalar of an operation."""
         found = self._known.get(operation)
         if found is None:
             found = Scalar(self, len(self.operations), value)
@@ -79,7 +79,7 @@ class Scalar:
         return f"<Scalar {self.number}: {self.value!r}>"
 
     def __bool__(self) -> bool:
-        """Take the example's way and guard it."""
+        """Follow the branch of the example, and record a guard."""
         if not isinstance(self.value, bool):
             return bool(compare("!=", self, 0.0))
         self.tape.guards[self.number] = self.value

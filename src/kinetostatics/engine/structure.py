@@ -26,12 +26,12 @@ ROUNDING = 1e-14
 
 
 class Structure:
-    """A robot's data taken apart: structure and numbers.
+    """A robot's data, separated into structure and numbers.
 
     Attributes:
-        key: tells structures apart.
+        key: identifies the structure.
         values: (P,) the numbers of this robot.
-        copy: the robot's data, with what ``tape`` records in the place of the numbers.
+        copy: the robot's data with recorded parameters of ``tape`` in place of the numbers.
     """
 
     def __init__(

@@ -73,8 +73,9 @@ def shipped_robots() -> dict[str, Path]:
 def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> list[Path]:
     """Copy files of robots of the package, and the library of xacro macros that they include.
 
-    Args: names: names of the robots. folder: folder of the copies; the library is copied to its subfolder ``library``, unless
-    that exists.
+    Args:
+        names: names of the robots.
+        folder: folder of the copies; the library is copied to its subfolder ``library``, unless that exists.
 
     Returns:
         The copies.
@@ -123,8 +124,9 @@ def shown_path(path: str) -> str:
 def robot_path(robot: str | os.PathLike[str]) -> Path:
     """Return the file of a robot given by a path or by the name of a robot of the package.
 
-    Raises: RobotFileError: there is neither a file nor a robot of this name. ArgumentError: the value is neither a path nor a
-    name.
+    Raises:
+        RobotFileError: there is neither a file nor a robot of this name.
+        ArgumentError: the value is neither a path nor a name.
     """
     _, path = read_robot(robot)
     return Path(path)

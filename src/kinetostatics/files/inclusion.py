@@ -40,9 +40,12 @@ def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) ->
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:
     """Return the path for the inclusion of a source, or None if xacro would change its content.
 
-    Args: source: path of the source. root: its expanded content. uses_xacro: whether the source uses xacro. additions: text of
-    the additional elements. out: the including file; the path is relative to its folder, unless the source is in an installed
-    package.
+    Args:
+        source: path of the source.
+        root: its expanded content.
+        uses_xacro: whether the source uses xacro.
+        additions: text of the additional elements.
+        out: the including file; the path is relative to its folder, unless the source is in an installed package.
     """
     try:
         path = os.path.relpath(source, os.path.dirname(out) or ".")

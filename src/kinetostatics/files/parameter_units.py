@@ -43,7 +43,9 @@ STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
     """Return the SI unit of a parameter; empty if uncertain.
 
-    Args: value: value of the parameter. read: returns the description with another value.
+    Args:
+        value: value of the parameter.
+        read: returns the description with another value.
     """
     if isinstance(value, bool) or not isinstance(value, Real):
         return ""

@@ -31,7 +31,8 @@ def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
 def known_link(argument: str, name: str, links: Collection[str], path: str) -> str:
     """Return the name of a link given as an argument.
 
-    Raises: ArgumentError: there is no such link.
+    Raises:
+        ArgumentError: there is no such link.
     """
     if not isinstance(name, str) or name not in links:
         raise ArgumentError(f"{argument}={name!r}: {path} has no such link; {near_names(str(name), links)}")
@@ -112,8 +113,11 @@ def drivable(joints: Mapping[str, Joint]) -> list[str]:
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
     """Return the driven joints of a robot without loops: all moving joints, which otherwise could carry no load.
 
-    Args: joints: joints of the robot. driven: joints with a ``<transmission>``. path: path of the file. warnings: list to which
-    warnings are added.
+    Args:
+        joints: joints of the robot.
+        driven: joints with a ``<transmission>``.
+        path: path of the file.
+        warnings: list to which warnings are added.
     """
     others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:

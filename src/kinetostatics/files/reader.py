@@ -65,7 +65,9 @@ def read_robot_file(
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
     """Return the values of all xacro arguments of a file, in its order, as strings; empty without xacro.
 
-    Args: path: see :func:`read_robot_file`. parameters: given values; the others are those of the file.
+    Args:
+        path: see :func:`read_robot_file`.
+        parameters: given values; the others are those of the file.
     """
     return _values_of(*read_robot(path), parameters)
 
@@ -116,12 +118,15 @@ def validate(description: RobotDescription) -> RobotDescription:
 
     It is converted to the elements of a robot file, which are then read, so that the rules are the same.
 
-    Args: description: the description; returned unchanged if valid already.
+    Args:
+        description: the description; returned unchanged if valid already.
 
-    Returns: The same description as read from a file: with defaults, unit axes, and numbers as floats.
+    Returns:
+        The same description as read from a file: with defaults, unit axes, and numbers as floats.
 
-    Raises: RobotFileError: the description is invalid; with file and line for parts of a file. ArgumentError: the argument is no
-    description.
+    Raises:
+        RobotFileError: the description is invalid; with file and line for parts of a file.
+        ArgumentError: the argument is no description.
     """
     if not isinstance(description, RobotDescription):
         raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")

@@ -100,7 +100,8 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
 def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
     """Return elements from their text, with the place of their owner.
 
-    Raises: RobotFileError: the text cannot be parsed.
+    Raises:
+        RobotFileError: the text cannot be parsed.
     """
     if not extra:
         return ()

@@ -185,7 +185,8 @@ class ElementTable:
 def written(form: str, value: Keyword) -> str:
     """Return a value as text, numbers with all digits needed for exact reading.
 
-    Raises: ArgumentError: the value has another form.
+    Raises:
+        ArgumentError: the value has another form.
     """
     if form == "text":
         if not isinstance(value, str):

@@ -32,9 +32,12 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
     Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file.
 
-    Args: robot: the robot, or its description. path: path of the new file; an existing file is replaced.
+    Args:
+        robot: the robot, or its description.
+        path: path of the new file; an existing file is replaced.
 
-    Raises: RobotFileError: the description is invalid.
+    Raises:
+        RobotFileError: the description is invalid.
         ArgumentError: the file cannot be written, or is a xacro whose macros would be lost.
     """
     description = validate(robot.description if hasattr(robot, "description") else robot)
@@ -48,7 +51,8 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a file; an existing file is replaced.
 
-    Raises: ArgumentError: the file cannot be written.
+    Raises:
+        ArgumentError: the file cannot be written.
     """
     name = path_name("path", path)
     try:

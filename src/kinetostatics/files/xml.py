@@ -191,9 +191,12 @@ _NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff
 def to_elements(document: minidom.Document, place: Place | None = None, owner: str = "") -> XmlElement:
     """Convert a document to elements, without comments, processing instructions and blank text between elements.
 
-    Args: document: the document. place, owner: place and owner of all elements, instead of their own.
+    Args:
+        document: the document.
+        place, owner: place and owner of all elements, instead of their own.
 
-    Raises: RobotFileError: the output of xacro is not XML.
+    Raises:
+        RobotFileError: the output of xacro is not XML.
     """
     # loops instead of recursion, because expanded macros may be nested deep
     order = [root for root in document.childNodes if isinstance(root, minidom.Element)]

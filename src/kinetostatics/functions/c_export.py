@@ -49,8 +49,12 @@ class Differentiated(Protocol):
 class CExport:
     """Result of an export.
 
-    Attributes: folder: folder of the files. files: names of the files. name: prefix of all names in C. operations: numbers of
-    operations of a correction of the loops, and of the analysis. work: bytes of work arrays on the stack.
+    Attributes:
+        folder: folder of the files.
+        files: names of the files.
+        name: prefix of all names in C.
+        operations: numbers of operations of a correction of the loops, and of the analysis.
+        work: bytes of work arrays on the stack.
     """
 
     folder: Path

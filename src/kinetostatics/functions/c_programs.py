@@ -199,7 +199,8 @@ def _pairs(
 ) -> list[tuple[Quantity, Quantity, str]]:
     """Return outputs and inputs, and the names of the fields with their derivatives.
 
-    Raises: ArgumentError: a derivative is with respect to a parameter, not an input.
+    Raises:
+        ArgumentError: a derivative is with respect to a parameter, not an input.
     """
     for name in by:
         if name not in function.inputs:
@@ -217,9 +218,11 @@ class SearchPrograms:
     Inputs of ``begin``, ``learn`` and ``remains`` are the platform's frame (12 numbers) and the twist; those of ``correct`` are
     the actuator coordinates at the target and at the corrected pose. The last results are the validity of the records.
 
-    Attributes: numbers: number of state variables of the search; the commanded coordinates are first. enough: error [m] that
-    counts as corrected; ``led``: the same for prescribed actuator coordinates. error, count: index of the first error, and number
-    of errors. size, going: indices of the largest error and of the flag to continue.
+    Attributes:
+        numbers: number of state variables of the search; the commanded coordinates are first.
+        enough: error [m] that counts as corrected; ``led``: the same for prescribed actuator coordinates.
+        error, count: index of the first error, and number of errors.
+        size, going: indices of the largest error and of the flag to continue.
     """
 
     begin: CProgram

@@ -48,9 +48,12 @@ _X, _LOAD, _GRAVITY, _NUMBERS = 0, 1, 2, 5
 class Gradients:
     """Derivatives of outputs and loop residuals of a robot at N poses with respect to all their inputs.
 
-    Args: model: the robot, with chosen wrench bases. names: names of the outputs. inputs: x, load, gravity, c and target of the
-    poses, each (…, N). poses: poses to be differentiated; the others are NaN. example: inputs of one pose, for the shapes of an
-    empty batch.
+    Args:
+        model: the robot, with chosen wrench bases.
+        names: names of the outputs.
+        inputs: x, load, gravity, c and target of the poses, each (…, N).
+        poses: poses to be differentiated; the others are NaN.
+        example: inputs of one pose, for the shapes of an empty batch.
         tool: see :func:`kinetostatics.engine.pose_record.outputs_at`.
 
     Attributes:
@@ -298,8 +301,11 @@ def derivatives_at(
     """Return the derivatives at all poses, or None with arguments that are not differentiated, such as loads on links, or with
     overconstrained rigid limbs.
 
-    Args: result: the analysis of the poses. analysis: its arguments. tool: (3,) reference point of twist and stiffness, from o in
-    platform axes [m]; None: o. wanted: names of the quantities to be differentiated.
+    Args:
+        result: the analysis of the poses.
+        analysis: its arguments.
+        tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
+        wanted: names of the quantities to be differentiated.
     """
     configuration = result.configuration
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}

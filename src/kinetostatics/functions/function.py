@@ -243,7 +243,10 @@ class Function:
 class Jacobian:
     """The derivatives of a function, created by :meth:`Function.jacobian`.
 
-    Attributes: function: the function. of: its differentiated outputs. by: the inputs and parameters.
+    Attributes:
+        function: the function.
+        of: its differentiated outputs.
+        by: the inputs and parameters.
     """
 
     function: Function

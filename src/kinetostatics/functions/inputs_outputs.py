@@ -51,7 +51,8 @@ def inputs_of(robot: Robot, names: Sequence[str], by_actuators: bool, orientatio
 def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str, Quantity]:
     """Return the outputs of a function by name: the requested ones, status and residual.
 
-    Raises: ArgumentError: an output is unknown.
+    Raises:
+        ArgumentError: an output is unknown.
     """
     known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
     for name in asked:

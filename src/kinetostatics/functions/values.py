@@ -53,7 +53,8 @@ class Quantity:
 class Values(Mapping[str, Array]):
     """Result of a function: arrays by name, batch axes first, and the pose.
 
-    Attributes: origin: start of a next line, without the pose as a configuration.
+    Attributes:
+        origin: start of a next line, without the pose as a configuration.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:

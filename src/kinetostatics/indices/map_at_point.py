@@ -24,7 +24,8 @@ def at_point(ds: xr.Dataset, tool: Sequence[float]) -> xr.Dataset:
 
     Its indices and figures refer to this point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is the displacement of the tip.
 
-    Args: ds: the map, see :func:`kinetostatics.sweep`.
+    Args:
+        ds: the map, see :func:`kinetostatics.sweep`.
         tool: (3,) the point, from o in the platform's axes [m].
 
     Raises:

@@ -15,8 +15,9 @@ LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the mask of valid poses, bool over the swept dimensions.
 
-    Args: ds: the map, see :func:`kinetostatics.sweep`. beyond_limits: whether to include poses beyond joint limits; their results
-    are correct, but the robot cannot reach them.
+    Args:
+        ds: the map, see :func:`kinetostatics.sweep`.
+        beyond_limits: whether to include poses beyond joint limits; their results are correct, but the robot cannot reach them.
 
     Raises:
         ArgumentError: the Dataset is not a map.
@@ -76,7 +77,8 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
     """Return the entry of an array at a label of a dimension.
 
-    Raises: ArgumentError: the label is unknown; the message lists the known labels.
+    Raises:
+        ArgumentError: the label is unknown; the message lists the known labels.
     """
     known = [str(item) for item in variable[dim].values]
     if label not in known:

@@ -77,7 +77,8 @@ def _vector(values: Array) -> str:
 class _Candidates:
     """N possibly wrong frames.
 
-    Attributes: names: name of joint or loop, whether it is a loop, and the link in which the origin is given.
+    Attributes:
+        names: name of joint or loop, whether it is a loop, and the link in which the origin is given.
         rotation: (3, 3, N) orientation of these links.
         origin: (3, N) the frames' origins [m].
         carried: (2K, N) whether the frames on both sides of the K loops move with it: predecessors first.
@@ -158,9 +159,12 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
     """Return a more precise error if a joint, or a side of a loop, is probably on a wrong link.
 
-    Args: error: an error of the robot. mechanism: the joints.
+    Args:
+        error: an error of the robot.
+        mechanism: the joints.
 
-    Returns: The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    Returns:
+        The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):

@@ -67,10 +67,14 @@ def close(
 ) -> tuple[SolverState, Array]:
     """Close loops with large gaps by damped least squares (Levenberg–Marquardt), pose by pose.
 
-    Args: solver: solver with the equations. poses: initial poses. prescribed: prescribed coordinates. target: (n, 1) their
-    values. weight: weight of the equations of prescribed coordinates relative to those of the loops. cutoff: relative singular
-    value below which there is no step in a direction. Rounding in a file makes every motion of an
-        overconstrained robot change its gaps slightly; they must not be closed by undoing the motion.
+    Args:
+        solver: solver with the equations.
+        poses: initial poses.
+        prescribed: prescribed coordinates.
+        target: (n, 1) their values.
+        weight: weight of the equations of prescribed coordinates relative to those of the loops.
+        cutoff: relative singular value below which there is no step in a direction. Rounding in a file makes every motion of an
+            overconstrained robot change its gaps slightly; they must not be closed by undoing the motion.
 
     Returns:
         The poses with the smallest residuals found, and these scaled residuals (N,), the largest entry of each.

@@ -32,7 +32,9 @@ class _Coupling(NamedTuple):
 class Couplings:
     """All mimic joints of a mechanism: follower = multiplier · leader + offset [m, rad].
 
-    Attributes: names: names of the followers. count: number of followers.
+    Attributes:
+        names: names of the followers.
+        count: number of followers.
         items: leader, follower, multiplier and offset of each.
         columns: the followers' freedoms in the tree.
         is_length: whether each follower is prismatic (else it rotates).

@@ -15,9 +15,13 @@ from kinetostatics.math.orientation import Orientation
 class PrescribedCoordinates:
     """Prescribed coordinates, in addition to the closure of loops.
 
-    Attributes: columns: prescribed freedoms of the tree (driven joints of the tree). loops: prescribed driven loops, as indices
-    in ``LoopEquations.loops``. positions: indices of prescribed coordinates among x, y, z. angles: indices of prescribed
-    orientation coordinates. orientation: their convention. fixed_dofs: freedoms of the tree that are kept constant.
+    Attributes:
+        columns: prescribed freedoms of the tree (driven joints of the tree).
+        loops: prescribed driven loops, as indices in ``LoopEquations.loops``.
+        positions: indices of prescribed coordinates among x, y, z.
+        angles: indices of prescribed orientation coordinates.
+        orientation: their convention.
+        fixed_dofs: freedoms of the tree that are kept constant.
         local_dofs: number of freedoms that do not move the platform; they stay as they are.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """

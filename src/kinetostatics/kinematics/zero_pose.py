@@ -75,8 +75,11 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
     """Return the gaps at zero, and corrections of single frames that would close all loops, as text.
 
-    Args: mechanism: mechanism whose loops cannot be closed. gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
-    size: size of the robot [m]. closest: smallest gaps with all joints free, as text, if they are large.
+    Args:
+        mechanism: mechanism whose loops cannot be closed.
+        gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
+        size: size of the robot [m].
+        closest: smallest gaps with all joints free, as text, if they are large.
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "

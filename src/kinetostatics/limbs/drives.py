@@ -55,9 +55,12 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
 class LimbDrive:
     """Corresponding actuators of g limbs.
 
-    Attributes: joints: its name in each limb. compliance: (g, 1) compliance along its coordinate [m/N, rad/(N·m)]. freedoms:
-    indices of the freedoms of the limbs that it moves. ratios: (freedoms, g, 1) their motion per unit of its coordinate.
-    branches: for each limb, the joints of open branches that it moves.
+    Attributes:
+        joints: its name in each limb.
+        compliance: (g, 1) compliance along its coordinate [m/N, rad/(N·m)].
+        freedoms: indices of the freedoms of the limbs that it moves.
+        ratios: (freedoms, g, 1) their motion per unit of its coordinate.
+        branches: for each limb, the joints of open branches that it moves.
     """
 
     joints: tuple[str, ...]

@@ -62,9 +62,12 @@ class LimbGeometry:
 class LimbSkeleton:
     """Points and directions of equal limbs, fixed in the bodies of the robot.
 
-    Attributes: dofs: for every limb, the freedoms of its joints, inboard ones first. rotates: (k,) mask of rotations. passive:
-    (k,) mask of passive freedoms. compound_of: (k,) index of the compound joint of each freedom. y_choice: reference of the y
-    axis: ``("axis", f)`` or ``("world", -1)``.
+    Attributes:
+        dofs: for every limb, the freedoms of its joints, inboard ones first.
+        rotates: (k,) mask of rotations.
+        passive: (k,) mask of passive freedoms.
+        compound_of: (k,) index of the compound joint of each freedom.
+        y_choice: reference of the y axis: ``("axis", f)`` or ``("world", -1)``.
     """
 
     def __init__(

@@ -28,17 +28,23 @@ from kinetostatics.mechanism.tree import Frames
 class LimbGroup:
     """Equal limbs, stacked.
 
-    Attributes: limbs: the limbs. numbers: their indices among the robot's limbs. compounds: for every limb, its joints. elements:
-    for every limb, its beams and joints, equal except for their numbers of edges in the file. beams, springs: for every limb, the
-    beams and springs on its edges, inboard ones first. drives: the elastic actuators of the limbs. spring_elements: index of the
-    element of each spring. dofs: for every limb, the freedoms of its joints, inboard ones first. passive, rotates: (k,) masks of
-    passive freedoms and of rotations. compound_of: (k,) index of the compound joint of each freedom. platform_joint: (k,) mask of
-    the freedoms of the platform joint.
+    Attributes:
+        limbs: the limbs.
+        numbers: their indices among the robot's limbs.
+        compounds: for every limb, its joints.
+        elements: for every limb, its beams and joints, equal except for their numbers of edges in the file.
+        beams, springs: for every limb, the beams and springs on its edges, inboard ones first.
+        drives: the elastic actuators of the limbs.
+        spring_elements: index of the element of each spring.
+        dofs: for every limb, the freedoms of its joints, inboard ones first.
+        passive, rotates: (k,) masks of passive freedoms and of rotations.
+        compound_of: (k,) index of the compound joint of each freedom.
+        platform_joint: (k,) mask of the freedoms of the platform joint.
         compliances: (6, beams, g, 1) section compliances.
         beam_masses, beam_masses_per_length: (beams, g, 1) mass [kg] or mass per length [kg/m], whichever is constant; else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
-        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in
-        each of them. to_platform: (M,) mask of the cut joints at the platform.
+        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches in each of
+            them. to_platform: (M,) mask of the cut joints at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 

@@ -28,7 +28,9 @@ ROUNDING = 1e-9
 class BeamModel(ShortRepr):
     """Pose-independent data of a beam.
 
-    Attributes: name: name of the beam. span: its ends.
+    Attributes:
+        name: name of the beam.
+        span: its ends.
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.

@@ -38,8 +38,10 @@ class ElasticJoint:
 class Drive:
     """An elastic actuator; it deforms under its own force plus those of joints that mimic it times their multipliers.
 
-    Attributes: joint: name of the joint. compliance: compliance along its coordinate [m/N, rad/(N·m)]. moves: the joint and those
-    that mimic it, with their motion per unit of its coordinate.
+    Attributes:
+        joint: name of the joint.
+        compliance: compliance along its coordinate [m/N, rad/(N·m)].
+        moves: the joint and those that mimic it, with their motion per unit of its coordinate.
     """
 
     joint: str

@@ -66,7 +66,10 @@ def compound_joints(
 ) -> tuple[CompoundJoint, ...]:
     """Return the compound joints of a limb, inboard ones first, without fixed joints.
 
-    Args: mechanism: the mechanism. limb: the limb. together: the groups of joints that form one, if decided before.
+    Args:
+        mechanism: the mechanism.
+        limb: the limb.
+        together: the groups of joints that form one, if decided before.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -104,10 +107,13 @@ def compound_joints(
 class Element:
     """A beam or a compound joint of a limb; equal limbs have equal elements.
 
-    Attributes: edges: indices of its edges in the limb; the last is its outboard end. parent: index of the element on its inboard
-    side, −1 for none. cut_joints: signs of the cut-joint wrenches in it, by index. compound: index of the compound joint, None
-    for a beam or a fixed joint. is_beam: whether it is a beam. turned: whether it is passed in both directions and directed
-    against the file.
+    Attributes:
+        edges: indices of its edges in the limb; the last is its outboard end.
+        parent: index of the element on its inboard side, −1 for none.
+        cut_joints: signs of the cut-joint wrenches in it, by index.
+        compound: index of the compound joint, None for a beam or a fixed joint.
+        is_beam: whether it is a beam.
+        turned: whether it is passed in both directions and directed against the file.
     """
 
     edges: tuple[int, ...]

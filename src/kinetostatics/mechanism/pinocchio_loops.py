@@ -32,7 +32,8 @@ def _closes(loop: Connection) -> bool:
 class LoopModel:
     """A robot at one pose as Pinocchio's tree and constraints.
 
-    Attributes: model: ``pin.Model`` of the pose, followed by the joints that replace loops.
+    Attributes:
+        model: ``pin.Model`` of the pose, followed by the joints that replace loops.
         q: (nq,) coordinates of the pose [m, rad].
         constraints: one or two for each loop, each with the loop's name.
     """

@@ -185,7 +185,8 @@ class ParametricRobot:
 def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
     """Return a robot with changed numbers, in an order with a valid robot at each step: outer before inner diameters.
 
-    Raises: ArgumentError: there is no such order.
+    Raises:
+        ArgumentError: there is no such order.
     """
     left = list(changes)
     for _ in changes:
@@ -204,7 +205,8 @@ def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber,
 def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> None:
     """Check that a number is given in a unit of its own kind, if this is known.
 
-    Raises: ArgumentError: the unit is of another kind.
+    Raises:
+        ArgumentError: the unit is of another kind.
     """
     own, given = (text.replace(" ", "·") for text in (number.unit, typed))
     if own and given and (own == "1" or unit(own.replace("·", " ")).dimension != unit(given.replace("·", " ")).dimension):

@@ -33,10 +33,14 @@ Part: TypeAlias = Any  # parts of a robot and their fields, mappings, tuples and
 class RobotNumber:
     """A number of a robot: an argument of its file, or a dimension of a part.
 
-    Attributes: name: name of the argument, or of part and dimension: ``rod_1.outer_diameter``, ``revolute_1.placement.x``. unit:
-    SI unit; "1" for a ratio, empty if unknown. value: value, SI; 0 for a placement, which is given as a displacement. step: step
-    of differences; None if it cannot be changed. description: description of the robot. path: path of a dimension of a part.
-    read: for an argument, function that returns the description with another value.
+    Attributes:
+        name: name of the argument, or of part and dimension: ``rod_1.outer_diameter``, ``revolute_1.placement.x``.
+        unit: SI unit; "1" for a ratio, empty if unknown.
+        value: value, SI; 0 for a placement, which is given as a displacement.
+        step: step of differences; None if it cannot be changed.
+        description: description of the robot.
+        path: path of a dimension of a part.
+        read: for an argument, function that returns the description with another value.
     """
 
     name: str

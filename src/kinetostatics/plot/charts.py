@@ -44,7 +44,8 @@ MARKERS = "osD^v<>Pd*"
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     """Draw the relative change of the displacement of o or a tool per 1 % of each parameter or stiffness.
 
-    Args: found: the sensitivities, see :func:`kinetostatics.sensitivities`.
+    Args:
+        found: the sensitivities, see :func:`kinetostatics.sensitivities`.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
@@ -86,7 +87,8 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
     """Draw the histogram of a quantity of random samples, and its first-order approximation.
 
-    Args: found: the tolerances, see :func:`kinetostatics.tolerances`.
+    Args:
+        found: the tolerances, see :func:`kinetostatics.tolerances`.
         what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
         ax: to draw on; default: a new figure one column wide.
 
@@ -138,7 +140,8 @@ def _first_order(found: Tolerances, what: str) -> Array:
 def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
     """Draw a Pareto front; with a single varied parameter, its values are labels of the points.
 
-    Args: found: the front, see :func:`kinetostatics.pareto`.
+    Args:
+        found: the front, see :func:`kinetostatics.pareto`.
         ax: to draw on; default: a new figure one column wide.
 
     Returns:
@@ -179,8 +182,9 @@ def _said(quantity: str) -> str:
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw residuals (measured less computed readings) over computed readings, with outliers marked by their rows.
 
-    Args: found: the calibration, see :func:`kinetostatics.calibrate`. kind: kind of readings, "length" or "angle"; default:
-    lengths, if there are any.
+    Args:
+        found: the calibration, see :func:`kinetostatics.calibrate`.
+        kind: kind of readings, "length" or "angle"; default: lengths, if there are any.
         ax: to draw on; default: a new figure one column and a half wide.
 
     Returns:

@@ -25,10 +25,10 @@ class Mask:
     """A reason why poses have no number.
 
     Attributes:
-        label: in the legend.
-        hatch: Matplotlib's.
+        label: label in the legend.
+        hatch: Matplotlib's hatch pattern.
         face: grey of the cells.
-        where: bool, like the values.
+        where: mask with the shape of the values.
     """
 
     label: str

@@ -65,9 +65,9 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
         whole: (6,) their sum.
         noise: limits below which a motion counts as zero.
 
-    Returns: Parts (n, 2) along the total displacement [m] and about the axis of the total rotation [rad], NaN if the total is
-    zero; magnitudes (2,) of the totals; and the index of the ranked one: 0, or 1 if o does not move. None without motion or
-    twists.
+    Returns:
+        Parts (n, 2) along the total displacement [m] and about the axis of the total rotation [rad], NaN if the total is zero;
+        magnitudes (2,) of the totals; and the index of the ranked one: 0, or 1 if o does not move. None without motion or twists.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])

@@ -28,7 +28,8 @@ from kinetostatics.statics.turning_parts import PLATFORM, Fixed, Passage, Turnin
 class GeometricStiffness:
     """The geometric stiffness of a robot at N poses, with the loads and motions conjugate to its displacements u.
 
-    Attributes: coordinates: definition of u.
+    Attributes:
+        coordinates: definition of u.
     """
 
     def __init__(self, robot: RobotStatics, parts: TurningParts, frames: Frames, springs: Sequence[PlacedSpring]) -> None:

@@ -204,8 +204,9 @@ def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]
         A: (N, 6, n) unit wrenches along which the limbs are rigid.
         K: (N, 6, 6) stiffness of all elastic parts.
 
-    Returns: The compliance (N, 6, 6), A⁺ (N, n, 6), and the mask (N,) of reliable poses: the n wrenches are independent, and the
-    projected stiffness is regular.
+    Returns:
+        The compliance (N, 6, 6), A⁺ (N, n, 6), and the mask (N,) of reliable poses: the n wrenches are independent, and the
+        projected stiffness is regular.
     """
     N, _, n = A.shape
     if n > 6:

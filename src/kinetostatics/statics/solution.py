@@ -232,8 +232,9 @@ def balanced(
 class Changes:
     """Unit loads on links whose factors are determined later, as parts of existing contributions.
 
-    Attributes: pull: (6, n, N) resultant wrench of each unit load on the platform; by reciprocity also its motion per unit twist.
-    held: the equilibrium under each unit load with a fixed platform, as contributions after the existing ones.
+    Attributes:
+        pull: (6, n, N) resultant wrench of each unit load on the platform; by reciprocity also its motion per unit twist.
+        held: the equilibrium under each unit load with a fixed platform, as contributions after the existing ones.
     """
 
     def __init__(self, robot: RobotStatics, before: Balanced, loads: Sequence[AppliedLoad]) -> None:
@@ -349,8 +350,9 @@ def _by_contribution(
 ) -> tuple[Array, list[Array]]:
     """Return the right-hand sides of Eqs. (12) and (11) for each contribution; ``statics`` are under weights alone.
 
-    Returns: External wrenches on the platform less the attached wrenches of the limbs (6, S, N); and for each group the
-    displacements (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and assembly errors.
+    Returns:
+        External wrenches on the platform less the attached wrenches of the limbs (6, S, N); and for each group the displacements
+        (n_c, S, g, N) of the limbs' ends along their wrenches due to sag and assembly errors.
     """
     right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
     statics = tuple(statics)

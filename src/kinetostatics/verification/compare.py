@@ -48,9 +48,9 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
         ours, finite_elements: twist, compliance, stiffness, wrenches of joints and in beams, and actuator forces of both.
         differences: the largest difference of each of these.
         joint_differences: that of every joint's wrench.
-        scatter: by how much the finite elements' own numbers change with the joints' penalty; differences below mean nothing.
-        not_compared: what could not be compared, and why.
-        length: what makes rotations and moments comparable [m].
+        scatter: change of the finite-element results with the penalty of joints: smaller differences are not significant.
+        not_compared: quantities that could not be compared, with reasons.
+        length: scale of rotations and moments [m].
         within: the largest difference with which the pose counts as verified.
     """
 
@@ -72,7 +72,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
 
     @property
     def conclusive(self) -> bool:
-        """Whether the finite elements are sure enough of their own numbers for a difference to mean something."""
+        """Whether the finite-element solution is accurate enough for a comparison."""
         return all(scatter <= self.within for scatter in self.scatter.values())
 
     @property
@@ -108,8 +108,8 @@ def verify(
         point: (3,) where the force acts [m]; default o.
         frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
         assembly_errors: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
-        loads: on links by name, as there.
-        payload: as there.
+        loads: loads on links, see :func:`kinetostatics.analyze`.
+        payload: see :func:`kinetostatics.analyze`.
         within: the largest relative difference with which the pose counts as verified.
 
     Raises:
@@ -189,7 +189,7 @@ def _ends(beam: BeamResult) -> Array:
 def _determined(
     ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
 ) -> list[str]:
-    """Return the joints or beams whose wrenches both sides know."""
+    """Return the joints or beams with wrenches from both computations."""
     found = []
     for name in sorted(set(ours) & set(theirs), key=list(theirs).index):
         if np.any(np.isnan(ours[name])) and result.indeterminate:
@@ -217,7 +217,7 @@ class _Ruler:
         self.wrench_size = max([*sizes, NOTHING * yielding / softness])
 
     def has_stiffness(self, theirs: FrameSolution) -> bool:
-        """Whether the platform yields in all directions."""
+        """Whether the platform is compliant in all directions."""
         values = np.linalg.svd(theirs.compliance * np.outer(self.unit, self.unit), compute_uv=False)
         return bool(values[-1] * STIFF > self.compliance_size)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Numbers of the axes that the table of joint types means, x along the joint's own; universal joints are looked at apart.
 NUMBERS = {Axes.NONE: (), Axes.AXIS: (0,), Axes.ACROSS: (1, 2), Axes.ALL: (0, 1, 2)}
-#: How far an axis may point beside those of the joint's frame and still be taken for one of them [rad].
+#: Largest angle between an axis and one of the joint's frame that counts as zero [rad].
 ALONG = 1e-9
 
 

@@ -16,14 +16,14 @@ class FrameBeam:
     """An elastic beam between two pieces, base end first.
 
     Attributes:
-        name: of the beam.
-        pieces: of its ends.
+        name: name of the beam.
+        pieces: pieces at its ends.
         points: (2, 3) its ends [m].
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) its weight, force and moment per length [N/m, N].
-        length_error: by how much it is longer than the distance of its ends while nothing strains it [m].
-        lever: (3,) arm at which its weight hangs on it [m].
+        length_error: excess of its unstrained length over the distance of its ends [m].
+        lever: (3,) lever arm of its weight [m].
     """
 
     name: str
@@ -68,8 +68,8 @@ class FrameJoint:
         pieces: which it joins.
         point: (3,) its centre [m].
         axes: (3, 3) its x, y, z as columns.
-        blocked: (6,) along and about which of them it holds the pieces together.
-        springs: what is elastic in it, in series with what it blocks.
+        blocked: (6,) mask of constrained directions along and about these axes.
+        springs: its elastic parts, in series with the constraints.
         assembly_error: (6,) displacement of the outer piece relative to the inner when unloaded, at the centre [m, rad].
         cross: of a universal joint that turns about both its axes these, the inner piece's first.
     """
@@ -144,7 +144,7 @@ class FrameModel:
 
     @property
     def at_the_pose(self) -> FrameModel:
-        """The same under the forces of springs and weights alone, without assembly errors."""
+        """The frame under the forces of springs and weights alone, without assembly errors."""
         loads = np.zeros_like(self.loads)
         for piece, point, force in self.pulls:
             loads[piece] += np.append(force, np.cross(point - self.references[piece], force))

@@ -29,7 +29,7 @@ LEVELS = 7
 #: little of it loses a strut's spin in rounding: the next is tried where the numbers scatter by more than ``SURE``.
 REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
-#: Seconds after which OpenSees is given up.
+#: Time limit of OpenSees [s].
 PATIENCE = 300.0
 
 
@@ -43,15 +43,15 @@ class _SingularFrame(OpenSeesError):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FrameSolution(ShortRepr):
-    """What the frame gives, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
+    """Results of a frame, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
 
     Attributes:
         twist: (6,) of the platform at o [m, rad].
         compliance: (6, 6) at o, by six unit loads.
         stiffness: (6, 6) its inverse, NaN if it has none.
         joint_wrenches: (6,) for every joint [N, N·m].
-        beam_wrenches: (2, 6) for every beam: what its outer part puts on its inner, at its base and its platform end, about that
-            end, world axes [N, N·m].
+        beam_wrenches: (2, 6) for every beam: wrenches of its outer part on its inner part, at its base and platform end, about
+            this end, world axes [N, N·m].
         actuator_forces: for every driven joint [N or N·m].
         torques: names of the driven joints that turn.
     """
@@ -69,7 +69,7 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
     """Solve a frame for the displacements of some pieces, see :func:`_arrays`.
 
     Returns:
-        What is extrapolated from all levels, in units of the scale; and from one less, which tells how sure the first is.
+        Results extrapolated from all levels, in units of the scale; and from one level less, for the accuracy of the first.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -200,9 +200,8 @@ def _frame(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> dict[
 def _at_ends(beam: FrameBeam) -> Array:
     """Return the forces and moments (12,) on a beam's ends, base end first, equivalent to its even moment and its assembly error.
 
-    A beam that is held at both ends answers an even moment m across it by the forces m/(1 + φ) along the other axis across and
-    by end moments, φ = 12 EI/(κGA L²): equilibrium and the deflections and rotations of a Timoshenko beam say so. What it is too
-    long is taken back by a thrust.
+    For a clamped Timoshenko beam under a uniform transverse moment m, they are forces m/(1 + φ) along the other transverse axis
+    and end moments, with φ = 12 EI/(κGA L²). The length error is compensated by an axial force.
     """
     L, (EA, GA_y, GA_z, _, EI_y, EI_z) = beam.length, beam.stiffness
     x, y, z = beam.axes.T @ beam.load[3:]
@@ -250,7 +249,7 @@ def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return an answer without the other probes, which may spin."""
+    """Return the part of an answer for the platform; other probes may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
@@ -299,7 +298,7 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
 
 
 def _run(frame: dict[str, object]) -> list[dict[str, object]]:
-    """Let OpenSees solve a frame in a process of its own."""
+    """Solve a frame by OpenSees in a separate process."""
     if importlib.util.find_spec("openseespy") is None:
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     command = [sys.executable, str(Path(__file__).with_name("worker.py"))]

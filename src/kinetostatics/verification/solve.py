@@ -23,7 +23,7 @@ FOLLOWED, PASSES = 1e-12, 4
 
 
 def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame, with elastic actuators that others follow: held, and as far off as each of them gives way.
+    """Solve a frame with elastic actuators that have followers: locked, plus the effects of their deformation.
 
     Returns and errors are those of :func:`_solve`.
     """

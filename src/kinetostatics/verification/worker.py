@@ -22,7 +22,7 @@ from typing import TypeAlias, TypedDict
 
 
 class SpringInput(TypedDict):
-    """Between two nodes; a stiffness None: it blocks that direction."""
+    """A spring between two nodes; stiffness None: the direction is constrained."""
 
     tag: int
     nodes: list[int]
@@ -145,8 +145,8 @@ def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
 def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     """Return displacements and forces under loads and assembly errors.
 
-    An assembly error acts like the forces that take it back on both nodes of a spring or beam, which are no forces of the spring;
-    an even moment along a beam like those at its ends that OpenSees does not know of.
+    An assembly error is equivalent to forces on both nodes of a spring or beam that compensate it, which are not included in its
+    internal force; likewise for a uniform moment along a beam, which OpenSees does not support.
 
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
@@ -189,7 +189,7 @@ def added(some: list[list[float]], more: list[list[float]]) -> list[list[float]]
 
 
 def start(ops: ModuleType, loads: list[tuple[int, list[float]]]) -> None:
-    """Take the frame back to where no load acts and apply loads."""
+    """Reset the frame to its unloaded state and apply loads."""
     ops.remove("loadPattern", 1)
     ops.reset()
     ops.pattern("Plain", 1, 1)

@@ -28,7 +28,7 @@ class CardRow:
     values: Array
 
     def plain(self, packing: Packing) -> dict[str, object]:
-        """Return it as JSON wants it."""
+        """Return the data for JSON."""
         width = self.values[0].size
         return {
             "words": self.words, **plain_scale(self.scale), "width": width, "values": packing.path(self.values, width)
@@ -37,7 +37,7 @@ class CardRow:
 
 @dataclass(frozen=True, eq=False)
 class Card:
-    """What is told of one beam, joint, spring or mass at a point.
+    """Data of one beam, joint, spring or point mass.
 
     Attributes:
         kind: what it is.
@@ -54,7 +54,7 @@ class Card:
     lines: dict[str, Array] = field(default_factory=dict)
 
     def plain(self, packing: Packing) -> dict[str, object]:
-        """Return it as JSON wants it."""
+        """Return the data for JSON."""
         lines = {name: packing.path(values) for name, values in self.lines.items()}
         return {
             "kind": self.kind, "rows": [row.plain(packing) for row in self.rows], "note": self.note, "first": self.first,
@@ -73,7 +73,7 @@ class BeamQuantity:
     signed: bool = False
 
     def plain(self) -> dict[str, object]:
-        """Return it as JSON wants it."""
+        """Return the data for JSON."""
         return {
             "key": self.key, "words": self.words, **plain_scale(self.scale), "largest": self.largest, "signed": self.signed
         }  # fmt: skip

@@ -47,7 +47,7 @@ class Stations:
 
     @property
     def size(self) -> int:
-        """How many numbers poses and twists are."""
+        """Number of values of poses and twists."""
         return self.frames * len(self.rest) * (7 + 6 * len(self.sources))
 
     @property
@@ -92,7 +92,7 @@ class Mesh:
     colour: str | Array = "deflection"
 
     def plain(self) -> dict[str, object]:
-        """Return it as JSON wants it."""
+        """Return the data for JSON."""
         wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"
         colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
         return {
@@ -141,7 +141,7 @@ class Arrow:
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
     def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:
-        """Return it as JSON wants it."""
+        """Return the data for JSON."""
         return {
             "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
             "offset": self.offset, "vector": packing.path(self.vector, 3), "unit": self.unit,

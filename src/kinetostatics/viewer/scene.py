@@ -29,7 +29,7 @@ SHOWN_MOTION = 0.1
 #: … unless something would turn by more than this [rad].
 SHOWN_TURN = 0.3
 
-#: Forces smaller than this part of the largest are what rounding leaves.
+#: Forces, relative to the largest, that count as rounding.
 ROUNDING = 1e-9
 
 #: Colour of beams and sticks of a robot without loads.

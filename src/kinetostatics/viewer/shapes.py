@@ -24,12 +24,12 @@ class Surface:
     faces: Integers
 
     def transformed(self, matrix: Array) -> Surface:
-        """Return it in another frame, ``matrix`` (4, 4) being the present frame in that one."""
+        """Return the mesh in another frame; ``matrix`` (4, 4) is the present frame in the new one."""
         return Surface(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
 
 
 def joined(surfaces: list[Surface]) -> Surface:
-    """Return one surface made of several."""
+    """Join several surfaces to one."""
     starts = np.cumsum([0] + [len(item.vertices) for item in surfaces[:-1]])
     return Surface(
         np.concatenate([item.vertices for item in surfaces]),

@@ -20,9 +20,9 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot, robot_of
 
-#: How far around a value that cannot change by itself its slider is drawn: part of the robot's size, and radians.
+#: Half range of the slider of a value without limits, relative to the robot's size, or in radians.
 AROUND, TURN = 0.15, math.radians(30)
-#: Part of a slider beyond each end of reach, where it is coloured.
+#: Coloured part of a slider beyond each end of the reachable range.
 BEYOND = 0.05
 #: Part of the way to an end at which a slider stops: at a singular pose itself nothing can be analysed.
 NEARLY = 0.999
@@ -54,7 +54,7 @@ class Sliders:
             self.factors |= {("load", name): 1.0 for name in WRENCH_COMPONENTS}
 
     def at(self, pose: Configuration, load: Array | None) -> list[dict[str, Json]]:
-        """Return all sliders, standing where a pose and load are."""
+        """Return all sliders at the values of a pose and a load."""
         values = {("load", name): value for name, value in zip(WRENCH_COMPONENTS, () if load is None else load, strict=False)}
         for kind in ("platform", "actuators"):
             values |= {(kind, name): value for name, value in self.present(pose, kind).items()}
@@ -88,12 +88,12 @@ class Sliders:
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
 
     def shortened(self, ways: Mapping[str, Array], kind: str) -> dict[str, Array]:
-        """Return ways as far as ends are searched."""
+        """Return lines up to the search range."""
         most = max(float(np.max(np.abs(way))) / span for way, span in zip(ways.values(), self._spans(kind).values(), strict=True))
         return {name: way / max(1.0, most) for name, way in ways.items()}
 
     def _spans(self, kind: str) -> dict[str, float]:
-        """Return how far ends are searched: lengths as far as the robot is large, angles by half a turn [m, rad]."""
+        """Return the search range: the robot's size for lengths, half a turn for angles [m, rad]."""
         factors = {name: factor for (own, name), factor in self.factors.items() if own == kind}
         return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
 

@@ -39,9 +39,12 @@ PROBES = 200
 class Continued:
     """Corrections of the poses of a region by continuity.
 
-    Attributes: which: flat indices of the changed poses. q: (n, nq) their model coordinates, NaN where not reached. jumps: number
-    of pairs of neighbours that remain in different modes. retracted: number of poses that the straight line had reached in
-    another mode. gained: number of additionally reached poses.
+    Attributes:
+        which: flat indices of the changed poses.
+        q: (n, nq) their model coordinates, NaN where not reached.
+        jumps: number of pairs of neighbours that remain in different modes.
+        retracted: number of poses that the straight line had reached in another mode.
+        gained: number of additionally reached poses.
     """
 
     which: Index
@@ -54,9 +57,14 @@ class Continued:
 def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> Continued:
     """Return the corrections of poses by continuity in a region of the coordinate axes.
 
-    Args: plan: plan of the sweep. labels: labels of the Dataset. robot: the robot. region: region of the coordinate axes. q:
-    (…region, nq) model coordinates, NaN where not reached. o: (…region, 3) position of o [m], which distinguishes poses with
-    loose joints. reached: (…region) mask of reached poses.
+    Args:
+        plan: plan of the sweep.
+        labels: labels of the Dataset.
+        robot: the robot.
+        region: region of the coordinate axes.
+        q: (…region, nq) model coordinates, NaN where not reached.
+        o: (…region, 3) position of o [m], which distinguishes poses with loose joints.
+        reached: (…region) mask of reached poses.
     """
     front = _Front(plan, labels, robot, region, q, o, reached)
     gained = front.probe()

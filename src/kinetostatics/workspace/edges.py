@@ -65,12 +65,12 @@ def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], t
 
 
 def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
-    """Return the edges whose step is larger than can be expected.
+    """Return the edges with unusually large steps.
 
     Args:
         q: (…grid, nq) model coordinates, NaN where not reached.
-        reached: (…grid).
-        scale: of differences.
+        reached: (…grid) mask of reached poses.
+        scale: scale of differences.
     """
     # joints first, because a maximum over the last axis is slow; in single precision, which is enough to suspect
     joints = np.ascontiguousarray(np.moveaxis(q, -1, 0), dtype=np.float32)

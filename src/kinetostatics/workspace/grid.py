@@ -158,10 +158,10 @@ def read_field(what: str, value: object, size: int) -> tuple[Field, list[Axis]]:
     Args:
         what: the argument's name, for messages.
         value: a vector; or an ``xarray.DataArray`` whose dimension ``component`` is that of the vector.
-        size: of the vector.
+        size: number of components.
 
     Raises:
-        ArgumentError: it has another size, dimensions without names, or entries that are not finite.
+        ArgumentError: the value has another size, dimensions without names, or entries that are not finite.
     """
     dims: tuple[str, ...] = ()
     field: xr.DataArray | None = None

@@ -201,7 +201,10 @@ def computed(
 def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str, object]:
     """Compute the missing blocks, and return attributes with the numbers of corrections by continuity.
 
-    Args: arrays: arrays of the variables. number: largest number of threads. progress: counts poses.
+    Args:
+        arrays: arrays of the variables.
+        number: largest number of threads.
+        progress: counts poses.
     """
     plan, labels = arrays.plan, arrays.labels
     found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}

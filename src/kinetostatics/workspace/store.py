@@ -57,10 +57,14 @@ def packages_of(path: str) -> tuple[str, ...]:
 def is_there(path: str, identity: str, attributes: Mapping[str, object], restart: bool) -> bool:
     """Return whether the map exists already.
 
-    Args: path: path of the map. identity: identity of the sweep. attributes: attributes of its Dataset. restart: whether a map of
-    another sweep may be overwritten.
+    Args:
+        path: path of the map.
+        identity: identity of the sweep.
+        attributes: attributes of its Dataset.
+        restart: whether a map of another sweep may be overwritten.
 
-    Raises: ArgumentError: the path is another file or the map of another sweep; or its folder does not exist.
+    Raises:
+        ArgumentError: the path is another file or the map of another sweep; or its folder does not exist.
     """
     if not os.path.exists(path):
         parent = os.path.dirname(os.path.abspath(path))
