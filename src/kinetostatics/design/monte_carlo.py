@@ -196,7 +196,7 @@ class ManyRobots:
 
     Raises:
         ArgumentError: a change makes the robot another mechanism.
-    NotRecordedError: the analysis cannot be recorded.
+        NotRecordedError: the analysis cannot be recorded.
     """
 
     def __init__(self, derivatives: Derivatives, robots: ParametricRobot, numbers: Sequence[RobotNumber], reach: Array) -> None:

@@ -137,7 +137,7 @@ def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
 
     Raises:
         RobotFileError: the file cannot be read.
-    ArgumentError: the value is neither a path nor a name.
+        ArgumentError: the value is neither a path nor a name.
     """
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")

@@ -338,8 +338,8 @@ def compile(
         platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
         actuators: names of all driven joints (forward kinematics), the default without ``platform``; those outside the limbs,
             such as a gripper's, may be omitted.
-    orientation: convention of the angles, see :meth:`Robot.assemble`. outputs: "twist", "contributions", "actuator_forces",
-    "stiffness", "compliance", "spring_forces", "platform_weight",
+        orientation: convention of the angles, see :meth:`Robot.assemble`.
+        outputs: "twist", "contributions", "actuator_forces", "stiffness", "compliance", "spring_forces", "platform_weight",
             "platform_wrench" or "actuators"; with ``compensate`` also "residual_error".
         engine: "numpy", "compiled" at the first call, or "auto", which here is "compiled".
         compensate: the coordinates are targets of the *loaded* platform, and the outputs are those of the corrected pose, see

@@ -135,7 +135,7 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
         axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
         R: (3, 3, N) rotation matrices.
         near: (3, N) angles that select the solution, an undetermined first angle, and full turns.
-    locked: sine of the angle between the first and the last axis up to which they count as coincident.
+        locked: sine of the angle between the first and the last axis up to which they count as coincident.
     """
     a, b, c = axes.T[:, :, None]
     end = np.einsum("ijn,j->in", R, c[:, 0])
