@@ -5,7 +5,7 @@ from .authoring.from_urdf import extend_robot
 from .calibration import calibrate, plan_measurements
 from .compensation import compensate
 from .description.gauges import Gauge
-from .description.loads import LinkLoad, Payload
+from .description.loads import LinkLoad, Motion, Payload
 from .design import optimize, pareto, sensitivities, tolerances
 from .dynamics.frequency_response import frequency_response
 from .dynamics.modes import modes
@@ -31,6 +31,7 @@ __all__ = [
     "Gauge",
     "KinetostaticsError",
     "LinkLoad",
+    "Motion",
     "Payload",
     "Result",
     "Robot",

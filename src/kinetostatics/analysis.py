@@ -17,10 +17,12 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.arguments import check
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.description.loads import Payload
+from kinetostatics.description.loads import Motion, Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
+from kinetostatics.kinematics.accelerations import moving_bodies, prescribed_motion
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Index, chunks
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
@@ -31,6 +33,7 @@ from kinetostatics.results.chunk import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
+from kinetostatics.statics.inertia import inertial_load
 from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -49,6 +52,7 @@ def analyze(
     assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
+    motion: Motion | None = None,
     on_failure: str | None = None,
     engine: str = "auto",
 ) -> Result:
@@ -70,6 +74,8 @@ def analyze(
             :class:`LinkLoad`, for another point or for link axes; or a list of these. On an elastic link, the point must be the
             end of a beam. Each link gives the contribution "load on LINK".
         payload: a :class:`Payload` on the platform or on a link; it gives the contribution "payload".
+        motion: velocities and accelerations of the coordinates, a :class:`Motion`: the inertia of links, beams and payload, with
+            Coriolis and centrifugal terms, is the contribution "inertia".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         engine: "numpy", "compiled", or "auto". "auto" uses compiled code if it is in memory; if it is on disk, from 1,000 poses
             on; otherwise from 10,000 poses on. Numbers differ by rounding only; statuses are equal.
@@ -116,6 +122,11 @@ def analyze(
     on_links = parse_link_loads(robot.statics, loads, payload)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     arrays += [] if on_links is None else on_links.arrays()
+    if motion is not None:
+        if not isinstance(motion, Motion):
+            raise ArgumentError(f"motion= needs a Motion, such as ks.Motion({{'z': 0.5}}, {{'z': -9.0}}), got {motion!r}")
+        moving, *rates = prescribed_motion(configuration, motion)
+        arrays += [rates[0][0][..., None]]
     shapes = {configuration.shape, *(array.shape[:-1] for array in arrays)}
     try:
         shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
@@ -137,6 +148,8 @@ def analyze(
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
+    payload_inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
+    moved = [] if motion is None else [np.broadcast_to(rate, (len(rate), *shape)).reshape(len(rate), N) for rate in rates]
     engine = "numpy" if assembly_errors is not None else engine
 
     def analyzed(part: slice) -> Chunk:
@@ -144,7 +157,11 @@ def analyze(
         frames, fields_here = configuration.frames.take(poses), fields[:, part]
         at_o = load_at_o(robot, frames, wrenches[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])
-        applied = () if acting is None else acting.map(lambda array: array[:, part]).at(frames, fields_here)
+        carried = None if acting is None else acting.map(lambda array: array[:, part])
+        applied = () if carried is None else carried.at(frames, fields_here)
+        if motion is not None:
+            bodies = moving_bodies(robot.solver, moving, _poses(configuration, poses), *(rate[:, part] for rate in moved))
+            applied += (inertial_load(robot.statics, frames, *bodies, carried, payload_inertia),)
 
         def solve(some: slice | Index) -> list[Solution]:
             mine = None if off is None else off.map(lambda array: array[:, some])
@@ -167,6 +184,11 @@ def analyze(
                 for solution in chunk.solutions:
                     _complain(robot, solution)
     return result
+
+
+def _poses(configuration: Configuration, some: slice | Index) -> SolverState:
+    """Return some poses of a configuration."""
+    return configuration.poses.take(np.arange(configuration.poses.x.shape[1])[some])
 
 
 def _solutions(

@@ -18,6 +18,7 @@ from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import beam_forces
+from kinetostatics.statics.inertia import line_resultants
 from kinetostatics.statics.joint_wrenches import carried_wrenches
 from kinetostatics.statics.small_motions import Follower, PlacedMotions, SmallMotions
 from kinetostatics.statics.solution import Solution
@@ -145,6 +146,9 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
         for place, wrench in item.load.wrenches.items():
             if place in structure.body_at and place in item.load.points:
                 others.append((structure.body_at[place], wrench[:3] * item.times, item.load.points[place]))
+        for name, line in item.load.lines.items():  # which acts along the beam, not at its ends
+            ends = zip(model.topology.beam_ends[name], line_resultants(model.beams[name], frames, line), strict=True)
+            others += [(structure.body_at[place], -wrench[:3] * item.times, item.load.points[place]) for place, wrench in ends]
     centres = model.weights.centres(frames)
     others += [(body, solution.weights[:3, k], centres[:, k]) for body, k in structure.weights]
     joints = signs[:, None] * carried_wrenches(model, solution)[:3]

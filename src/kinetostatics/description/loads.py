@@ -1,8 +1,9 @@
-"""Loads on links and payloads."""
+"""Loads on links, payloads and motions."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
@@ -40,3 +41,16 @@ class Payload(ShortRepr):
     center: ArrayLike = (0.0, 0.0, 0.0)
     inertia: Inertia | None = None
     link: str | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(ShortRepr):
+    """A motion through a pose, or through each pose of a batch: rates of the coordinates that the poses were assembled with.
+
+    Attributes:
+        velocities: (…) by the name of the platform's coordinate, or of the actuator [m/s, rad/s]; those left out are zero.
+        accelerations: the same [m/s², rad/s²].
+    """
+
+    velocities: Mapping[str, ArrayLike] = field(default_factory=dict)
+    accelerations: Mapping[str, ArrayLike] = field(default_factory=dict)

@@ -89,7 +89,7 @@ def _free_drives(robot: Robot) -> Mapping[str, Drive]:
 def _carried(loads: LinkLoads, inertia: Array, motions: PlacedMotions) -> dict[str, Part]:
     """Return the payload, for each of the places where it is at any pose."""
     found = {}
-    for number, (place, point, mass, R) in enumerate(loads.masses(motions.frames)):
+    for number, (place, _, point, mass, R) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
         matrix[:, :3, :3] = mass[:, None, None] * np.eye(3)
         matrix[:, 3:, 3:] = axes @ inertia @ np.swapaxes(axes, 1, 2) * (mass > 0)[:, None, None]

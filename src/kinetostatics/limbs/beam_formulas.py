@@ -8,6 +8,8 @@ the method page, section 5. Arrays are ``(6, …)``, batch axes last.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from kinetostatics.math.arrays import Array, empty_for, zeros_for
@@ -105,11 +107,15 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
     )
 
 
-def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
-    """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 4)."""
+def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) -> Array:
+    """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 7).
+
+    Args:
+        c, length: as above.
+        section: the section wrenches (6, k, …) at distances (k, …) from the base end.
+    """
     points, weights = _GAUSS
-    points = points.reshape((-1,) + (1,) * np.ndim(length))
-    w = section_wrench(length, wrench[:, None], load[:, None], length * (1 + points) / 2)
+    w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
     density = np.einsum("i...,ik...->k...", c, w * w)
     return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
 

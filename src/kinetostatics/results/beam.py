@@ -110,12 +110,14 @@ def centre_lines(
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     """Return the arrays (…, g, N) of a :class:`BeamResult` except the stress."""
-    wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
-    s = FRACTIONS[:, None, None] * beams.length
-    sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
-    inner, stretch = beams.inner.sum(axis=1, keepdims=True), beams.stretch.sum(axis=0, keepdims=True)
-    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=inner, stretch=stretch)
-    lines = total.lines(FRACTIONS)[:, :, 0]
+    parts = {name: getattr(beams, name).sum(axis=1, keepdims=True) for name in ("wrench", "load", "inner")}
+    line = None if beams.line is None else beams.line.sum(axis=1, keepdims=True)
+    total = replace(beams, **parts, stretch=beams.stretch.sum(axis=0, keepdims=True), line=line)
+
+    def section(s: Array) -> Array:
+        return total.sections(s)[:, :, 0]
+
+    sections, lines = section(FRACTIONS[:, None, None] * beams.length), total.lines(FRACTIONS)[:, :, 0]
     return {
         "length": beams.length,
         "mass": beams.mass,
@@ -124,5 +126,5 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "section_wrenches": np.swapaxes(sections, 0, 1),
         "deflections": np.swapaxes(lines[:3], 0, 1),
         "rotations": np.swapaxes(lines[3:], 0, 1),
-        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
+        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, section),
     }

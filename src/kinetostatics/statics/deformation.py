@@ -23,6 +23,7 @@ from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import rotate, wrench_of_force
 from kinetostatics.mechanism.limbs import Edge, carries
+from kinetostatics.statics.inertia import line_resultants
 from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -90,6 +91,9 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     for edges, forces, strains, root in branches:
         if edges:
             _deform_branches(robot, solution, edges, forces, strains, root, moved, out)
+    along = [(solution.sources.index(item.load.name), item.load.lines) for item in solution.applied if item.load.lines]
+    if along:
+        out.beams[:] = [stack.with_lines(along) for stack in out.beams]
     return out
 
 
@@ -383,4 +387,8 @@ def beam_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
         beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
         mass = model.mass_of(model.length(solution.frames))
         found[model.name] = np.stack([beyond[:3] + mass * solution.gravity, beyond[:3]])
+    for item in solution.applied:
+        for name, line in item.load.lines.items():
+            first, last = line_resultants(robot.beams[name], solution.frames, line)
+            found[name] = found[name] + np.stack([first[:3], -last[:3]])
     return found

@@ -36,18 +36,22 @@ class AppliedLoad:
         wrenches: (6, N) wrenches about o, world axes, by place [N, N·m].
         points: (3, N) points of application of forces [m], by place, for drawings.
         kind: "load"; "spring": the force of a spring at the pose; "change": a unit change of such a force.
+        lines: (12, N) load along a beam, by its name, for which ``wrenches`` stand: force and moment per length at its start,
+            then at its end, world axes [N/m, N].
     """
 
     name: str
     wrenches: Mapping[str, Array]
     points: Mapping[str, Array] = field(default_factory=dict)
     kind: str = "load"
+    lines: Mapping[str, Array] = field(default_factory=dict)
 
     def take(self, poses: Index | slice) -> AppliedLoad:
         """Return the load of some of the poses."""
         wrenches = {place: array[:, poses] for place, array in self.wrenches.items()}
         points = {place: array[:, poses] for place, array in self.points.items()}
-        return AppliedLoad(self.name, wrenches, points, self.kind)
+        lines = {beam: array[:, poses] for beam, array in self.lines.items()}
+        return AppliedLoad(self.name, wrenches, points, self.kind, lines)
 
     def at(self, places: Iterable[str]) -> dict[str, Array]:
         """Return the wrenches at some places."""
@@ -230,8 +234,8 @@ class LinkLoads:
                 points.setdefault(item.name, {}).setdefault(place, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
-    def masses(self, frames: Frames) -> Iterator[tuple[str, Array, Array, Array]]:
-        """Yield the place of every mass, its centre (3, N), its mass (N,) [kg], 0 where it is elsewhere, and its axes (3, 3, N).
+    def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array]]:
+        """Yield place and body of every mass, its centre (3, N), the mass (N,) [kg], 0 where it is elsewhere, and axes (3, 3, N).
 
         Raises:
             ArgumentError: as of :meth:`at`.
@@ -242,7 +246,7 @@ class LinkLoads:
                 point = origin + np.einsum("ijn,jn->in", R, item.point)
                 link = self.robot.description.platform if item.link is None else item.link
                 for place, where in places_at(self.robot, item.name, link, frames, point).items():
-                    yield place, point, np.where(where, item.mass[0], 0.0), R
+                    yield place, self.robot.mechanism.body_of[link][0], point, np.where(where, item.mass[0], 0.0), R
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:

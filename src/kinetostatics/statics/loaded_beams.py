@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetostatics.limbs import beam_formulas
+from kinetostatics.limbs.line_loads import clamped_line, clamped_section_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -30,6 +31,8 @@ class LoadedBeams:
         stretch: (S, g, N) excess length by error or temperature [m].
         elsewhere: (S, g, N) part of the reported axial force that belongs to other contributions than the strains that it causes
             [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
+        line: (12, S, g, N) load that varies linearly, whose resultants act at the ends: force and moment per length at the base
+            end, then at the platform end [N/m, N]. None: there is none.
     """
 
     models: tuple[BeamModel, ...]
@@ -43,6 +46,7 @@ class LoadedBeams:
     inner: Array
     stretch: Array
     elsewhere: Array
+    line: Array | None = None
 
     @classmethod
     def under(
@@ -79,12 +83,32 @@ class LoadedBeams:
             inner=outer,
         )
 
+    def sections(self, s: Array) -> Array:
+        """Return the section wrenches (6, n, S, g, N) at s (n, g, N) from the base end, beam axes."""
+        s = s[:, None]
+        found = beam_formulas.section_wrench(self.length, self.wrench[:, None], self.load[:, None], s)
+        if self.line is not None:
+            found = found + clamped_section_wrench(self.compliances[:, None, None], self.length, self.line[:, None], s)
+        return found
+
+    def with_lines(self, loads: Sequence[tuple[int, Mapping[str, Array]]]) -> LoadedBeams:
+        """Return the beams with loads along some of them: (12, N) by name, start first, world axes, by number of contribution."""
+        found = np.zeros((12, *self.wrench.shape[1:]))
+        for source, lines in loads:
+            for g, model in enumerate(self.models):
+                if model.name in lines:
+                    parts = [np.einsum("ijn,in->jn", self.axes[:, :, g], part) for part in np.split(lines[model.name], 4)]
+                    found[:, source, g] = np.concatenate(parts)
+        return replace(self, line=found) if np.any(found) else self
+
     def lines(self, fractions: Array) -> Array:
         """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
         s = fractions[:, None, None, None] * self.length
         c = self.compliances[:, None, None]
         local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
         arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
+        if self.line is not None:
+            local = local + clamped_line(c, self.length, self.line[:, None], s)
         moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
         moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)
         return moved

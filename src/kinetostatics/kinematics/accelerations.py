@@ -1,0 +1,112 @@
+"""Velocities and accelerations of all bodies where prescribed coordinates move and loops stay closed.
+
+Velocities follow from the gradients of the loops (:mod:`kinetostatics.kinematics.velocities`). Of accelerations the part by the
+velocities is the derivative of velocities along a straight line of the coordinates, through poses at which the loops are closed
+anew, by central differences of the eighth order.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.description.loads import Motion
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.kinematics.assembly import platform_coordinates
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.path_following import follow
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.kinematics.velocities import freedom_rates, with_given
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import least_squares
+
+#: Largest step of the differences, in rad and characteristic lengths, and their weights.
+_STEP = 5e-3
+_WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+
+
+def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[PrescribedCoordinates, Array, Array]:
+    """Return which coordinates move, and their velocities and accelerations (n, …).
+
+    Raises:
+        ArgumentError: a rate is no number, or the shapes do not fit one another.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose.
+    """
+    robot, rates = configuration.robot, (motion.velocities, motion.accelerations)
+    given = dict.fromkeys(name for item in rates for name in item)
+    if set(given) <= set(robot.description.driven):
+        prescribed, names = robot.actuator_coordinates, robot.actuator_names
+    else:
+        held = configuration.prescribed if set(given) <= set(configuration.prescribed) else given
+        prescribed, names = platform_coordinates(robot, dict.fromkeys(held, 0.0), configuration.orientation.name)
+    numbers = [[finite_numbers(f"the rate of {name}", item.get(name, 0.0)) for name in names] for item in rates]
+    try:
+        shape = np.broadcast_shapes(configuration.shape, *(array.shape for item in numbers for array in item))
+    except ValueError:
+        raise ArgumentError(f"the motion's rates do not fit the poses, whose batch shape is {configuration.shape}") from None
+    velocity, acceleration = (np.array([np.broadcast_to(array, shape) for array in item]).reshape(-1, *shape) for item in numbers)
+    return robot.mobility_analysis.with_dofs(prescribed), velocity, acceleration
+
+
+def moving_bodies(
+    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, velocity: Array, acceleration: Array
+) -> tuple[Array, Array, Array]:
+    """Return twists (6, B, N) of all bodies about the world's origin [m/s, rad/s], their derivatives by time, and local freedoms.
+
+    The latter, unit motions (6, B, k, N) that leave the prescribed coordinates and closed loops as they are, are at rest in both.
+
+    Args:
+        solver: of the loops.
+        prescribed: which coordinates move.
+        poses: N poses at which the loops are closed.
+        velocity: (n, N) of the coordinates [m/s, rad/s].
+        acceleration: (n, N) [m/s², rad/s²].
+    """
+    target = solver.values(prescribed, poses)
+    both = _twists(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
+    twists, derivative = both[:, :, 0], np.array(both[:, :, 1])
+    scale = np.where(solver.tree.column_rotates, 1.0, 1 / solver.length)[:, None]
+    rates = _rates(solver, prescribed, poses, target, velocity[:, None])[:, 0]
+    fastest = np.max(np.abs(rates) * scale, axis=0, initial=0.0)
+    moves = fastest > 0
+    step = _STEP / np.where(moves, fastest, 1.0) / max(_WEIGHTS)
+    for k, weight in _WEIGHTS.items():
+        for side in (1, -1):
+            there = target + side * k * step * velocity
+            near, _, _ = follow(solver, prescribed, poses, there)
+            shifted = _twists(solver, prescribed, near, there, velocity[:, None])[:, :, 0]
+            derivative += np.where(moves, side * weight / step * shifted, 0.0)
+    return twists, derivative, _local(solver, prescribed, poses, target)
+
+
+def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
+    """Return the unit motions (6, B, k, N) of the local freedoms, such as the spin of a strut between ball joints."""
+    idle, k = list(prescribed.fixed_dofs), prescribed.local_dofs
+    v = np.zeros((solver.tree.nv, len(idle) + k, poses.x.shape[1]))
+    v[idle, range(len(idle))] = solver.column_scale[idle, None]
+    if k:
+        gradient, _ = solver.rates(prescribed, poses, target)
+        axes = np.linalg.svd(np.nan_to_num(np.moveaxis(gradient, 2, 0)))[2][:, -k:]
+        free = solver.free_columns(prescribed)
+        v[free, len(idle) :] = axes[:, :, : free.size].transpose(2, 1, 0) * solver.column_scale[free, None, None]
+    return _of_bodies(solver, poses, v)
+
+
+def _rates(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:
+    """Return the velocities (nv, k, N) of all freedoms at rates (n, k, N) of the prescribed coordinates."""
+    gradient, changes = solver.rates(prescribed, poses, target)
+    step = -least_squares(gradient, changes, prescribed.local_dofs)
+    v = with_given(solver, prescribed, freedom_rates(solver, prescribed, gradient, changes, step))
+    return np.asarray(np.einsum("vnN,nkN->vkN", v, rates))
+
+
+def _twists(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:
+    """Return the twists (6, B, k, N) of all bodies about the world's origin."""
+    return _of_bodies(solver, poses, _rates(solver, prescribed, poses, target, rates))
+
+
+def _of_bodies(solver: Solver, poses: SolverState, v: Array) -> Array:
+    """Return the twists (6, B, k, N) of all bodies about the world's origin at velocities (nv, k, N) of the freedoms."""
+    unit, moves = solver.tree.twists(solver.equations.forward(poses.x)), solver.tree.moves.astype(float)
+    return np.asarray(np.einsum("ivN,vkN,bv->ibkN", unit, v, moves))

@@ -1,0 +1,133 @@
+"""Inertial loads (d'Alembert) of moving links and beams.
+
+A rigid link of mass m and inertia J about its centre G puts −m a_G and −(J α + ω × J ω) on its body. Along a beam the
+acceleration varies linearly, and with it the load −μ a per length; the rotary inertia of its sections is a moment per length. On
+the rest of the robot such a load acts by its resultants at the ends of the beam, those of a beam with clamped ends; displacements
+and section forces of that beam add to those that the resultants cause.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.limbs.line_loads import clamped_reaction, outboard_wrench
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, least_squares
+from kinetostatics.math.screws import move_wrench
+from kinetostatics.mechanism.beam_model import BeamModel
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.weights import link_inertias
+from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads
+from kinetostatics.statics.robot_statics import RobotStatics
+
+#: The name of the contribution.
+INERTIA = "inertia"
+
+
+def inertial_load(
+    robot: RobotStatics,
+    frames: Frames,
+    twists: Array,
+    rates: Array,
+    local: Array,
+    payload: LinkLoads | None,
+    payload_inertia: Array,
+) -> AppliedLoad:
+    """Return the inertial loads of a moving robot; along local freedoms it accelerates such that no inertia acts.
+
+    Args:
+        robot: the robot.
+        frames: N poses.
+        twists: (6, B, N) of all bodies about the world's origin [m/s, rad/s].
+        rates: (6, B, N) their derivatives by time, without those of local freedoms.
+        local: (6, B, k, N) unit motions of the local freedoms.
+        payload: what is carried, mapped to the N poses.
+        payload_inertia: (3, 3) about its centre of mass, in the axes of its link [kg·m²].
+    """
+
+    def moving(rates: Array) -> _Moving:
+        return _Moving(robot, frames, twists, rates, payload, payload_inertia)
+
+    found, k = moving(rates), local.shape[2]
+    if k:
+        more = np.stack([moving(rates + local[:, :, m]).by_body - found.by_body for m in range(k)], axis=2)
+        mass = np.einsum("ibkn,ibmn->kmn", local, more)
+        forces = np.einsum("ibkn,ibn->kn", local, found.by_body)
+        found = moving(rates - np.einsum("ibkn,kn->ibn", local, least_squares(mass, forces[:, None])[:, 0]))
+    return AppliedLoad(INERTIA, found.wrenches, found.points, "load", found.lines)
+
+
+class _Moving:
+    """Inertial wrenches about o by place, points at which they are drawn, and loads along beams."""
+
+    def __init__(
+        self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None, payload_inertia: Array
+    ) -> None:
+        self.robot, self.frames, self.twists, self.rates = robot, frames, twists, rates
+        _, self.o = robot.mechanism.platform_pose(frames)
+        self.wrenches: dict[str, Array] = {}
+        self.points: dict[str, Array] = {}
+        self.lines: dict[str, Array] = {}
+        self.by_body = np.zeros(twists.shape)  # about the world's origin
+        inertias = link_inertias(robot.mechanism.model)
+        for name in robot.weights.names:
+            if name.startswith("beam:"):
+                self._add_beam(name.removeprefix("beam:"))
+            else:
+                body, own = robot.mechanism.body_of[name][0], inertias[name]
+                self._add_mass(name, body, frames.rotation[:, :, body], frames.point(body, own.lever), own.mass, own.inertia)
+        for place, body, point, mass, R in payload.masses(frames) if payload is not None else ():
+            self._add_mass(place, body, R, point, mass, np.where(mass > 0, payload_inertia[:, :, None], 0.0))
+
+    def _acceleration(self, body: int, point: Array) -> Array:
+        """Return the acceleration (3, N) of a point of a body [m/s²]."""
+        v, w = self.twists[:3, body], self.twists[3:, body]
+        return self.rates[:3, body] + cross(self.rates[3:, body], point) + cross(w, v + cross(w, point))
+
+    def _couple(self, body: int, R: Array, inertia: Array) -> Array:
+        """Return −(J α + ω × J ω) (3, N) of an inertia (3, 3) or (3, 3, N) in axes R (3, 3, N)."""
+        full = np.broadcast_to(inertia if inertia.ndim == 3 else inertia[:, :, None], R.shape)
+        world = np.einsum("ijn,jkn,lkn->iln", R, full, R)
+        w = self.twists[3:, body]
+        momentum = np.einsum("ijn,jn->in", world, w)
+        return -np.einsum("ijn,jn->in", world, self.rates[3:, body]) - cross(w, momentum)
+
+    def _add_mass(self, place: str, body: int, R: Array, centre: Array, mass: Array | float, inertia: Array) -> None:
+        """Add a mass and its inertia about its centre."""
+        wrench = np.concatenate([-mass * self._acceleration(body, centre), self._couple(body, R, inertia)])
+        self._put(place, body, wrench, centre)
+
+    def _add_beam(self, name: str) -> None:
+        """Add the load along a beam, which moves as the body that carries it."""
+        beam, frames = self.robot.beams[name], self.frames
+        body, (start, end), length = beam.span.carrier, beam.ends(frames), beam.length(frames)
+        density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section
+        axes = frames.orientations(np.array([body]), beam.axes[:, :, None])[:, :, 0]
+        couple = density * self._couple(body, axes, np.diag([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area)
+        parts = []
+        for point in (start, end):
+            force = -density * self._acceleration(body, point + lever)
+            parts += [force, couple + cross(lever, force)]
+        self.lines[name] = np.concatenate(parts)
+        resultants = line_resultants(beam, frames, self.lines[name])
+        for place, wrench, point in zip(self.robot.topology.beam_ends[name], resultants, (start, end), strict=True):
+            self._put(place, body, wrench, point)
+
+    def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
+        """Add a wrench (6, N) about a point (3, N) to those of a place and of a body."""
+        self.by_body[:, body] += move_wrench(wrench, -point)
+        self.wrenches[place] = self.wrenches.get(place, 0.0) + move_wrench(wrench, self.o - point)
+        self.points.setdefault(place, point)
+
+
+def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array, Array]:
+    """Return the wrenches (6, N) that a load (12, N) along a beam with clamped ends puts on its start and end, about these.
+
+    Load and wrenches are in world axes.
+    """
+    axes, length = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0], beam.length(frames)
+    local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])
+    last = -clamped_reaction(beam.compliances[:, None], length, local)
+    first = outboard_wrench(length, local, np.zeros_like(length)) - move_wrench(last, np.outer([1.0, 0.0, 0.0], -length))
+    both = (np.concatenate([np.einsum("ijn,jn->in", axes, part) for part in np.split(item, 2)]) for item in (first, last))
+    return next(both), next(both)

@@ -1,0 +1,200 @@
+"""Loads in motion: inertia, Coriolis and centrifugal terms, against Pinocchio, closed forms and the balance of energy."""
+
+from dataclasses import replace
+
+import numpy as np
+import package_robots
+import pinocchio as pin
+import pytest
+import small_robots as sr
+from mechanisms import Joint, Link
+from small_robots import Limb
+
+import kinetostatics as ks
+
+#: Weights of the first and second derivative by central differences of the eighth order.
+FIRST = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+SECOND = {0: -205 / 72, 1: 8 / 5, 2: -1 / 5, 3: 8 / 315, 4: -1 / 560}
+
+
+def by_inverse_dynamics(robot, at, step=4e-3):
+    """Return actuator forces at t = 0 where actuators are at ``at(t)``: RNEA of the tree with loops cut, by virtual work."""
+    names = robot.description.driven
+    rest = robot.assemble(actuators=at(0.0))
+    model = rest.model
+    data = model.createData()
+
+    def q(actuators):
+        return robot.assemble(actuators=actuators, near=rest).q
+
+    def apart(there):
+        return pin.difference(model, rest.q, there)
+
+    v = sum(w * (apart(q(at(k * step))) - apart(q(at(-k * step)))) for k, w in FIRST.items()) / step
+    a = sum(w * (apart(q(at(k * step))) + apart(q(at(-k * step)))) for k, w in SECOND.items() if k) / step**2
+    tau = pin.rnea(model, data, rest.q, v, a)
+    found = {}
+    for name in names:
+        moved = [{**at(0.0), name: at(0.0)[name] + k * step} for k in (*FIRST, *(-k for k in FIRST))]
+        along = dict(zip((*FIRST, *(-k for k in FIRST)), (apart(q(item)) for item in moved), strict=True))
+        found[name] = tau @ (sum(w * (along[k] - along[-k]) for k, w in FIRST.items()) / step)
+    return found
+
+
+@pytest.mark.parametrize("name", ["ur10", "3rps", "five_bar", "delta", "2pru_upr", "orthoglide"])
+def test_actuator_forces_are_those_of_inverse_dynamics(name):
+    robot = package_robots.robot(name)
+    rng, names = np.random.default_rng(3), robot.description.driven
+    size = {n: 0.3 if robot.mechanism.connections[n].type.is_hinge else 0.03 for n in names}
+    start, v, a = ({n: size[n] * f * x for n, x in zip(names, rng.uniform(-1, 1, len(names)), strict=True)} for f in (0.3, 4, 60))
+    zero = {n: float(value) for n, value in robot.assemble().actuators.items()}
+
+    def at(t):
+        return {n: zero[n] + start[n] + v[n] * t + a[n] * t**2 / 2 for n in names}
+
+    found = ks.analyze(robot.assemble(actuators=at(0.0)), motion=ks.Motion(v, a)).actuator_forces
+    expected = by_inverse_dynamics(robot, at)
+    scale = max(abs(force) for force in expected.values())
+    rounding = 2e-8 if name != "delta" else 1e-7  # its rods do not spin there, and without torque here
+    for n in names:
+        assert found[n] == pytest.approx(expected[n], abs=rounding * scale)
+
+
+def test_a_serial_arm_agrees_with_rnea_to_rounding():
+    robot, rng = package_robots.robot("ur10"), np.random.default_rng(0)
+    names = robot.description.driven
+    q, v, a = (dict(zip(names, rng.uniform(-f, f, 6), strict=True)) for f in (1, 2, 5))
+    pose = robot.assemble(actuators=q)
+    rates = np.zeros((2, pose.model.nv))
+    for n in names:
+        column = pose.model.joints[pose.model.getJointId(n)].idx_v
+        rates[:, column] = v[n], a[n]
+    tau = pin.rnea(pose.model, pose.model.createData(), pose.q, *rates)
+    found = ks.analyze(pose, motion=ks.Motion(v, a)).actuator_forces
+    for n in names:
+        assert found[n] == pytest.approx(tau[pose.model.joints[pose.model.getJointId(n)].idx_v], rel=1e-11, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta"])
+def test_no_work_is_done_in_a_closed_cycle(name):
+    """Without gravity the actuators' power over a period is zero; samples of a period are exact for what is smooth."""
+    robot, n = package_robots.robot(name), 48
+    t = 2 * np.pi * np.arange(n) / n
+    base, size = robot.assemble(), {"x": 0.05, "y": 0.04, "z": 0.02}
+    phase = dict(zip(size, (0.0, 0.7, 1.9), strict=True))
+    path = {c: float(base.platform[c]) + s * np.sin(t + phase[c]) for c, s in size.items()}
+    rates = [{c: s * f(t + phase[c]) for c, s in size.items()} for f in (np.cos, lambda x: -np.sin(x))]
+    pose = robot.assemble(platform=path)
+    found = ks.analyze(pose, gravity=(0, 0, 0), motion=ks.Motion(*rates))
+    speeds = {a: np.real(np.fft.ifft(1j * np.fft.fftfreq(n, 1 / n) * np.fft.fft(value))) for a, value in pose.actuators.items()}
+    power = np.array([found.actuator_forces[a] * speeds[a] for a in speeds])
+    assert abs(power.sum()) < 1e-9 * np.abs(power).sum()
+
+
+def turning_rod(**beam):
+    return sr.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 0, 1)], **beam)
+
+
+def test_a_turning_rod():
+    """Tension μω²(L² − s²)/2; under angular acceleration the load −μαs per length, and the moment −ρIα."""
+    L, d, w, alpha = 0.8, 0.05, 12.0, 40.0
+    robot = sr.write(turning_rod(kappa=np.inf)).robot()
+    found = ks.analyze(robot.assemble(), gravity=(0, 0, 0), motion=ks.Motion({"turn_1": w}, {"turn_1": alpha}))
+    mu, A, inertia = sr.RHO * np.pi * d**2 / 4, np.pi * d**2 / 4, np.pi * d**4 / 64
+    beam, s = found.beams["arm_1"], L * found.beams["arm_1"].stations
+    assert beam.section_wrenches[:, 0] == pytest.approx(mu * w**2 * (L**2 - s**2) / 2, rel=1e-10, abs=1e-9)
+    assert beam.section_wrenches[:, 1] == pytest.approx(-mu * alpha * (L**2 - s**2) / 2, rel=1e-10, abs=1e-9)
+    assert found.twist[0] == pytest.approx(mu * w**2 * L**3 / 3 / (sr.E * A), rel=1e-10)
+    tip = -mu * alpha * (11 * L**5 / 120) / (sr.E * inertia) - sr.RHO * inertia * alpha * L**3 / 3 / (sr.E * inertia)
+    assert found.twist[1] == pytest.approx(tip, rel=1e-10)
+    torque = mu * alpha * L**3 / 3 + sr.RHO * inertia * alpha * L
+    assert found.actuator_forces["turn_1"] == pytest.approx(torque, rel=1e-10)
+    assert beam.deflections[-1] == pytest.approx(found.twist[:3], rel=1e-9)
+    assert found.strain_energy == pytest.approx(_energy(beam, s, sr.E * A, sr.E * inertia), rel=1e-6)
+
+
+def _energy(beam, s, EA, EI):
+    """Return ½ ∫ N²/EA + M²/EI ds by Simpson's rule."""
+    density = (beam.section_wrenches[:, 0] ** 2 / EA + (beam.section_wrenches[:, 4:] ** 2).sum(axis=1) / EI) / 2
+    weights = np.ones(len(s))
+    weights[1:-1:2], weights[2:-1:2] = 4, 2
+    return float(weights @ density) * (s[1] - s[0]) / 3
+
+
+@pytest.mark.parametrize("with_link_masses", [False, True])
+def test_splitting_beams_changes_nothing(with_link_masses):
+    spec = turning_rod(mass=2.0)
+    motion = ks.Motion({"turn_1": 5.0}, {"turn_1": -20.0})
+    whole, parts = (ks.analyze(sr.write(item).robot().assemble(), motion=motion) for item in (spec, sr.split(spec, 4)))
+    assert parts.twist == pytest.approx(whole.twist, rel=1e-9)
+    assert parts.strain_energy == pytest.approx(whole.strain_energy, rel=1e-9)
+    assert parts.beams["arm_1"].deflections[-1] == pytest.approx(whole.beams["arm_1"].deflections[5], rel=1e-9)
+    assert parts.beams["arm_1"].section_wrenches[-1] == pytest.approx(
+        whole.beams["arm_1"].section_wrenches[5], rel=1e-9, abs=1e-9
+    )
+
+
+@pytest.mark.parametrize("own_masses", [False, True])
+def test_uniform_acceleration_is_gravity(own_masses):
+    """A frame of beams on a driven slide: an acceleration a is gravity −a, for every result."""
+    points = [(0, 0, 0), (0.5, 0.1, 0), (0.6, 0.5, 0.2)]
+    chain = sr.locked_chain(points, [(0, 0, 1), (0, 1, 0)], mass=3.0)
+    slide = Joint("slide", "P", (0, 0, 0), (1, 0, 0), driven=True)
+    limb = chain.limbs[0]
+    links = (Link("sled", 4.0, (0.1, 0, 0)), *limb.links)
+    spec = replace(chain, limbs=(Limb((slide, *limb.joints), links),))
+    spec = sr.with_link_masses(spec) if own_masses else spec
+    pose = sr.write(spec).robot().assemble()
+    moved = ks.analyze(pose, gravity=(0, 0, 0), motion=ks.Motion(accelerations={"slide": 7.0}))
+    heavy = ks.analyze(pose, gravity=(-7.0, 0, 0))
+    scale = np.abs(heavy.twist).max()
+    assert moved.twist == pytest.approx(heavy.twist, abs=1e-9 * scale)
+    assert moved.strain_energy == pytest.approx(heavy.strain_energy, rel=1e-9)
+    for name, beam in heavy.beams.items():
+        for what in ("deflections", "rotations", "section_wrenches", "stress", "euler_ratio"):
+            expected = getattr(beam, what)
+            assert getattr(moved.beams[name], what) == pytest.approx(expected, rel=1e-8, abs=1e-9 * np.abs(expected).max())
+    for name, wrench in heavy.joint_wrenches.items():
+        assert moved.joint_wrenches[name] == pytest.approx(wrench, abs=1e-9 * np.abs(wrench).max() + 1e-9)
+
+
+def test_payload_is_a_heavier_platform():
+    spec = turning_rod()
+    motion = ks.Motion({"turn_1": 5.0}, {"turn_1": -20.0})
+    inertia = ks.description.Inertia((1.0, 0, 0, 1.0, 0, 1.0))
+    payload = ks.Payload(3.0, inertia=inertia)
+    carried = ks.analyze(sr.write(spec).robot().assemble(), motion=motion, payload=payload)
+    heavy = ks.analyze(sr.write(replace(spec, mass=3.0)).robot().assemble(), motion=motion)
+    assert carried.twist == pytest.approx(heavy.twist, rel=1e-10)
+    assert carried.actuator_forces["turn_1"] == pytest.approx(heavy.actuator_forces["turn_1"], rel=1e-10)
+
+
+def test_batches_and_engines_agree():
+    robot = package_robots.robot("3rps")
+    z, rates = np.array([0.5, 0.55]), [{"z": np.array([0.4, -0.3]), "rx": 0.2}, {"z": 5.0}]
+    pose = robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0})
+    found = ks.analyze(pose, motion=ks.Motion(*rates), engine="numpy")
+    compiled = ks.analyze(pose, motion=ks.Motion(*rates), engine="compiled")
+    assert compiled.twist == pytest.approx(found.twist, rel=1e-9, abs=1e-18)
+    for k in range(2):
+        single = ks.analyze(
+            robot.assemble(platform={"z": z[k], "rx": 0.1, "ry": 0.0}),
+            motion=ks.Motion({"z": rates[0]["z"][k], "rx": 0.2}, {"z": 5.0}),
+        )
+        assert single.twist == pytest.approx(found.twist[k], rel=1e-8)
+        assert single.beams["rod_1"].stress == pytest.approx(found.beams["rod_1"].stress[k], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("motion", "words"),
+    [
+        ({"z": 1.0}, "Motion"),
+        (ks.Motion({"w": 1.0}), "no platform coordinate 'w'"),
+        (ks.Motion({"z": [1.0, 2.0, 3.0]}), "do not fit"),
+        (ks.Motion({"z": "fast"}), "rate of z"),
+    ],
+)
+def test_invalid_motions(motion, words):
+    pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.55], "rx": 0.1, "ry": 0.0})
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.analyze(pose, motion=motion)
