@@ -311,7 +311,7 @@ def check_keywords(function: Callable[..., object], given: Iterable[str], withou
         ArgumentError: :func:`analyze` has no such argument, or ``function`` sets it; the message names the function.
     """
     own = [item.name for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
-    handed_on = {*inspect.signature(analyze).parameters} - {"configuration", *without}
+    handed_on = {*inspect.signature(analyze).parameters} - {"configuration", "motion", *without}
     for name in given:
         if name not in handed_on:
             hint = near_names(name, {*own, *handed_on})

@@ -21,6 +21,7 @@ PYTHON_ONLY = {
         "over",
         "workspace",
         "loads",
+        "motion",
         "values",
         "result",
         "pose",
