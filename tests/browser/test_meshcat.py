@@ -187,6 +187,7 @@ def test_it_swings_between_rest_and_deformed(result):
     assert window.animations[f"{root}/animation"]["options"]["play"] is False
 
 
+@pytest.mark.few(1)
 def test_a_browser_shows_the_colours_and_arrows_of_the_page(result, visit, browser, tmp_path):
     """Of the same scene, as meshcat draws it from its commands and the page from its description."""
     ks.save_html(result, tmp_path / "page.html")
