@@ -9,9 +9,12 @@ import numpy as np
 
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
+from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
-from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
+from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
@@ -45,7 +48,7 @@ def payload_coefficients(
     """Return twist and forces due to a payload on ``link`` (None: the platform), per unit, at the poses of ``solutions``."""
     twists, forces, wrenches = [], [], []
     for solution in solutions:
-        units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
+        units = _unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
         groups = tuple(item.group for item in solution.statics)
         none = np.zeros_like(solution.load)
         found = solve_with_springs(robot, solution.frames, none, solution.gravity, None, groups, units)
@@ -70,3 +73,23 @@ def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
             several = len(item.load.wrenches) > 1
             return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in item.load.wrenches.items()}
     return {robot.description.platform: everywhere}
+
+
+def _unit_payloads(
+    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
+) -> tuple[AppliedLoad, ...]:
+    """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
+
+    Args:
+        robot: the robot.
+        frames, gravity: frames and gravity (3, N) [m/s²] at N poses.
+        link: the link whose frame is the payload's; None: o-xyz.
+        places: places at which the payload acts, with the poses (N,) of each.
+    """
+    _, o = robot.mechanism.platform_pose(frames)
+    R, origin = link_frame(robot, link, frames)
+    wrenches = [wrench_of_force(gravity, origin - o), *(wrench_of_couple(cross(R[:, k], gravity)) for k in range(3))]
+    return tuple(
+        AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
+        for k, wrench in enumerate(wrenches)
+    )

@@ -17,8 +17,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics_under
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.math.linalg import cross
-from kinetostatics.math.screws import move_wrench, rotate, wrench_of_couple, wrench_of_force
+from kinetostatics.math.screws import move_wrench, rotate
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
@@ -219,7 +218,7 @@ class LinkLoads:
         found: dict[str, dict[str, Array]] = {}
         points: dict[str, dict[str, Array]] = {}
         for item in self.loads:
-            R, origin = _frame(self.robot, item.link, frames)
+            R, origin = link_frame(self.robot, item.link, frames)
             point = origin + np.einsum("ijn,jn->in", R, item.point)
             if item.mass is not None:
                 own = np.concatenate([gravity * item.mass, np.zeros_like(gravity)])
@@ -242,7 +241,7 @@ class LinkLoads:
         """
         for item in self.loads:
             if item.mass is not None:
-                R, origin = _frame(self.robot, item.link, frames)
+                R, origin = link_frame(self.robot, item.link, frames)
                 point = origin + np.einsum("ijn,jn->in", R, item.point)
                 link = self.robot.description.platform if item.link is None else item.link
                 for place, where in places_at(self.robot, item.name, link, frames, point).items():
@@ -284,7 +283,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
             ends.append(at)
     if np.any(nowhere):
         pose = int(np.flatnonzero(nowhere)[0])
-        R, origin = _frame(robot, link, frames)
+        R, origin = link_frame(robot, link, frames)
 
         def words(at: Array) -> str:
             local = np.round(R[:, :, pose].T @ (at - origin)[:, pose], 9)
@@ -328,7 +327,7 @@ def _is_weld(robot: RobotStatics, edge: Edge) -> bool:
     return robot.mechanism.connections[edge.joint].type.is_fixed and edge.joint not in robot.description.joint_stiffness
 
 
-def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:
+def link_frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:
     """Return orientation (3, 3, N) and origin (3, N) of a link's frame, or of o-xyz."""
     mechanism = robot.mechanism
     if link is None:
@@ -336,26 +335,6 @@ def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array
     body, placement = mechanism.body_of[link]
     R = np.einsum("ijn,jk->ikn", frames.rotation[:, :, body], placement[:3, :3])
     return R, frames.point(body, placement[:3, 3])
-
-
-def unit_payloads(
-    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
-) -> tuple[AppliedLoad, ...]:
-    """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
-
-    Args:
-        robot: the robot.
-        frames, gravity: frames and gravity (3, N) [m/s²] at N poses.
-        link: the link whose frame is the payload's; None: o-xyz.
-        places: places at which the payload acts, with the poses (N,) of each.
-    """
-    _, o = robot.mechanism.platform_pose(frames)
-    R, origin = _frame(robot, link, frames)
-    wrenches = [wrench_of_force(gravity, origin - o), *(wrench_of_couple(cross(R[:, k], gravity)) for k in range(3))]
-    return tuple(
-        AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
-        for k, wrench in enumerate(wrenches)
-    )
 
 
 def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, payload: Payload | None) -> LinkLoads | None:
