@@ -95,7 +95,7 @@ class FileArguments:
 
 
 def odd_lengths(values: Mapping[str, object]) -> list[str]:
-    """Say which lengths [m] are those of no machine, as numbers in mm would be."""
+    """Return hints at implausibly large lengths [m], which are probably in mm."""
     found = []
     for name, value in values.items():
         match = _LENGTH.search(name)

@@ -290,6 +290,6 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
 
 
 def replace_path(robot: Robot, origin: Robot) -> Robot:
-    """Return a robot with the path of the file of the first one."""
+    """Return a robot with the file path of ``origin``."""
     description = robot.description
     return robot if description.path == origin.description.path else Robot(replace(description, path=origin.description.path))

@@ -167,7 +167,7 @@ def _null(matrix: Array) -> Array:
 
 
 def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
-    """Say in words which wrenches about o an orthonormal basis (6, k) spans, scaled by ``length`` [m]."""
+    """Describe the wrenches about o that an orthonormal basis (6, k) spans, scaled by ``length`` [m]."""
     count = basis.shape[1]
     aligned = [float(row @ row) > 1 - 1e-8 for row in basis]
     if sum(aligned) == count:

@@ -118,7 +118,7 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue from the columns with the parameters' names, or the sizes at the end of these, as titles."""
+    """Return the rows of a catalogue; titles of its columns are the parameters' names, or the sizes at the end of these."""
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)

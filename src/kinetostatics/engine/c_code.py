@@ -125,7 +125,7 @@ def c_program(
 
 
 def literal(value: float) -> str:
-    """Return a number as C spells it, all digits of it."""
+    """Return a number as a C literal with all digits."""
     if value != value:
         return "(double)NAN"
     if value in (float("inf"), float("-inf")):

@@ -114,10 +114,10 @@ def pose_code(
     Args:
         robot, statics: the robot.
         engine: see :func:`check_engine`.
-        poses: of the call.
-        applied: loads on links: the code is for the places at which they act.
-        stability: return the code that tells where poses surely do not buckle: of robots without springs and loads on links,
-            as stiffnesses of springs take eigenvectors.
+        poses: number of poses of the call.
+        applied: loads on links; the code depends on their places.
+        stability: return the code for the sufficient condition of stability instead; only for robots without springs and loads on
+            links.
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None

@@ -94,7 +94,7 @@ class NumberFormat:
 
 
 def largest(values: Iterable[ArrayLike]) -> float:
-    """Return the largest magnitude among arrays, whose numbers that are not finite play no part."""
+    """Return the largest finite magnitude in arrays."""
     arrays = (np.abs(np.asarray(value, dtype=float)) for value in values)
     return max((float(np.max(array, initial=0.0, where=np.isfinite(array))) for array in arrays), default=0.0)
 

@@ -77,7 +77,7 @@ class Modes(Reported, builder="reports.modes:modes_report"):
         return self._array((), lambda chunk: chunk.pairs.free)
 
     def count_below(self, frequency: ArrayLike) -> Array:
-        """Return the number (…) of natural frequencies below some, those of frequency zero left out.
+        """Return the number (…) of natural frequencies below ``frequency``, without those that are zero.
 
         They are counted by the signs of the eigenvalues of the dynamic stiffness (W. H. Wittrick and F. W. Williams, 1971).
 

@@ -171,7 +171,7 @@ class RigidPieces:
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
-        """Return the piece that a piece has become part of."""
+        """Return the merged piece that contains a piece."""
         while self._parent[piece] != piece:
             piece = self._parent[piece]
         return piece

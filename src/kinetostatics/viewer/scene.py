@@ -57,17 +57,17 @@ def describe_scene(
     A batch of more than one dimension is walked through row by row, every second row backwards.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions.
+        result: a result of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions.
         title: heading of the page; default the robot's name.
         visuals: of the links, if they have been read already.
         pose: index of the one pose of a batch that is shown; default all.
-        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        exaggeration: initial factor of displacements; default: the largest motion is about a tenth of the robot.
         like: an earlier scene of the robot, whose surfaces are taken again; notes and cards are left out then.
-        groups: of arrows that are wanted at least; default all.
-        every: of the poses of a path only every n-th is shown.
+        groups: groups of arrows to be drawn at least; default: all.
+        every: n: only every n-th pose of a path is shown.
 
     Raises:
-        ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` makes no sense.
+        ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` is invalid.
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")

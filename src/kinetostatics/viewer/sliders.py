@@ -1,4 +1,4 @@
-"""Sliders of a live page: what they move, how their values are written, and where the robot's reach ends on them."""
+"""Sliders of a live page: their coordinates, the formats of their values, and the ends of their reachable ranges."""
 
 from __future__ import annotations
 
