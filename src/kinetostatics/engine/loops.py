@@ -231,7 +231,7 @@ class CompiledSolver(Solver):
         return self._step_of([self._newton] if self._side is None else [self._newton, self._side])
 
     def single_step(self) -> Step:
-        """Return a function that moves from one closed pose to another in one call, see :data:`Step`, by code for single poses."""
+        """Return a function that moves from one closed pose to another in one call, see :data:`Step`, for single poses."""
         functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
