@@ -10,6 +10,7 @@ import pytest
 import small_robots as sr
 import vibration_elements
 from mechanisms import Beam, Joint, Link
+from places import CASES as FILES
 from small_robots import Limb
 
 import kinetostatics as ks
@@ -277,3 +278,17 @@ def test_response_is_drawn_and_saved(tmp_path):
 def test_invalid_arguments_of_responses(arguments, words):
     with pytest.raises(ks.ArgumentError, match=words):
         ks.frequency_response(package_robots.robot("3rps").assemble(), **({"frequencies": [1.0]} | arguments))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("two_rigid", np.inf), ("screw_continuous", np.inf), ("mast_on_a_rod", np.inf), ("unstable_inside_a_limb", np.nan)],
+)
+def test_robots_without_modes(name, expected):
+    """Rigid or massless robots have no frequency; where a spring pushes a motion away, none has a number."""
+    pose = ks.load_robot(FILES / f"{name}.urdf").assemble()
+    for drives in ("locked", "free"):
+        found = ks.modes(pose, 2, drives=drives)
+        np.testing.assert_equal(found.frequencies, [expected] * 2)
+        assert ("unstable" if np.isnan(expected) else "no natural frequency") in str(found)
+    assert np.all(np.isfinite(ks.frequency_response(pose, [5.0]).transmissibility))

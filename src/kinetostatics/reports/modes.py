@@ -41,12 +41,16 @@ def modes_report(modes: Modes) -> Report:
 
 
 def _frequencies(modes: Modes) -> str:
+    if np.isnan(modes.frequencies[0]):
+        return "unstable: a motion has negative stiffness"
+    if not np.isfinite(modes.frequencies[0]):
+        return "no natural frequency: no elastic part carries a mass"
     form = NumberFormat.of(modes.frequencies[:1], HERTZ, digits=4)
     return ", ".join(form(value) for value in modes.frequencies[:3]) + f"{', …' if modes.count > 3 else ''} {form.unit}"
 
 
 def _sections(modes: Modes) -> Iterator[ReportSection]:
-    if not np.any(modes.valid):
+    if not np.any(np.isfinite(modes.frequencies)):
         return
     if modes.shape:
         rows = [(f"mode {k + 1}", Number.range_of(modes.frequencies[..., k], HERTZ)) for k in range(modes.count)]

@@ -60,8 +60,8 @@ class Modes(Reported, builder="reports.modes:modes_report"):
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED, UNREACHABLE, or SINGULAR where a telescope has no length."""
-        status, valid = self.configuration.status, self.valid.reshape(self.shape)
+        """:class:`Status` of every pose (…); SINGULAR where a telescope has no length or a motion has negative stiffness."""
+        status, valid = self.configuration.status, ~np.isnan(self.frequencies[..., 0])
         status = np.where(valid | (status == Status.UNREACHABLE), status, Status.SINGULAR).astype(np.int8)
         status.setflags(write=False)
         return status

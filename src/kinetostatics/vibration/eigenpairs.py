@@ -34,7 +34,7 @@ class Eigenpairs:
     """The lowest modes of N poses.
 
     Attributes:
-        square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes.
+        square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes, NaN where a motion has negative stiffness.
         free: (N,) number of motions that nothing resists, of frequency zero, which are left out.
         shapes: (N, m, n) modes in the coordinates of ``model``, with modal masses of 1 kg.
         model: the robot, its beams divided as far as these modes need it.
@@ -51,10 +51,10 @@ def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
     while True:
         K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
         spaces = list(_spaces(model, K, M))
-        square, free = np.empty((model.poses, count)), np.empty(model.poses, dtype=np.intp)
+        square, free = np.full((model.poses, count), np.nan), np.zeros(model.poses, dtype=np.intp)
         for space in spaces:
             square[space.poses], free[space.poses] = space.bounds(K, M, count), space.free
-        divided = model.divided(_MARGIN * float(square.max(initial=0.0)))
+        divided = model.divided(_MARGIN * float(np.nanmax(square, initial=0.0)))
         if divided is None:
             break
         model = divided
@@ -85,12 +85,14 @@ def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None
 class _Space:
     """Poses of equally many independent motions Z y: loops stay closed, motions without stiffness and mass are left out.
 
-    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness.
+    ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness;
+    ``stable``: whether no motion has negative stiffness, as pushing springs may give it.
     """
 
     poses: Index
     basis: Array | None
     free: int
+    stable: bool = True
 
     def restricted(self, matrix: Numbers) -> Array:
         """Return Zᵀ A Z of matrices (P, …, n, n)."""
@@ -102,9 +104,11 @@ class _Space:
     def bounds(self, K: Array, M: Array, count: int) -> Array:
         """Return upper bounds (P, count) of λ by the method of Rayleigh and Ritz; infinite where there are fewer modes."""
         K, M = self.restricted(K[self.poses]), self.restricted(M[self.poses])
-        found = np.full((len(K), count), np.inf)
-        mass = np.einsum("nii->n", M)
-        shift = np.einsum("nii->n", K) / np.where(mass > 0, mass, 1.0)
+        found = np.full((len(K), count), np.inf if self.stable else np.nan)
+        if not self.stable:
+            return found
+        stiffness, mass = np.einsum("nii->n", K), np.einsum("nii->n", M)
+        shift = np.where((stiffness > 0) & (mass > 0), stiffness, 1.0) / np.where(mass > 0, mass, 1.0)
         for _ in range(2):  # the second time near the lowest, where differences of λ and the shift are accurate
             values = _roots(K, M, shift)[0][:, self.free : self.free + count]
             found[:, : values.shape[1]] = values
@@ -113,8 +117,11 @@ class _Space:
 
     def exact(self, model: VibrationModel, square: Array) -> tuple[Array, Array]:
         """Return λ (P, m) and modes (P, m, n), from upper bounds of λ (P, m)."""
-        modes, finite = np.arange(square.shape[1]), np.isfinite(square)
-        square = np.where(finite, square, 1.0)
+        modes, finite, bounds = np.arange(square.shape[1]), np.isfinite(square), square
+        if not np.any(finite):
+            return square, np.full((*square.shape, model.coordinates), np.nan)
+        modes = modes[np.any(finite, axis=0)]  # the others follow these
+        square, finite = np.where(finite, square, 1.0)[:, modes], finite[:, modes]
         for _ in range(_STEPS):
             K, M = (self.restricted(matrix) for matrix in model.pencil(square))
             found = _roots(K, M, square)[0][:, modes, self.free + modes]
@@ -131,7 +138,10 @@ class _Space:
             vectors = self.basis[:, None] @ vectors
         shapes = vectors[:, modes, :, self.free + modes].swapaxes(0, 1)
         _align(shapes, vectors, np.abs(values - at[..., None]) < _EQUAL * at[..., None], self.free, model.platform)
-        return np.where(finite, square, np.inf), np.where(finite[..., None], shapes, np.nan)
+        found = np.full((*bounds.shape, model.coordinates), np.nan)
+        found[:, modes] = np.where(finite[..., None], shapes, np.nan)
+        bounds[:, modes] = np.where(finite, square, bounds[:, modes])
+        return bounds, found
 
 
 def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Array) -> None:
@@ -166,14 +176,14 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
 
 
 def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield the poses by the number of their independent motions and of those without stiffness."""
+    """Yield the poses by the number of their independent motions and of those without stiffness, the unstable ones apart."""
     for poses, basis in model.closed_motions():
-        whole = _Space(poses, basis, 0)
-        missing = np.sum(np.linalg.eigvalsh(_scaled(whole.restricted(K[poses]))[0]) < _NONE, axis=1)
+        values = np.linalg.eigvalsh(_scaled(_Space(poses, basis, 0).restricted(K[poses]))[0])
+        missing = np.where(np.any(values < -_NONE, axis=1), -1, np.sum(values < _NONE, axis=1))
         for free in np.unique(missing):
             some = np.flatnonzero(missing == free)
-            space = _Space(poses[some], None if basis is None else basis[some], int(free))
-            yield from _with_mass(space, K[poses[some]], M[poses[some]]) if free else [space]
+            space = _Space(poses[some], None if basis is None else basis[some], max(int(free), 0), free >= 0)
+            yield from _with_mass(space, K[poses[some]], M[poses[some]]) if free > 0 else [space]
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:

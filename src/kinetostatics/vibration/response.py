@@ -51,7 +51,7 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
     P = np.zeros((model.poses, 6, n))
     P[..., : platform.shape[2]] = platform
     for poses, basis in independent_motions(model):
-        here, count = model.take(poses), max(1, _AT_ONCE // (n * n * len(poses)))
+        here, count = model.take(poses), max(1, _AT_ONCE // (n * n * len(poses) + 1))
         for first in range(0, len(omega), count):
             some = slice(first, first + count)
             s, c = damping.factors(np.broadcast_to(omega[some], (len(poses), len(omega[some]))))
