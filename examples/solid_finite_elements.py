@@ -149,7 +149,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
         span = robot.beams[name].span
         inside = {item.name for item in (*span.inward, *span.outward)}
         driven = set(robot.description.driven)
-        if any(item.kind != "fixed" and item.name not in driven for item in (*span.inward, *span.outward)):
+        if any(not item.type.is_fixed and item.name not in driven for item in (*span.inward, *span.outward)):
             raise NotSolidError(f"rod {name!r} telescopes freely: a joint inside it is not driven, so it is not one piece")
         at = [edge.beam for edge in limb.edges].index(name)
         start, end = line.points[0], line.points[-1]

@@ -177,7 +177,8 @@ def test_derivatives_where_a_hinge_inside_a_spherical_joint_is_elastic():
     assert "spherical_1_y" in machine.mechanism.spherical_runs[0].joints
     f = ks.compile(machine, tuple(at), outputs=OUTPUTS)
     J, values = f.jacobian("twist", tuple(at))(load=LOAD, gravity=GRAVITY, **at), f(load=LOAD, gravity=GRAVITY, **at)
-    for key in at:
+    assert np.abs(J["twist"]["z"]).max() < 1e-9 * np.abs(values["twist"]).max()  # along the rails nothing changes
+    for key in ("rx", "ry"):
         assert_alike(J["twist"][key], differences(f, at, key)["twist"], values["twist"], 1e-7)
 
 

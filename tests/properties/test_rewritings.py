@@ -35,7 +35,7 @@ def poses_of(robot, wanted=4):
     drives = {}
     for name in robot.description.driven:
         item = robot.mechanism.connections[name]
-        reach = 0.3 * (robot.length if item.kind == "prismatic" else 1.0)
+        reach = 0.3 * (robot.length if item.type.name == "prismatic" else 1.0)
         low, high = max(item.lower, -reach), min(item.upper, reach)
         drives[name] = rng.uniform(min(low, high), max(low, high), 12)
         drives[name][0] = 0.0
