@@ -161,6 +161,11 @@ def analyze(
         applied = () if carried is None else carried.at(frames, fields_here)
         if motion is not None:
             bodies = moving_bodies(robot.solver, moving, _poses(configuration, poses), *(rate[:, part] for rate in moved))
+            if np.any(configuration.reached[poses] & ~np.isfinite(np.sum(bodies[0] + bodies[1], axis=(0, 1)))):
+                raise ArgumentError(
+                    "the loops cannot follow the motion: the pose is singular, or the rates of redundant actuators contradict "
+                    "one another"
+                )
             applied += (inertial_load(robot.statics, frames, *bodies, carried, payload_inertia),)
 
         def solve(some: slice | Index) -> list[Solution]:

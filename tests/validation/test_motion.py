@@ -198,3 +198,9 @@ def test_invalid_motions(motion, words):
     pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.55], "rx": 0.1, "ry": 0.0})
     with pytest.raises(ks.ArgumentError, match=words):
         ks.analyze(pose, motion=motion)
+
+
+def test_contradictory_rates_are_refused():
+    robot = package_robots.robot("anymal_standing")
+    with pytest.raises(ks.ArgumentError, match="redundant actuators contradict"):
+        ks.analyze(robot.assemble(), motion=ks.Motion(dict.fromkeys(robot.description.driven, 0.2)))
