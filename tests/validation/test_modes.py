@@ -292,3 +292,46 @@ def test_robots_without_modes(name, expected):
         np.testing.assert_equal(found.frequencies, [expected] * 2)
         assert ("unstable" if np.isnan(expected) else "no natural frequency") in str(found)
     assert np.all(np.isfinite(ks.frequency_response(pose, [5.0]).transmissibility))
+
+
+# ---- closed forms and invariances ----------------------------------------------------------------------------------------
+
+
+def test_two_masses_on_a_shaft():
+    """√(k (1/J₁ + 1/J₂)) of a rotor with open brakes, a shaft without mass and a disc; k if the brakes hold."""
+    L, d = 0.5, 0.02
+    joints = (
+        Joint("motor", "R", (0, 0, 0), (1, 0, 0), driven=True),
+        Joint("flange", "F", (0.1, 0, 0)),
+        Joint("tip", "F", (0.1 + L, 0, 0)),
+    )
+    limb = Limb(joints, (Link("rotor", 2.0, (0.05, 0, 0)), Link("shaft")))
+    beam = Beam("shaft", "shaft", "flange", "tip", sr.circle(d), density=0.0)
+    spec = sr.Spec((limb,), (beam,), o=(0.1 + L, 0, 0), mass=3.0, com=(0.1 + L, 0, 0))
+    k = sr.E / (2 * (1 + sr.NU)) * np.pi * d**4 / 32 / L
+    for drives, stiffness, zero in (("locked", k, 0), ("free", k * 2, 1)):  # both inertias are 1 kg m²
+        found = lowest(spec, 5, drives=drives)
+        assert found.zero_frequencies == zero
+        turning = np.argmax(np.abs(found.twists[:, 3]) / np.linalg.norm(found.twists[:, 3:], axis=1))
+        assert found.frequencies[turning] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-9)
+
+
+@pytest.mark.few(3)
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("name", ["four_bar", "pru2_upr", "gough"])
+def test_frequencies_do_not_depend_on_how_a_file_is_written(name, seed):
+    spec = ROBOTS[name]
+    expected = lowest(spec, 4)
+    rng = np.random.default_rng(seed)
+    limbs = len(spec.limbs)
+    written = sr.write(spec, tree=int(rng.integers(limbs)), twirl=seed, flip=bool(rng.integers(2)), piece=int(rng.integers(3)))
+    found = ks.modes(written.robot().assemble(), 4)
+    assert found.frequencies == pytest.approx(expected.frequencies, rel=1e-8)
+    sizes = np.linalg.norm(found.twists[:, :3], axis=1)
+    assert sizes == pytest.approx(np.linalg.norm(expected.twists[:, :3], axis=1), rel=1e-5, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gough", "planar_3rrr"])
+def test_splitting_beams_changes_no_frequency(name):
+    spec = ROBOTS[name]
+    assert lowest(sr.split(spec, 3), 4).frequencies == pytest.approx(lowest(spec, 4).frequencies, rel=1e-9)
