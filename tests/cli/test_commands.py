@@ -59,6 +59,7 @@ COMMAND_ONLY = {
         "read",
         "readings",
         "sweep",
+        "modes",
         "html",
         "screenshot",
         "live",

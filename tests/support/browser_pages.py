@@ -46,7 +46,7 @@ def visits(browser):
         page.on("pageerror", lambda error: problems.append(str(error)))
         page.on("request", lambda request: requests.append(request.url))
         page.goto(url)
-        page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
+        page.wait_for_function("window.robot_page && robot_page.ready && (robot_page.state.playing || !viewer.needs_render)")
         contexts.append((context, problems, requests if offline else []))
         return page
 

@@ -11,7 +11,7 @@ from kinetostatics.argument_checks import Keyword
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
 from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates
+from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, payload_of, pose_of, swept_coordinates
 from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_range
 from kinetostatics.exceptions import (
@@ -26,6 +26,7 @@ from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.results.modes import Modes
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
@@ -39,6 +40,7 @@ EXCLUDED = {
     "meshcat": ("sweep", "compare", "by_mechanism"),
     "screenshot": ("sweep", "by_mechanism"),
     "compare": ("sweep",),
+    "modes": ("live", "meshcat", "sweep", "compare", "by_mechanism", "colour", "load", "point", "frame", "load_on", "gravity"),
 }
 
 
@@ -61,9 +63,8 @@ def _page(args: argparse.Namespace) -> int:
     with waiting("making the page"):
         from kinetostatics import viewer
 
-        loads = loads_of(args)
         robot = load_robot(args)
-        result, found = _shown(robot, args, loads)
+        result, found = _modes(robot, args) if args.modes is not None else _shown(robot, args, loads_of(args))
         options = {**given_of(("exaggeration",), args), "compare": _second(robot, args) if args.compare else None}
         with pausing():
             print_warnings(found)
@@ -102,6 +103,14 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
     return result, [*found, *result.warnings]
 
 
+def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
+    """Return the modes of ``--modes``, and warnings."""
+    from kinetostatics.dynamics.modes import modes
+
+    pose, found = pose_of(robot, args)
+    return modes(pose, value_of("modes", args), **payload_of(args)), found
+
+
 def _no_result(error: KinetostaticsError, option: str, args: argparse.Namespace) -> KinetostaticsError:
     """Return the error that there is no result to show, and which command shows a robot that nothing holds."""
     if not isinstance(error, StaticsError):
@@ -134,7 +143,7 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
         raise _no_result(error, "--compare shows two results", other) from None
 
 
-def _meshcat(result: Result | UnloadedPose, url: str | None, exaggeration: float | None) -> int:
+def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeration: float | None) -> int:
     """Draw into the scene of a running meshcat-server, or of a new one that runs until Ctrl+C."""
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):
@@ -247,6 +256,7 @@ VIEW = Command(
             f"(default: {POSES} poses)",
             "NAME=FROM:TO[:POSES]",
         ),
+        "modes": Argument("count", "an animation of so many modes of vibration, chosen on the page", "N"),
         "by_mechanism": Argument(
             "flag", "two sliders for the weight of each limb: its effects by attached wrenches and by deformation of the limb"
         ),
@@ -277,6 +287,7 @@ view 3rps
 view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
 view 3rps --html sag.html
 view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
+view 3rps --modes 6
 view 3rps --by-mechanism
 view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
 view 3rps --compare 3prs

@@ -20,7 +20,7 @@ HERTZ: Units = (("Hz", 1.0),)
 #: Parts of a table of energies, the largest first.
 MOST = 8
 #: Share of the energy below which a part has none.
-_NONE = 5e-4
+NONE = 5e-4
 
 UNITS = {
     "general": "SI: m, rad, Hz, kg; world axes, modal masses of 1 kg; null: no number, or fewer modes",
@@ -63,7 +63,7 @@ def _sections(modes: Modes) -> Iterator[ReportSection]:
     numbers = [str(k + 1) for k in range(modes.count)]
     columns = [Column("mode", numbers), Column.of("frequency", list(modes.frequencies), HERTZ)]
     columns += [
-        Column(name, [_per_cent(value) for value in modes.effective_masses[:, k]], "r") for k, name in enumerate(COMPONENTS)
+        Column(name, [per_cent(value) for value in modes.effective_masses[:, k]], "r") for k, name in enumerate(COMPONENTS)
     ]
     blocks: list[Block] = [Table(columns)]
     if modes.zero_frequencies:
@@ -80,19 +80,20 @@ def _sections(modes: Modes) -> Iterator[ReportSection]:
 def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
     """Return the parts with the largest shares of the energy of any mode."""
     sizes = {name: float(np.nan_to_num(np.max(share))) for name, share in shares.items()}
-    ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > _NONE]
+    ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
     number = len(ranked) if len(ranked) <= MOST + 1 else MOST
     for name in ranked[:number]:
-        rows.append((name, *map(_per_cent, shares[name])))
+        rows.append((name, *map(per_cent, shares[name])))
     if number < len(ranked):
         rows.append(
-            (f"{len(ranked) - number} others", *map(_per_cent, np.sum([shares[name] for name in ranked[number:]], axis=0)))
+            (f"{len(ranked) - number} others", *map(per_cent, np.sum([shares[name] for name in ranked[number:]], axis=0)))
         )
     return Table.of_rows(("part", *(f"mode {k}" for k in modes)), rows, wide=True)
 
 
-def _per_cent(share: float) -> str:
+def per_cent(share: float) -> str:
+    """Return a share as a number of per cent."""
     return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
 
 

@@ -18,12 +18,15 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.html import html_path
 from kinetostatics.progress import in_notebook, pausing, waiting
+from kinetostatics.results.modes import Modes
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.viewer.description import Scene
+from kinetostatics.viewer.mode_poses import ModePoses
 from kinetostatics.viewer.page import fitting_page, iframe_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.screenshot import save_screenshot
+from kinetostatics.viewer.standing import StandingPose
 from kinetostatics.viewer.unloaded import UnloadedPose
 
 if TYPE_CHECKING:
@@ -49,7 +52,7 @@ class View:
 
 
 def show(
-    result: Result | Configuration | Robot | UnloadedPose,
+    result: Result | Configuration | Robot | UnloadedPose | Modes,
     *,
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
@@ -63,7 +66,8 @@ def show(
 
     Args:
         result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its poses become an animation.
+            motions that its platform has where the actuators are locked; of a batch, its poses become an animation. Or
+            of :func:`kinetostatics.modes`, which are played one at a time.
         title: heading of the picture; default the robot's name.
         pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
@@ -88,6 +92,8 @@ def show(
             raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another node")
         if by_mechanism:
             raise ArgumentError("by_mechanism adds sliders to a page, and a visualizer has none: leave it out")
+        if isinstance(result, Modes):
+            raise ArgumentError("modes are shown by a page, and a visualizer shows results: leave it out")
         drawn = _drawable(result)
         if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
             raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: say which by pose")
@@ -107,7 +113,7 @@ def show(
 
 
 def save_html(
-    result: Result | Configuration | Robot | UnloadedPose,
+    result: Result | Configuration | Robot | UnloadedPose | Modes,
     path: str | os.PathLike[str],
     *,
     title: str | None = None,
@@ -120,7 +126,8 @@ def save_html(
 
     Args:
         result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its poses become an animation.
+            motions that its platform has where the actuators are locked; of a batch, its poses become an animation. Or
+            of :func:`kinetostatics.modes`, which are played one at a time.
         path: of the file; an existing one is replaced.
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown.
@@ -141,7 +148,7 @@ def save_html(
 
 
 def save_image(
-    result: Result | Configuration | Robot | UnloadedPose,
+    result: Result | Configuration | Robot | UnloadedPose | Modes,
     path: str | os.PathLike[str],
     *,
     title: str | None = None,
@@ -150,13 +157,15 @@ def save_image(
     compare: Result | None = None,
     colour: str = "deflection",
     view: str = "home",
+    mode: int = 1,
     size: tuple[int, int] = (1200, 800),
 ) -> None:
     """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
 
     Args:
         result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its first pose is drawn.
+            motions that its platform has where the actuators are locked; of a batch, its first pose is drawn. Or of
+            :func:`kinetostatics.modes`, at the largest displacements.
         path: of the file; an existing one is replaced.
         title: above the picture; default the robot's name.
         pose: index of the one pose of a batch that is shown.
@@ -165,32 +174,35 @@ def save_image(
         colour: what colours tell: ``"deflection"``, and along beams ``"stress"`` (von Mises), ``"axial"`` (force) or ``"euler"``
             (N/N_Euler).
         view: where one looks from: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
+        mode: which one of modes is drawn, counted from 1.
         size: width and height [pixels].
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
         KinetostaticsError: there is no Chromium, or the file cannot be written.
     """
-    save_screenshot(_page(result, title, pose, exaggeration, False, compare), path, size, colour, view)
+    save_screenshot(_page(result, title, pose, exaggeration, False, compare, mode), path, size, colour, view)
 
 
 def _page(
-    result: Result | Configuration | Robot | UnloadedPose,
+    result: Result | Configuration | Robot | UnloadedPose | Modes,
     title: str | None,
     pose: int | tuple[int, ...] | None,
     exaggeration: float | None,
     by_mechanism: bool,
     compare: Result | None,
+    mode: int = 1,
 ) -> str:
     if compare is not None and not isinstance(compare, Result):
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
-    shown_first = _drawable(result)
-    if isinstance(shown_first, UnloadedPose) and (compare is not None or by_mechanism or pose is not None):
-        raise ArgumentError(
-            "pose=, compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out"
-        )
+    shown_first = _drawable(result, pose)
+    if isinstance(shown_first, StandingPose) and (compare is not None or by_mechanism):
+        raise ArgumentError("compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out")
+    count = len(shown_first.sources) if isinstance(shown_first, ModePoses) else 1
+    if mode not in range(1, count + 1):
+        raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
 
-    def scene(one: Result | UnloadedPose, title: str | None, every: int) -> Scene:
+    def scene(one: Result | StandingPose, title: str | None, every: int) -> Scene:
         return describe_scene(
             one.by_mechanism if isinstance(one, Result) and by_mechanism else one,
             title,
@@ -200,20 +212,28 @@ def _page(
         )
 
     def both(every: int) -> Scene:
-        shown = scene(shown_first, title, every)
+        shown = replace(scene(shown_first, title, every), first=mode - 1)
         return shown if compare is None else replace(shown, compare=scene(compare, None, every))
 
     with waiting("making the page"):
         return fitting_page(both)
 
 
-def _drawable(given: object) -> Result | UnloadedPose:
-    """Return what can be drawn of a result, a pose or a robot."""
-    if isinstance(given, Result | UnloadedPose):
+def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | StandingPose:
+    """Return what can be drawn of a result, modes, a pose or a robot."""
+    if isinstance(given, Result):
+        return given
+    if isinstance(given, Modes):
+        return ModePoses(given, pose)
+    if pose is not None:
+        raise ArgumentError("pose= is of a result, and the pose is drawn without loads: leave it out")
+    if isinstance(given, UnloadedPose):
         return given
     if isinstance(given, Robot) or (isinstance(given, Configuration) and given.shape == () and given.reached.all()):
         return UnloadedPose(given)
-    raise ArgumentError(f"a picture wants what analyze returns, a robot or one pose of it that is reached, not {given!r}")
+    raise ArgumentError(
+        f"a picture wants what analyze or modes returns, a robot or one pose of it that is reached, not {given!r}"
+    )
 
 
 def open_browser(address: str) -> None:

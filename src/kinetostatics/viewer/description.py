@@ -11,6 +11,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, quantities_of
 from kinetostatics.viewer.frame_facts import FrameFacts
+from kinetostatics.viewer.mode_poses import DrawnMode
 from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
 
@@ -170,7 +171,8 @@ class Scene:
         cards: what a click on a beam, joint or spring tells, by path of its mesh.
         compare: a second scene that is shown with it.
         live: controls and address of a live page.
-        unloaded: whether there is no result: the contributions are free motions then.
+        unloaded: whether there is no result: the contributions are free motions then, or modes.
+        modes: those that are shown, one at a time, and ``first``: of which first.
     """
 
     title: str
@@ -188,12 +190,14 @@ class Scene:
     compare: Scene | None = None
     live: dict[str, object] | None = None
     unloaded: bool = False
+    modes: list[DrawnMode] = field(default_factory=list)
+    first: int = 0
 
     @property
     def shares(self) -> Array:
-        """(K,) of the contributions at first: all of a result, of free motions the first."""
+        """(K,) of the contributions at first: all of a result, of free motions the first, of modes :attr:`first`."""
         count = len(self.stations.sources)
-        return np.eye(1, count)[0] if self.unloaded else np.ones(count)
+        return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
@@ -207,6 +211,7 @@ class Scene:
             **self.told(packing),
             "title": self.title,
             "unloaded": self.unloaded,
+            "modes": [vars(mode) for mode in self.modes],
             "exaggeration": {"value": e, "min": min(1.0, e / 100), "max": max(100.0, e * 100)},
             "meshes": [mesh.plain() for mesh in self.meshes],
             "frames": [

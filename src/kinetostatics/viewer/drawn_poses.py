@@ -8,6 +8,7 @@ from collections.abc import Collection
 import numpy as np
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import move
 from kinetostatics.robot import Robot
 
 
@@ -50,8 +51,27 @@ class DrawnPoses(ABC):
         """(F, K, 6) what each contribution does to the platform, at o."""
 
     @abstractmethod
+    def link_twist(self, link: str) -> Array | None:
+        """Return what each contribution does (F, K, 6) to a link at its own origin; None if it carries a beam."""
+
     def twist_at(self, link: str, point: Array) -> Array:
-        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link."""
+        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link.
+
+        A link that carries a beam has no twist of its own: the point follows the nearer end of the nearest beam.
+        """
+        own = self.link_twist(link)
+        if own is not None:
+            return moved(own, point - self.frame(link)[:, :3, 3])
+        ends = []
+        for name, beam in self.robot.description.beams.items():
+            if beam.link == link:
+                _, points = self.beam_line(name)
+                for end in (0, -1):
+                    ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
+        if not ends:
+            return np.zeros((self.count, len(self.sources), 6))
+        _, name, end, at = min(ends, key=lambda item: item[0])
+        return moved(self.beam_twists(name)[:, :, end], point - at)
 
     @abstractmethod
     def beam_line(self, name: str) -> tuple[Array, Array]:
@@ -64,3 +84,8 @@ class DrawnPoses(ABC):
     @abstractmethod
     def tension(self, name: str) -> Array:
         """Return the force (F,) [N] of a spring."""
+
+
+def moved(twist: Array, arm: Array) -> Array:
+    """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
+    return move("twist", twist, arm[:, None], components_last=True)

@@ -15,7 +15,7 @@ from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.packing import plain_scale
 from kinetostatics.viewer.shown_poses import ShownPoses
-from kinetostatics.viewer.unloaded import UnloadedPose
+from kinetostatics.viewer.standing import StandingPose
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,7 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFac
     )  # fmt: skip
 
 
-def facts_without_loads(poses: UnloadedPose) -> FrameFacts:
+def facts_without_loads(poses: StandingPose) -> FrameFacts:
     """Return the facts of a pose without loads: its coordinates, where the loops are closed."""
     pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
     formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)

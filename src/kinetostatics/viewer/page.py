@@ -18,8 +18,8 @@ from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.packing import Packing, zipped
 
 _SCRIPTS = (
-    "motion.js", "labels.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "cards.js", "picture.js",
-    "live.js", "page.js",
+    "motion.js", "labels.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "modes.js", "cards.js",
+    "picture.js", "live.js", "page.js",
 )  # fmt: skip
 
 

@@ -19,8 +19,10 @@ from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, 
 from kinetostatics.viewer.drawn_springs import find_masses_at_points, find_springs, radius_of_ball
 from kinetostatics.viewer.frame_facts import facts_without_loads, find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
+from kinetostatics.viewer.mode_poses import ModePoses
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
 from kinetostatics.viewer.shown_poses import ShownPoses
+from kinetostatics.viewer.standing import StandingPose
 from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
@@ -42,7 +44,7 @@ TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
 def describe_scene(
-    result: Result | UnloadedPose,
+    result: Result | StandingPose,
     title: str | None = None,
     visuals: Mapping[str, LinkVisual] | None = None,
     *,
@@ -57,7 +59,7 @@ def describe_scene(
     A batch of more than one dimension is walked through row by row, every second row backwards.
 
     Args:
-        result: a result of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions.
+        result: a result of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions or its modes.
         title: heading of the page; default the robot's name.
         visuals: of the links, if they have been read already.
         pose: index of the one pose of a batch that is shown; default all.
@@ -71,13 +73,13 @@ def describe_scene(
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
-    poses = result if isinstance(result, UnloadedPose) else ShownPoses(result, pose, every)
+    poses = result if isinstance(result, StandingPose) else ShownPoses(result, pose, every)
     scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals, like).build(title, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _SceneBuilder:
-    def __init__(self, poses: ShownPoses | UnloadedPose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
+    def __init__(self, poses: ShownPoses | StandingPose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
         self.poses, self.robot, self.visuals = poses, poses.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
@@ -101,8 +103,8 @@ class _SceneBuilder:
         self._joint_markers()
         self._springs()
         self._masses_at_points()
-        if isinstance(poses, UnloadedPose):
-            return self._unloaded(poses, title)
+        if isinstance(poses, StandingPose):
+            return self._modes(poses, title) if isinstance(poses, ModePoses) else self._unloaded(poses, title)
         arrows = self._without_rounding(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
         exaggeration = self._exaggeration() if like is None else like.exaggeration
         facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3], self.size)
@@ -113,7 +115,17 @@ class _SceneBuilder:
             {} if like else self._cards(poses),
         )  # fmt: skip
 
-    def _unloaded(self, poses: UnloadedPose, title: str | None) -> Scene:
+    def _modes(self, poses: ModePoses, title: str | None) -> Scene:
+        """Return the scene of modes, each as large as it is seen well."""
+        for twists in np.moveaxis(self.stations.all_twists, 2, 0):
+            twists *= self._well_seen(twists)
+        return Scene(
+            title or self.robot.name, self.stations, self.size, 1.0, self.at["o"], facts_without_loads(poses), self.meshes, [],
+            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
+            self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True, modes=poses.drawn,
+        )  # fmt: skip
+
+    def _unloaded(self, poses: StandingPose, title: str | None) -> Scene:
         """Return the scene of a pose without loads, in resting colours."""
         meshes = []
         for mesh in self.meshes:
@@ -132,7 +144,7 @@ class _SceneBuilder:
             self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True,
         )  # fmt: skip
 
-    def _free_motions(self, poses: UnloadedPose) -> Iterator[Arrow]:
+    def _free_motions(self, poses: StandingPose) -> Iterator[Arrow]:
         """Yield the platform's free motions at o: translations as forces are drawn, rotations as couples."""
         for k, name in enumerate(poses.sources):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
@@ -155,14 +167,15 @@ class _SceneBuilder:
         return [arrow for arrow, force in found if force > least]
 
     def _exaggeration(self) -> float:
-        total = self.stations.all_twists.sum(axis=2)
-        motion = float(np.linalg.norm(total[..., :3], axis=-1).max())
-        turn = float(np.linalg.norm(total[..., 3:], axis=-1).max())
-        if motion <= 0 and turn <= 0:
-            return 1.0
-        wanted = min(SHOWN_MOTION * self.size / motion if motion > 0 else math.inf, SHOWN_TURN / turn if turn > 0 else math.inf)
+        wanted = self._well_seen(self.stations.all_twists.sum(axis=2))
         power = 10 ** math.floor(math.log10(wanted))
         return max(step for step in (1, 1.5, 2, 3, 5, 7) if step * power <= wanted * (1 + 1e-9)) * power
+
+    def _well_seen(self, twists: Array) -> float:
+        """Return the exaggeration of twists (…, 6) at which they are seen well; 1 of none."""
+        parts = (SHOWN_MOTION * self.size, twists[..., :3]), (SHOWN_TURN, twists[..., 3:])
+        found = [limit / most for limit, part in parts if (most := float(np.linalg.norm(part, axis=-1).max())) > 0]
+        return min(found, default=1.0)
 
     # ---- rigid links ------------------------------------------------------------------------------------------------
 

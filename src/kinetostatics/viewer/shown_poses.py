@@ -34,7 +34,7 @@ class ShownPoses(DrawnPoses):
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
         self.result, self.robot, self.rigid = result, result.robot, result.link_contributions
-        order = serpentine(result.shape) if pose is None else np.array([_place(result.shape, pose)])
+        order = serpentine(result.shape) if pose is None else np.array([place_of(result.shape, pose)])
         twist = result.twist.reshape(-1, 6)[order]
         good = np.all(np.isfinite(twist), axis=-1)
         if not np.any(good):
@@ -105,26 +105,12 @@ class ShownPoses(DrawnPoses):
         """(F, K, 6) what each contribution does to the platform, at o."""
         return self.by_source(self.result.contributions)
 
-    def twist_at(self, link: str, point: Array) -> Array:
-        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link.
-
-        A link that carries a beam has no twist of its own: the point follows the nearer end of the nearest beam.
-        """
+    def link_twist(self, link: str) -> Array | None:
+        """Return what each contribution does (F, K, 6) to a link at its own origin; None if it carries a beam."""
         own = self.result.link_contributions.get(link)
-        if own is not None:
-            if link not in self._links:
-                self._links[link] = self.by_source(own)
-            return moved(self._links[link], point - self.frame(link)[:, :3, 3])
-        ends = []
-        for name, beam in self.result.robot.description.beams.items():
-            if beam.link == link:
-                _, points = self.beam_line(name)
-                for end in (0, -1):
-                    ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
-        if not ends:
-            return np.zeros((self.count, len(self.sources), 6))
-        _, name, end, at = min(ends, key=lambda item: item[0])
-        return moved(self.beam_twists(name)[:, :, end], point - at)
+        if own is not None and link not in self._links:
+            self._links[link] = self.by_source(own)
+        return self._links.get(link)
 
     def tension(self, name: str) -> Array:
         """Return the force (F,) [N] of a spring."""
@@ -144,11 +130,6 @@ class ShownPoses(DrawnPoses):
         return self._lines[name]
 
 
-def moved(twist: Array, arm: Array) -> Array:
-    """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
-    return move("twist", twist, arm[:, None], components_last=True)
-
-
 def moved_wrench(wrench: Array, shift: Array) -> Array:
     """Return wrenches (F, 6) about points that lie ``shift`` (F, 3) [m] from the present ones."""
     return move("wrench", wrench, shift, components_last=True)
@@ -164,7 +145,7 @@ def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
     return order
 
 
-def _place(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
+def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
     """Return the position of one pose in the flattened batch; negative indices count from the end."""
     index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
     if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):

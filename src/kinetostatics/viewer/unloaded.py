@@ -12,20 +12,17 @@ from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import logarithm
 from kinetostatics.math.screws import describe_twist
-from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.beam import FRACTIONS
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.viewer.drawn_poses import DrawnPoses
-from kinetostatics.viewer.shown_poses import moved
+from kinetostatics.viewer.drawn_poses import moved
+from kinetostatics.viewer.standing import StandingPose
 
 #: Step of the difference quotient by which links follow a free motion [scaled m, rad].
 STEP = 1e-5
-#: Singular value, relative to the largest, below which a motion leaves the platform where it is.
-STILL = 1e-6
 
 
-class UnloadedPose(DrawnPoses):
+class UnloadedPose(StandingPose):
     """One pose of a robot, F = 1, or its tree as the file has it.
 
     The contributions are the free motions of the platform with the actuators locked, each of any size.
@@ -35,13 +32,10 @@ class UnloadedPose(DrawnPoses):
         message: why nothing can be analysed.
     """
 
-    count, step = 1, 1
-
     def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
         self.robot = robot_of(shown) if isinstance(shown, Configuration) else shown
         self.rigid = self.robot.mechanism.body_of  # all links
         self.configuration = shown if isinstance(shown, Configuration) else None
-        self._twists: dict[str, Array] = {}
         self.frames, self.poses, found = self._placed()
         self.message = message or found
         self.sources = self.labels = self._names()
@@ -76,26 +70,14 @@ class UnloadedPose(DrawnPoses):
             return [f"with the actuators locked the platform can still move: {words}"]
         return [self.message] if self.message else []
 
-    def _homogeneous(self, body: int, placement: Array) -> Array:
-        return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
-
-    def frame(self, link: str) -> Array:
-        """Return a link's frame (1, 4, 4)."""
-        return self._homogeneous(*self.robot.mechanism.body_of[link])
-
-    @property
-    def platform_frame(self) -> Array:
-        """The frame o-xyz (1, 4, 4)."""
-        return self._homogeneous(*self.robot.mechanism.platform_frame)
-
     @property
     def platform_twist(self) -> Array:
         """(1, k, 6) the free motions of the platform, at o."""
         return self._twist(*self.robot.mechanism.platform_frame)
 
-    def twist_at(self, link: str, point: Array) -> Array:
-        """Return the free motions (1, k, 6) of points (1, 3) of a link."""
-        return moved(self._twist(*self.robot.mechanism.body_of[link]), point - self.frame(link)[:, :3, 3])
+    def link_twist(self, link: str) -> Array:
+        """Return the free motions (1, k, 6) of a link at its own origin."""
+        return self._twist(*self.robot.mechanism.body_of[link])
 
     def _twist(self, body: int, placement: Array) -> Array:
         """Return the free motions (1, k, 6) of a frame of a body, at its origin."""
@@ -117,29 +99,11 @@ class UnloadedPose(DrawnPoses):
         )
         return forth, back
 
-    @cached_property
-    def _beams(self) -> dict[str, tuple[Array, Array]]:
-        models = make_beam_models(self.robot.mechanism, self.robot.topology.beams, self.frames)
-        found = {}
-        for name, model in models.items():
-            start, end = (point.T for point in model.ends(self.frames))
-            axes = self.frames.rotation[:, :, model.span.carrier, 0] @ model.axes
-            found[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
-        return found
-
-    def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (1, 3, 3) and points (1, n, 3) of a beam."""
-        return self._beams[name]
-
     def beam_twists(self, name: str) -> Array:
         """Return the free motions (1, k, n, 6) of the stations of a beam, straight between its ends."""
-        span, (_, points) = self.robot.topology.beams[name], self._beams[name]
+        span, (_, points) = self.robot.topology.beams[name], self.beam_line(name)
         ends = []
         for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
             ends.append(moved(self._twist(body, np.eye(4)), point - self.frames.position[:, body].T))
         part = FRACTIONS[:, None]
         return (1 - part) * ends[0][:, :, None] + part * ends[1][:, :, None]
-
-    def tension(self, name: str) -> Array:
-        """Return zero (1,) for the force of a spring, which is not known."""
-        return np.zeros(1)

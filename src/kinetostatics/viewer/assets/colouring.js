@@ -9,6 +9,7 @@ function colourScale() {
   const colours = (hexes) => hexes.map((hex) => new THREE.Color(hex));
   if (!found.length) {
     const most = Math.max(...page.robots.map((robot) => Math.max(largest(robot.scene), robot.largestDisplacement())));
+    if (state.mode) return { key: "deflection", words: "displacement", unit: "% of the largest", factor: most / 100, low: 0, high: most, ramp: colours(ramp) };
     const rigid = most < 1e-12 * Math.max(...scenes.map(({ size }) => size)); // what rounding leaves
     return { key: "deflection", words: "deflection", ...units.displacement, low: 0, high: roundUp(rigid ? 0 : most), ramp: colours(ramp), rigid };
   }
@@ -45,7 +46,7 @@ function valuesOf(robot, { spec, rigid }, key) {
 }
 
 function writeLegend(scale) {
-  if (page.robots.every((robot) => robot.scene.unloaded)) {
+  if (page.robots.every((robot) => robot.scene.unloaded) && !state.mode) {
     element("robot-legend").innerHTML = `<div class="what">without loads</div><div class="hint">${page.robots[0].scene.live ? "" : page.robots[0].scene.notes.map(escape).join("<br>")}</div>`;
     return;
   }
@@ -57,7 +58,7 @@ function writeLegend(scale) {
   element("robot-legend").innerHTML = `<div class="what">${scale.words} [${scale.unit}]</div>
     <div class="scale"><div class="bar" style="background: linear-gradient(90deg, ${scale.ramp.map((colour) => colour.getStyle()).join(",")})"></div>
     <div class="ticks">${ticks}</div></div>
-    <div class="hint">${scale.key === "deflection" ? "pale: at rest. Each group of arrows has its own scale." : "of all contributions in full; grey: not a beam, or its outline is not known."}</div>`;
+    <div class="hint">${state.mode ? "pale: at rest" : scale.key === "deflection" ? "pale: at rest. Each group of arrows has its own scale." : "of all contributions in full; grey: not a beam, or its outline is not known."}</div>`;
 }
 
 function nextQuantity() {

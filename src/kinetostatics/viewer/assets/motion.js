@@ -3,13 +3,15 @@
  * A station is a point with a frame. At rest it has a pose; contribution k gives it a small twist [u; theta] in world axes
  * at its own point [m, rad]. With the shares s_k and the exaggeration e it stands at
  *
- *     position = p + e * sum_k s_k u_k,        rotation = exp(e * sum_k s_k theta_k) R.
+ *     position = p + e * sum_k s_k u_k,        rotation = exp(e * sum_k s_k theta_k) R,
+ *
+ * where of a mode e swings to and fro.
  *
  * Poses and twists are stored once per frame of a path, and interpolated between frames; a single pose is one frame.
  */
 const THREE = MeshCat.THREE;
 
-const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, quantity: "deflection", compared: "ghost" };
+const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, quantity: "deflection", compared: "ghost", mode: null };
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 
@@ -64,7 +66,7 @@ function interpolated(scene, data, width) {
 
 /** Poses at rest, deformed poses and summed true twists of all stations at the present time. */
 function solve(scene) {
-  const { count, pose, twist } = scene.stations, K = scene.contributions.length, e = state.exaggeration, part = shares(scene);
+  const { count, pose, twist } = scene.stations, K = scene.contributions.length, e = state.exaggeration * swing(), part = shares(scene);
   const [i, j, w] = between(scene);
   const rest = new Float32Array(7 * count), deformed = new Float32Array(7 * count), sum = new Float32Array(6 * count);
   for (let s = 0; s < count; s++) {

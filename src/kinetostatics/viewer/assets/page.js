@@ -55,6 +55,7 @@ const page = window.robot_page = {
   if (description.compare) setCompared(beside() ? "beside" : "ghost");
   viewer.render = () => { renderPanes(); placeLabels(); updateSwitches(); };
   viewer.set_dirty();
+  if (state.mode && !document.body.classList.contains("as-picture") && !matchMedia("(prefers-reduced-motion: reduce)").matches) playOrPause();
   page.ready = true;
   if (parent !== window) parent.postMessage("robot-page ready", "*"); // a page that has this one in a frame may wait for it
 }

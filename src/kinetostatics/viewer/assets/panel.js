@@ -81,7 +81,7 @@ function buildPanel() {
   if (page.robots.length > 1) buildCompare(fold("Compare"));
   if (scene.live) buildLive();
   const deformation = fold("Picture");
-  const row = make("label", deformation, { className: "slider choice" });
+  const row = make("label", deformation, { className: "slider choice", hidden: scene.modes.length > 0 });
   make("span", row, { textContent: "colour by" });
   const choice = make("select", row, { name: "colour by", onchange: () => { state.quantity = choice.value; refresh(); } });
   make("option", choice, { value: "deflection", textContent: "deflection" });
@@ -101,14 +101,14 @@ function buildPanel() {
   fold("Scene: meshcat's own tree", false).appendChild(viewer.gui.domElement);
 }
 
-/** The platform's twist in numbers and its contributions; or without loads the free motions. */
+/** The platform's twist in numbers and its contributions; or without loads the free motions, or modes. */
 function buildTwist() {
   const twist = element("robot-twist");
   twist.replaceChildren();
-  const { live, unloaded } = page.robots[0].scene;
+  const { live, unloaded, modes } = page.robots[0].scene;
   twist.classList.toggle("unloaded", unloaded);
   if (unloaded && live) make("p", twist, { id: "robot-said" });
-  if (unloaded) { buildFreeMotions(twist); return; }
+  if (unloaded) { (modes.length ? buildModes : buildFreeMotions)(twist); return; }
   make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
   make("table", twist, { id: "robot-total" });
   const parts = make("details", twist);
@@ -164,8 +164,9 @@ function columns() {
 }
 
 function buildPath(parent) {
-  const last = Math.max(...page.robots.map((robot) => robot.scene.stations.frames)) - 1;
-  slider(parent, "path", "pose", state.time, 0, last, (x) => { state.time = x; refresh(); }, (x) => fixed(1 + x, last < 100 ? 1 : 0));
+  const frames = Math.max(...page.robots.map((robot) => robot.scene.stations.frames)), last = state.mode ? 1 : frames - 1;
+  const [label, written] = state.mode ? ["phase", (x) => `${fixed(360 * x, 0)}°`] : ["pose", (x) => fixed(1 + x, last < 100 ? 1 : 0)];
+  slider(parent, "path", label, state.time, 0, last, (x) => { state.time = x; refresh(); }, written);
   make("button", parent, { id: "robot-play", textContent: "play", onclick: playOrPause });
 }
 
@@ -220,7 +221,8 @@ function closeAll() {
 function facts(robot) {
   const { scene } = robot, [i, j, w] = between(scene), told = scene.facts[w < 0.5 ? i : j];
   const [status] = told.slice(-1), drawn = scene.unloaded ? [] : [["drawn", `× ${number(state.exaggeration)}`]];
-  return [...told.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
+  const mode = state.mode ? [[`${state.mode.name}:`, state.mode.frequency]] : [];
+  return [...mode, ...told.slice(0, -1), ...drawn, ...(scene.unloaded || (status[1] === "OK" && !scene.live) ? [] : [status])];
 }
 
 function writePanel(scale) {

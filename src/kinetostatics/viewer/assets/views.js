@@ -11,13 +11,17 @@ function outline() {
   const points = [];
   viewer.scene.updateMatrixWorld(true);
   for (const robot of page.robots) {
-    const { frames, pose } = robot.scene.stations;
+    const { frames, pose, twist } = robot.scene.stations, e = state.exaggeration;
     for (const { mesh } of robot.solids.values()) {
       if (!visible(mesh)) continue;
       const p = mesh.geometry.attributes.position;
       for (let v = 0; v < p.count; v += 1 + Math.floor(p.count / 2000)) points.push(new THREE.Vector3().fromBufferAttribute(p, v).applyMatrix4(mesh.matrixWorld));
     }
     if (frames > 1) for (let o = 0; o < pose.length; o += 7) points.push(new THREE.Vector3(pose[o], pose[o + 2], -pose[o + 1]));
+    if (state.mode) for (let t = 0, K = robot.scene.modes.length; t < twist.length; t += 6) for (const sign of [e, -e]) { // both ends of all modes
+      const o = 7 * Math.floor(t / 6 / K);
+      points.push(new THREE.Vector3(pose[o] + sign * twist[t], pose[o + 2] + sign * twist[t + 2], -pose[o + 1] - sign * twist[t + 1]));
+    }
     for (const { object, tip } of robot.arrows.values()) if (object.seen && visible(object)) points.push(tip.getWorldPosition(new THREE.Vector3()));
     for (const { spec, object } of robot.frames.values()) {
       if (spec.size && visible(object)) for (const tip of [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) points.push(new THREE.Vector3(...tip).multiplyScalar(spec.size).applyMatrix4(object.matrixWorld));
@@ -125,7 +129,7 @@ const KEYS = [ // key, what it does in words, what to do
   ["r", "robot at rest on or off", () => toggle("Rest")],
   ["a", "forces and moments on or off", () => toggle("Arrows")],
   ["l", "names on or off", () => toggle("Labels")],
-  [" ", "play or pause a path", () => { if (page.robots.some((robot) => robot.scene.stations.frames > 1)) playOrPause(); }],
+  [" ", "play or pause a path or mode", () => { if (controls.has("path")) playOrPause(); }],
   ["c", "colour by the next quantity", () => nextQuantity()],
   ["i", "save an image with legend (PNG)", () => savePicture()],
   ["d", "dark or light", () => setDark(!page.dark)],
