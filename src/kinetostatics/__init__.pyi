@@ -9,6 +9,7 @@ from .description.loads import LinkLoad, Motion, Payload
 from .design import optimize, pareto, sensitivities, tolerances
 from .dynamics.frequency_response import frequency_response
 from .dynamics.modes import modes
+from .dynamics.trajectory import trajectory
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
 from .files.writer import save_robot
@@ -67,5 +68,6 @@ __all__ = [
     "show",
     "sweep",
     "tolerances",
+    "trajectory",
     "verify",
 ]

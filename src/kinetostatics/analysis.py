@@ -149,7 +149,7 @@ def analyze(
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
     payload_inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
-    moved = [] if motion is None else [np.broadcast_to(rate, (len(rate), *shape)).reshape(len(rate), N) for rate in rates]
+    moved = [] if motion is None else [np.array([np.broadcast_to(one, shape).ravel() for one in rate]) for rate in rates]
     engine = "numpy" if assembly_errors is not None else engine
 
     def analyzed(part: slice) -> Chunk:

@@ -183,6 +183,8 @@ def test_batches_and_engines_agree():
         )
         assert single.twist == pytest.approx(found.twist[k], rel=1e-8)
         assert single.beams["rod_1"].stress == pytest.approx(found.beams["rod_1"].stress[k], rel=1e-8)
+    loads = np.array([[[100.0, 0, 0, 0, 0, 0]], [[0, 0, 0, 0, 0, 0]], [[0, 0, 50.0, 0, 0, 0]]])
+    assert ks.analyze(pose, loads, motion=ks.Motion(*rates)).twist[1] == pytest.approx(found.twist, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import math
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
-from kinetostatics.cli.answers import answer
+from kinetostatics.cli.answers import answer, save_files
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of
-from kinetostatics.cli.options import check_files, given_of, value_of
+from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of, where_of
+from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
 from kinetostatics.cli.rigid import rigid_advice
 from kinetostatics.cli.typed_values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
 from kinetostatics.description.units import PLATFORM_KINDS
@@ -19,6 +19,7 @@ from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:
+    from kinetostatics.dynamics.trajectory import Trajectory
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
 
@@ -30,33 +31,59 @@ TABLES = ("pose", "summary", "twist", "gravity", "sag", "parts", "stiffness", "f
 
 
 def _analyze(args: argparse.Namespace) -> int:
-    """Print the analysis."""
+    """Print the analysis of a pose or a path, and write that of a path to files."""
     with waiting("analyzing"):
-        options = loads_of(args)
+        options, tool = loads_of(args), value_of("tool", args)
+        warnings: list[str] = []
+        check_files(args.out, ("csv", *FIGURES))
         robot = load_robot(args)
-        configuration, warnings = pose_of(robot, args)
-        result = ANALYZE.called()(configuration, **options)
-        axes, tool = value_of("hinge_axis", args) or {}, value_of("tool", args)
-        report = (result if tool is None else result.at_point(tool)).report(hinge_axes=axes)
+        if args.table is not None:
+            path = _trajectory(robot, args).analyze(**options)
+            path = path if tool is None else path.at_point(tool)
+            save_files(args.out, "path", path, **given_of(("what",), args))
+            report = path.report()
+        elif args.out or args.what:
+            raise ArgumentError(f"--{'out' if args.out else 'what'} is for a path: --table FILE")
+        else:
+            configuration, warnings = pose_of(robot, args)
+            result = ANALYZE.called()(configuration, **options)
+            axes = value_of("hinge_axis", args) or {}
+            report = (result if tool is None else result.at_point(tool)).report(hinge_axes=axes)
         if not (args.full or args.json):
             report = report.only(*args.only) if args.only else report.brief()
         if not args.json:
             warnings = [*rigid_advice(robot, args, options), *warnings]
-    answer(report.to_dict() if args.json else report, warnings)
+    answer(report.to_dict() if args.json else report, warnings, args.out)
     return 0
+
+
+def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
+    """Return the motion through the poses of ``--table``."""
+    from kinetostatics.dynamics.trajectory import trajectory
+
+    option, columns = _read_table(robot, args, timed=True)
+    times = columns.pop("time")
+    return trajectory(robot, times, **where_of(robot, option, columns, args))
 
 
 ANALYZE = Command(
     _analyze,
-    help="compute sag, stiffness, actuator forces, joint reactions and stresses at one pose",
+    help="compute sag, stiffness, actuator forces, joint reactions and stresses at one pose or over a path",
     arguments=(*ROBOT, *POSE, *LOADS, "hinge_axis", "tool", "json"),
     function="analysis:analyze",
     own={
         "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
+        "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
+        "what": Argument("text", "what a figure of the path shows (default: displacement)", "QUANTITY"),
+        "out": Argument("texts", "write the path as a table (.csv) or a figure (.svg, .pdf, .png)", "FILE"),
     },
     exclusive=("full", "only"),
-    notes=VALUES_HELP,
+    notes=f"""\
+{VALUES_HELP}paths:
+  The first line of --table names the time and coordinates of the platform, or all actuators: time [ms],z [mm],rx [deg],ry [deg].
+  The robot moves smoothly through the waypoints of the other lines, at rest at the first and the last.
+""",
     examples="""
 analyze 3rps
 analyze 3rps --only twist forces
@@ -66,6 +93,7 @@ analyze panda.urdf --platform-link panda_hand             # a plain URDF, as it 
 analyze 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
 analyze 3rps --payload 5kg --payload-center 0 0 -200mm --load-on rod_1 0 0 -50N 0 0 0
+analyze delta --table path.csv --payload 500g --what actuator_torque --out peaks.csv torque.svg
 analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
 """,
 )
@@ -124,9 +152,7 @@ def _compensate(args: argparse.Namespace) -> int:
 def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
     """Return the target poses, names and values of the axes if they form a grid, and warnings."""
     if args.table is not None:
-        if args.platform or args.actuators:
-            raise ArgumentError("give either --table or coordinates, not both")
-        option, columns = _read_table(robot, args.table)
+        option, columns = _read_table(robot, args)
         return assembled(robot, option, columns, args), None, []
     option, given = grid_of(robot, args)
     axes = {name: value for name, value in given.items() if isinstance(value, list)}
@@ -141,21 +167,25 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
     return assembled(robot, option, {**given, **dict(zip(axes, mesh, strict=True))}, args), axes, []
 
 
-def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
-    """Return whether the columns of a table are ``--platform`` or ``--actuators``, and their values in SI.
+def _read_table(robot: Robot, args: argparse.Namespace, timed: bool = False) -> tuple[str, dict[str, list[float]]]:
+    """Return whether the columns of ``--table`` are ``--platform`` or ``--actuators``, and their values in SI; or also "time".
 
     Raises:
-        ArgumentError: a title or a cell is invalid; the message names file and line.
+        ArgumentError: coordinates are given twice, or a title or a cell is invalid; the message names file and line.
     """
-    example = "a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose"
-    table = read_csv(path, example, (*robot.description.driven, *PLATFORM_KINDS))
+    if args.platform or args.actuators:
+        raise ArgumentError("give either --table or coordinates, not both")
+    time = ("time",) if timed else ()
+    example = f"a table has a line of names, such as {'time [s],' * timed}z [mm],rx [deg], and below it a line for each pose"
+    table = read_csv(args.table, example, (*time, *robot.description.driven, *PLATFORM_KINDS), time)
     option = "--actuators" if any(name in robot.description.driven for name in table.names) else "--platform"
     columns: dict[str, list[float]] = {name: [] for name in table.names}
     for line, row in table.rows:
         for name, cell in zip(table.names, row, strict=True):
             if not cell:
                 raise ArgumentError(f"{table.where(line)}: {name} is missing: a cell is empty")
-            columns[name] += parse_coordinates(table.where(line), name, [cell], coordinate_kind(robot, option, name))
+            kind = "time" if name in time else coordinate_kind(robot, option, name)
+            columns[name] += parse_coordinates(table.where(line), name, [cell], kind)
     return option, columns
 
 

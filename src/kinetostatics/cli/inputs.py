@@ -67,10 +67,14 @@ def grid_of(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[st
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; default: the zero pose."""
+    return robot.assemble(**where_of(robot, option, coordinates, args))
+
+
+def where_of(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the arguments of :meth:`Robot.assemble` for coordinates of ``--platform`` or ``--actuators``."""
     options: dict[str, Keyword] = given_of(("orientation", "closure_tolerance"), args)
     near = near_pose(robot, args.near, options) if args.near else None
-    options[option[2:]] = coordinates or None
-    return robot.assemble(near=near, **options)
+    return {**options, "near": near, option[2:]: coordinates or None}
 
 
 def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword]) -> Configuration:

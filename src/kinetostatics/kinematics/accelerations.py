@@ -20,6 +20,7 @@ from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
+from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 
 #: Largest step of the differences, in rad and characteristic lengths, and their weights.
 _STEP = 5e-3
@@ -78,6 +79,27 @@ def moving_bodies(
             shifted = _twists(solver, prescribed, near, there, velocity[:, None])[:, :, 0]
             derivative += np.where(moves, side * weight / step * shifted, 0.0)
     return twists, derivative, _local(solver, prescribed, poses, target)
+
+
+def actuator_rates(configuration: Configuration, motion: Motion) -> dict[str, Array]:
+    """Return the velocity (…) of every actuator [m/s, rad/s] in a motion through poses whose loops are closed.
+
+    Raises:
+        ArgumentError, CoordinatesError: as :func:`prescribed_motion`.
+    """
+    robot, poses = configuration.robot, configuration.poses
+    prescribed, velocity, _ = prescribed_motion(configuration, motion)
+    flat = velocity.reshape(len(velocity), -1)
+    twists = _twists(robot.solver, prescribed, poses, robot.solver.values(prescribed, poses), flat[:, None])[:, :, 0]
+    found, frames = {}, robot.equations.forward(poses.x)
+    for name in robot.description.driven:
+        joint = robot.mechanism.connections[name]
+        axis = frames.direction(joint.predecessor_body, joint.axis_on(True))
+        point = frames.point(joint.successor_body, joint.successor_frame[:3, 3])
+        wrench = wrench_of_force(axis, point) if joint.type.is_slide else wrench_of_couple(axis)
+        relative = twists[:, joint.successor_body] - twists[:, joint.predecessor_body]
+        found[name] = np.einsum("in,in->n", wrench, relative).reshape(velocity.shape[1:])
+    return found
 
 
 def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:

@@ -3,7 +3,8 @@
 Of the Dataset of :func:`kinetostatics.sweep`: :func:`slice`, a quantity over two coordinates in colour; :func:`surface`, as
 surfaces like the paper's Figs 6, 7, 12 and 13; :func:`workspace`, on the body of the reachable poses; :func:`line`, over one
 coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`sensitivities`, :func:`tolerances`, :func:`pareto`,
-:func:`calibration`, :func:`frequency_response`. All return Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
+:func:`calibration`, :func:`frequency_response`, :func:`path`. All return Matplotlib's axes; :func:`save` writes them as PDF, SVG
+or PNG.
 
 Every figure names its units, is legible in grey and for the colour-blind (cividis; lines differ in dashes and markers), and shows
 poses without valid numbers in grey and hatched, with the reason in its legend.
@@ -20,6 +21,7 @@ except ModuleNotFoundError as error:
 
 from kinetostatics.plot.charts import calibration, frequency_response, pareto, sensitivities, tolerances
 from kinetostatics.plot.lines import line
+from kinetostatics.plot.paths import path
 from kinetostatics.plot.slices import slice
 from kinetostatics.plot.style import STYLE, save
 from kinetostatics.plot.surfaces import surface
@@ -31,6 +33,7 @@ __all__ = [
     "frequency_response",
     "line",
     "pareto",
+    "path",
     "save",
     "sensitivities",
     "slice",

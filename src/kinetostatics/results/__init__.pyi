@@ -5,6 +5,7 @@ from .frequency_response import FrequencyResponse
 from .limb import LimbResult
 from .modes import Modes
 from .optimum import CheckedRequirement, Optimum, ParetoFront
+from .path import PathResult
 from .payload import PayloadCoefficients
 from .result import Result
 from .sensitivities import Sensitivities, Sensitivity
@@ -24,6 +25,7 @@ __all__ = [
     "Optimum",
     "Outlier",
     "ParetoFront",
+    "PathResult",
     "PayloadCoefficients",
     "PoseQuantities",
     "Result",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.files.writer import write_text
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
@@ -25,6 +22,7 @@ from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
+from kinetostatics.results.tables import cells, unit_of_coordinate, write_table
 from kinetostatics.results.uncorrectable import uncorrectable_directions
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
@@ -105,7 +103,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             "component": list(COMPONENTS),
             "component_unit": ("component", list(TWIST_UNITS)),
             "platform_coordinate": platform,
-            "platform_coordinate_unit": ("platform_coordinate", [_unit_of(name) for name in platform]),
+            "platform_coordinate_unit": ("platform_coordinate", [unit_of_coordinate(name) for name in platform]),
             "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
@@ -129,12 +127,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         if folder and not os.path.isdir(folder):
             raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
         if name.endswith(".csv"):
-            text = io.StringIO()
-            writer = csv.writer(text, lineterminator="\n")
-            columns = _table_columns(self)
-            writer.writerow(columns)
-            writer.writerows(zip(*columns.values(), strict=True))
-            write_text(name, text.getvalue())
+            write_table(name, _table_columns(self))
         elif name.endswith(".nc"):
             self.to_dataset(axes).to_netcdf(name, engine="h5netcdf")
         else:
@@ -283,14 +276,14 @@ def pose_error_from(target: Configuration, result: Result, tool: Array | None = 
 
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
     """Return the columns of the table by title, with a row for each pose; cells without a correction are empty."""
-    columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.target.platform.items()}
+    columns = {f"{name} [{unit_of_coordinate(name)}]": cells(value) for name, value in found.target.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
     for name, (position, force) in _actuator_units(found).items():
-        columns[f"{name} [{position}]"] = _cells(found.actuators[name])
-        columns[f"correction of {name} [{position}]"] = _cells(found.corrections[name])
-        columns[f"force of {name} [{force}]"] = _cells(found.actuator_forces[name])
+        columns[f"{name} [{position}]"] = cells(found.actuators[name])
+        columns[f"correction of {name} [{position}]"] = cells(found.corrections[name])
+        columns[f"force of {name} [{force}]"] = cells(found.actuator_forces[name])
     for k, name in enumerate(COMPONENTS):
-        columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = _cells(found.residual_error[..., k])
+        columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = cells(found.residual_error[..., k])
     return columns
 
 
@@ -304,12 +297,4 @@ def _axis_units(name: str, platform: Sequence[str], units: Mapping[str, tuple[st
     """Return the attributes of an axis that is a coordinate of the platform or of an actuator."""
     if name in units:
         return {"units": units[name][0]}
-    return {"units": _unit_of(name)} if name in platform else {}
-
-
-def _unit_of(coordinate: str) -> str:
-    return "m" if coordinate in ("x", "y", "z") else "rad"
-
-
-def _cells(values: Array) -> list[str]:
-    return [f"{value:.15g}" if np.isfinite(value) else "" for value in np.ravel(values)]
+    return {"units": unit_of_coordinate(name)} if name in platform else {}

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,11 +14,11 @@ from numpy.typing import NDArray
 from kinetostatics.argument_checks import path_name
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.writer import write_text
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
+from kinetostatics.results.tables import cells, write_table
 from kinetostatics.robot import Robot, robot_of
 
 
@@ -78,15 +76,11 @@ class FrequencyResponse(Reported, builder="reports.frequency_response:frequency_
         name = path_name("path", path)
         if not name.endswith(".csv") or self.shape:
             raise ArgumentError(f"{name} cannot be written: the frequency response of one pose goes into a .csv file")
-        titles, columns = ["frequency [Hz]"], [self.frequencies]
+        columns = {"frequency [Hz]": self.frequencies}
         for what, array, per in (("compliance", self.compliance, True), ("transmissibility", self.transmissibility, False)):
             for i, row in enumerate(COMPONENTS):
                 for j, column in enumerate(WRENCH_COMPONENTS if per else COMPONENTS):
                     unit = f"{TWIST_UNITS[i]}/({WRENCH_UNITS[j]})" if per else f"{TWIST_UNITS[i]}/{TWIST_UNITS[j]}"
-                    titles += [f"|{what} {row} {column}| [{unit}]", f"phase of {what} {row} {column} [rad]"]
-                    columns += [np.abs(array[:, i, j]), np.angle(array[:, i, j])]
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(titles)
-        writer.writerows(np.column_stack(columns).tolist())
-        write_text(name, text.getvalue())
+                    columns[f"|{what} {row} {column}| [{unit}]"] = np.abs(array[:, i, j])
+                    columns[f"phase of {what} {row} {column} [rad]"] = np.angle(array[:, i, j])
+        write_table(name, {title: cells(column) for title, column in columns.items()})

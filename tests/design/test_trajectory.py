@@ -1,0 +1,194 @@
+"""Trajectories: what is analyzed along them, peaks, files, figures and the command."""
+
+import csv
+import json
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+
+WAY = {"x": [-0.15, 0.0, 0.15], "y": 0.0, "z": [-0.75, -0.7, -0.75]}
+TIMES = [0.0, 0.1, 0.2]
+PAYLOAD = ks.Payload(0.5)
+
+
+@pytest.fixture(scope="module")
+def delta():
+    return package_robots.robot("delta")
+
+
+@pytest.fixture(scope="module")
+def path(delta):
+    return ks.trajectory(delta, TIMES, platform=WAY, samples=41).analyze(payload=PAYLOAD)
+
+
+def test_poses_lie_on_the_path(delta):
+    t = ks.trajectory(delta, TIMES, platform=WAY, samples=41)
+    pose = t.configuration
+    assert t.times == pytest.approx(np.linspace(0, 0.2, 41))
+    for name, values in WAY.items():
+        assert pose.platform[name][[0, 20, 40]] == pytest.approx(np.broadcast_to(values, 3), abs=1e-12)
+    assert all(np.abs(t.motion.velocities[name][[0, -1]]).max() < 1e-12 for name in WAY)
+    straight = ks.trajectory(delta, platform={**WAY, "z": -0.7}, speed={"x": 3.0}, acceleration=60.0)
+    assert straight.times[-1] == pytest.approx(2 * (0.15 / 3 + 3 / 60), rel=1e-14)
+
+
+@pytest.mark.parametrize("name", ["delta", "3rps", "five_bar", "orthoglide"])
+def test_actuator_velocities_are_derivatives_of_their_coordinates(name):
+    robot = package_robots.robot(name)
+    zero = robot.assemble()
+    start = {n: float(v) for n, v in zero.actuators.items()}
+    rng = np.random.default_rng(4)
+    size = {n: 0.1 if robot.mechanism.connections[n].type.is_hinge else 0.03 for n in start}
+    there = {n: [v, v + size[n] * rng.uniform(-1, 1)] for n, v in start.items()}
+    t = ks.trajectory(robot, [0.0, 1.0], actuators=there, samples=9)
+    for n, values in there.items():
+        assert t.actuator_velocities[n][4] == pytest.approx(15 / 8 * np.diff(values)[0], rel=1e-9)
+
+
+def test_actuator_velocities_follow_the_platform(delta):
+    t = ks.trajectory(delta, TIMES, platform=WAY, samples=2001)
+    for name, value in t.configuration.actuators.items():
+        step = t.times[1]
+        fine = (8 * (value[3:-1] - value[1:-3]) - value[4:] + value[:-4]) / (12 * step)
+        assert t.actuator_velocities[name][2:-2] == pytest.approx(fine, rel=1e-7, abs=1e-6)
+
+
+def test_the_power_of_the_actuators_is_the_work_on_the_robot(delta):
+    """From rest to rest without gravity it is zero."""
+    found = ks.trajectory(delta, TIMES, platform=WAY).analyze(gravity=(0, 0, 0), payload=PAYLOAD)
+    powers = found.over_time("actuator_power")
+    work = [np.trapezoid(power, found.times) for power in powers.values()]
+    assert abs(sum(work)) < 1e-8 * sum(map(abs, work))
+
+
+def test_results_are_those_of_the_poses(delta, path):
+    t = ks.trajectory(delta, TIMES, platform=WAY, samples=41)
+    one = ks.analyze(
+        delta.assemble(platform={n: v[7] for n, v in t.configuration.platform.items() if n in WAY}),
+        payload=PAYLOAD,
+        motion=ks.Motion({n: v[7] for n, v in t.motion.velocities.items()}, {n: v[7] for n, v in t.motion.accelerations.items()}),
+    )
+    assert path.result.twist[7] == pytest.approx(one.twist, abs=1e-8 * np.abs(one.twist).max())
+    assert sum(path.over_time("contributions").values()) == pytest.approx(path.over_time("displacement")["o"], rel=1e-9)
+
+
+def test_twice_as_fast_is_four_times_the_inertia(delta, path):
+    fast = ks.trajectory(delta, np.array(TIMES) / 2, platform=WAY, samples=41).analyze(payload=PAYLOAD)
+    scale = np.abs(fast.result.contributions["inertia"]).max()
+    assert fast.result.contributions["inertia"] == pytest.approx(4 * path.result.contributions["inertia"], abs=1e-8 * scale)
+
+
+def test_peaks(path):
+    force = path.result.actuator_forces["motor_1"]
+    k = int(np.argmax(np.abs(force)))
+    peak = path.peaks("actuator_torque")["motor_1"]
+    assert (peak.value, peak.time) == (force[k], path.times[k])
+    wrench = path.result.joint_wrenches["lower_2b"]
+    assert path.peaks("joint_force")["lower_2b"].value == max(np.linalg.norm(item[:3]) for item in wrench)
+    assert path.root_mean_square("actuator_torque")["motor_1"] == pytest.approx(
+        np.sqrt(np.trapezoid(force**2, path.times) / 0.2), rel=1e-14
+    )
+    assert not path.over_time("actuator_force")
+    tip = path.at_point((0, 0, -0.1))
+    assert tip.peaks("displacement")["the tool's tip"].value == np.linalg.norm(tip.result.twist[:, :3], axis=1).max()
+    text = str(path)
+    assert f"{peak.value:.3f} N·m" in text and "Path of 'delta' in 0.2 s: 41 poses" in text
+    assert path.to_dict()["peaks"]["actuator_torque"]["motor_1"] == {"value": peak.value, "time": peak.time}
+
+
+def test_a_table_has_a_row_for_each_instant(path, tmp_path):
+    path.save(tmp_path / "path.csv")
+    rows = list(csv.DictReader((tmp_path / "path.csv").read_text(encoding="utf-8").splitlines()))
+    assert len(rows) == 41 and {row["status"] for row in rows} == {"OK"}
+    for title, values in {
+        "time [s]": path.times,
+        "z [m]": path.result.configuration.platform["z"],
+        "velocity of motor_2 [rad/s]": path.actuator_velocities["motor_2"],
+        "force of motor_2 [N·m]": path.result.actuator_forces["motor_2"],
+        "twist z [m]": path.result.twist[:, 2],
+        "stress in arm_1 [Pa]": path.result.beams["arm_1"].stress,
+    }.items():
+        assert [float(row[title]) for row in rows] == pytest.approx(list(values), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"times": TIMES}, "either as platform= or as actuators="),
+        ({"platform": WAY}, "give times= of the waypoints, or speed= and acceleration="),
+        ({"platform": WAY, "times": TIMES, "speed": 1.0}, "either times="),
+        ({"platform": WAY, "times": [0, 0.2, 0.1]}, "3 increasing numbers"),
+        ({"platform": WAY, "times": [0, 1]}, "3 increasing numbers"),
+        ({"platform": {"x": 0.0, "y": 0.0, "z": -0.7}, "times": [0]}, "two waypoints or more"),
+        ({"platform": {**WAY, "y": [0, 1]}, "times": TIMES}, r"shapes x \(3,\), y \(2,\)"),
+        ({"platform": WAY, "speed": {"x": 1.0}, "acceleration": 1.0}, "speed of z is missing"),
+        ({"platform": WAY, "speed": {"w": 1.0}, "acceleration": 1.0}, "no coordinate 'w'"),
+        ({"platform": WAY, "speed": 1.0, "acceleration": -1.0}, "acceleration is -1.0"),
+        ({"platform": {**WAY, "x": 0.0, "z": -0.7}, "speed": 1.0, "acceleration": 1.0}, "two waypoints or more"),
+        ({"platform": {**WAY, "x": [0, 0, 1], "z": -0.7}, "speed": 1.0, "acceleration": 1.0}, "are the same"),
+    ],
+)
+def test_invalid_trajectories(delta, given, words):
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.trajectory(delta, given.pop("times", None), **given)
+
+
+def test_invalid_paths(delta, path):
+    t = ks.trajectory(delta, TIMES, platform=WAY, samples=3)
+    with pytest.raises(ks.AssemblyError, match="cannot reach"):
+        ks.trajectory(delta, TIMES, platform={**WAY, "x": [0.0, 0.0, 2.0]}, samples=5)
+    with pytest.raises(ks.ArgumentError, match="analyze takes no 'motion'"):
+        t.analyze(motion=t.motion)
+    with pytest.raises(ks.ArgumentError, match="one load, or one of each of its 3 poses"):
+        t.analyze(np.zeros((2, 1, 6)))
+    with pytest.raises(ks.ArgumentError, match="'sag'; it must be one of 'displacement'"):
+        path.over_time("sag")
+    with pytest.raises(ks.ArgumentError, match=r"\.csv"):
+        path.save("path.txt")
+
+
+# ---- figures and the command ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.usefixtures("no_figures_left")
+def test_figures(path, capsys):
+    pytest.importorskip("matplotlib").use("Agg")
+    ax = ks.plot.path(path, "actuator_torque")
+    assert [line.get_label() for line in ax.get_lines()] == ["motor_1", "motor_2", "motor_3"]
+    assert ax.get_lines()[1].get_ydata() == pytest.approx(path.result.actuator_forces["motor_2"])
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time [s]", "torque of the actuator [N·m]")
+    ax = ks.plot.path(path, "torque_speed")
+    assert ax.get_lines()[1].get_xdata() == pytest.approx(path.actuator_velocities["motor_2"])
+    ax = ks.plot.path(path, "stress")
+    assert len(ax.get_lines()) == 6 and ax.get_title() == "the largest 6 of 9"
+    assert ks.plot.path(path).get_ylabel() == "displacement of o [µm]"
+    with pytest.raises(ks.ArgumentError, match=r"no force of the actuator \[N\]"):
+        ks.plot.path(path, "force_speed")
+    with pytest.raises(ks.ArgumentError, match="is no result of a trajectory"):
+        ks.plot.path(path.result)
+
+
+def test_the_command(capsys, tmp_path, path):
+    table, out = tmp_path / "waypoints.csv", tmp_path / "path.csv"
+    table.write_text("time [ms],x [mm],y,z [mm]\n0,-150,0,-750\n100,0,0,-700\n200,150,0,-750\n", encoding="utf-8")
+    command = ["analyze", "delta", "--table", str(table), "--payload", "500g"]
+    assert main([*command, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["actuator_forces"]["motor_1"][::5] == pytest.approx(list(path.result.actuator_forces["motor_1"]), rel=1e-9)
+    figure = tmp_path / "torque.svg"
+    assert main([*command, "--what", "actuator_torque", "--out", str(out), str(figure)]) == 0
+    printed = capsys.readouterr().out
+    assert "201 poses" in printed and f"wrote {figure}" in printed and figure.stat().st_size > 5000
+    assert len(out.read_text(encoding="utf-8").splitlines()) == 202
+    for extra, words in (
+        (["analyze", "delta", "--out", str(out)], "--out is for a path: --table FILE"),
+        ([*command, "--platform", "z=1"], "either --table or coordinates"),
+        ([*command, "--out", "path.nc"], "does not end in .csv"),
+    ):
+        assert main(extra) == 2 and words in capsys.readouterr().err
+    table.write_text("z,x\n1,2\n2,3\n", encoding="utf-8")
+    assert main(command) == 2 and "the column 'time' is missing" in capsys.readouterr().err
