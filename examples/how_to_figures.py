@@ -25,7 +25,7 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
         "\n".join(
             line
             for line in code.splitlines()
-            if not line.startswith(("print", "found.save", "best.save", "front.save", "ks.plot.save"))
+            if not line.startswith(("print", "found.save", "best.save", "front.save", "fast.save", "ks.plot.save"))
         ),
         names,
     )
@@ -54,6 +54,21 @@ def draw_correction(path: Path) -> None:
     figure.legend(rows[0, 0].get_lines(), ["uncorrected", "corrected"], loc="outside lower center", ncols=2, frameon=False)
     for axes in rows.flat:
         axes.label_outer()
+    ks.plot.save(figure, path, dpi=150)
+    plt.close(figure)
+
+
+def draw_motion(path: Path) -> None:
+    """Draw the sag of the gripper over time, and what the motors do."""
+    from matplotlib import pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
+    fast = page_names("motion")["fast"]
+    ks.plot.path(fast, "displacement", ax=left)
+    ks.plot.path(fast, "torque_speed", ax=right)
+    for axes, limits in ((left, (200,)), (right, (40, -40))):
+        for limit in limits:
+            axes.axhline(limit, color="0.3", linestyle=":")
     ks.plot.save(figure, path, dpi=150)
     plt.close(figure)
 
@@ -91,6 +106,7 @@ if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
+    draw_motion(folder / "motion_delta.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
     draw_tolerances(folder / "tolerances_2pru_upr.png")
     draw_front(folder / "pareto_2pru_upr.png")

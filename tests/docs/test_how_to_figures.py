@@ -68,6 +68,16 @@ def test_calibration():
     assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
 
 
+def test_motion():
+    """The page's speed is the highest that both limits permit, and the faster analysis agrees."""
+    names = how_to_figures.page_names("motion")
+    k, fast = names["k"], names["fast"]
+    assert names["sag"](k + 0.01) > 0.2e-3 and names["torque"](k) < 40
+    assert fast.peaks("displacement")["the tool's tip"].value == pytest.approx(names["sag"](k), rel=1e-9)
+    assert max(abs(peak.value) for peak in fast.peaks("actuator_torque").values()) == pytest.approx(names["torque"](k), rel=1e-9)
+    assert f"{1 / k:.3f} s: the sag decides" in (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
+
+
 def test_stiffening():
     fewer = {"(pose, load": '(pose, ["rod_diameter", "rod_length"], load'}
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]

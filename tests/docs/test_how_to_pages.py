@@ -29,6 +29,7 @@ ELSEWHERE = {
     "sh": {
         "controller": "tests/functions/test_c_export.py",
         "loads": "test_loads_page.py",
+        "motion": "tests/design/test_trajectory.py",
         "plain_urdf": "tests/validation/test_example_robot_data.py",
         "report": "tests/cli/test_report_command.py",
         "viewer": "opens windows; tests/browser",

@@ -5,12 +5,13 @@ from __future__ import annotations
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.numbers import NOISE
 from kinetostatics.plot.display_units import display_unit, label
-from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, legend_below, new_axes, styled
+from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, legend_below, new_axes, styled, wrapped
 from kinetostatics.results.path import OVER_TIME, PathResult
 
 #: Quantities of actuators over their velocities.
@@ -50,8 +51,12 @@ def path(found: PathResult, what: str = "displacement", *, ax: Axes | None = Non
         ax.plot(x, lines[name] / size, color=colour, linestyle=dashes, label=name)
     words = entry.words.format(point=found.result.point_name)
     ax.set(xlabel="time [s]" if across is None else label(OVER_TIME[across].words, OVER_TIME[across].unit))
-    ax.set(ylabel=label(words, unit), title="" if len(names) == len(shown) else f"the largest {len(names)} of {len(shown)}")
+    ax.set(
+        ylabel=wrapped(label(words, unit), figure_of(ax)),
+        title="" if len(names) == len(shown) else f"the largest {len(names)} of {len(shown)}",
+    )
     ax.grid(color="0.85", linewidth=0.4)
+    ax.xaxis.set_major_locator(MaxNLocator(6))
     if across is None:
         ax.margins(x=0)
     if len(names) > 1:
