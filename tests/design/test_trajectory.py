@@ -74,6 +74,8 @@ def test_results_are_those_of_the_poses(delta, path):
     )
     assert path.result.twist[7] == pytest.approx(one.twist, abs=1e-8 * np.abs(one.twist).max())
     assert sum(path.over_time("contributions").values()) == pytest.approx(path.over_time("displacement")["o"], rel=1e-9)
+    for name, parts in path.result.axial_contributions.items():
+        assert sum(parts.values()) == pytest.approx(path.result.beams[name].section_wrenches[:, -1, 0], rel=1e-9)
 
 
 def test_twice_as_fast_is_four_times_the_inertia(delta, path):

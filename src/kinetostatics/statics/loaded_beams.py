@@ -60,7 +60,7 @@ class LoadedBeams:
 
     def axial_force(self) -> Array:
         """Return the axial force (S, g, N) at the platform end by contribution of the forces, tension positive."""
-        return np.asarray(self.wrench[0] + self.elsewhere)
+        return np.asarray(self.sections(self.length[None])[0, 0] + self.elsewhere)
 
     def end_twist(self) -> Array:
         """Return the twists (6, S, g, N) of the outboard parts due to deformation of the beams, about o, world axes."""
