@@ -21,7 +21,7 @@ from page import Page, micro, report, table, times
 import kinetostatics as ks
 from kinetostatics.verification import worker
 from kinetostatics.verification.frame_model import build
-from kinetostatics.verification.opensees import PENALTY, FrameUnits, _frame
+from kinetostatics.verification.opensees import PENALTY, FrameUnits, frame_of
 
 #: Robots of the page: the paper's, and some of each kind.
 SOME = ("3rps", "2pru_upr", "gough_stewart", "spherical_3rrr", "delta", "orthoglide", "ur10", "anymal_standing")
@@ -74,7 +74,7 @@ def compare(name: str, effort: Effort, solver: opensees_frames.OpenSees) -> dict
     poses = [grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()}) for k in some]
     lean = [opensees_frames.frame_of(pose, grids.LOAD) for pose in poses]
     models = [build(pose, np.array(grids.LOAD), opensees_frames.GRAVITY) for pose in poses]
-    plain = [_frame(model, FrameUnits(model), [model.platform]) for model in models]
+    plain = [frame_of(model, FrameUnits(model), [model.platform]) for model in models]
     stages: list[Any] = []
     best = clocks.interleaved(
         {

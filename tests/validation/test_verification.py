@@ -12,13 +12,15 @@ import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 
 import finite_elements
 import numpy as np
+import pinocchio as pin
 import pytest
 import small_robots as sr
 import sprung_robots
-from hybrid_robots import as_arguments
+from hybrid_robots import as_arguments, random_hybrid, write_randomly
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
 from package_robots import robot
 from places import ROOT
@@ -26,6 +28,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics import verification
 from kinetostatics.cli import main as cli
+from kinetostatics.description import Inertia, JointStiffness
 from kinetostatics.engine.programs import pose_code
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam_formulas as beams
@@ -33,6 +36,7 @@ from kinetostatics.mechanism.weights import Weights
 from kinetostatics.verification import OpenSeesError, compare
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.frame_model import build
+from kinetostatics.verification.frequencies import frequencies
 from kinetostatics.verification.pieces import Directions
 from kinetostatics.verification.solve import _held, solve
 
@@ -148,6 +152,55 @@ def test_configurations_2_of_the_paper():
         # rounding is all that is left of the differences
         assert_agrees(configuration, 1e-9, gravity=(0, 0, -9.8))
         assert_agrees(configuration, 1e-9, gravity=SIDEWAYS, load=LOAD, point=POINT, frame="platform")
+
+
+# ---- natural frequencies -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.few(2)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_natural_frequencies_of_every_robot(name):
+    payload = ks.Payload(30.0, (0.1, 0.05, -0.2), Inertia((0.4, 0.05, -0.03, 0.5, 0.02, 0.6)))
+    found = ks.verify(pose(name, 1), payload=payload, modes=3)
+    assert found.verified and found.conclusive, str(found)
+
+
+@pytest.mark.few(2)
+@pytest.mark.parametrize("seed", range(200))
+def test_natural_frequencies_of_random_robots(seed):
+    """Rings, overconstraint, elastic joints, telescopes, spins, masses beside beams; soft ones leave OpenSees fewer digits."""
+    one = write_randomly(random_hybrid(seed), seed)[1].robot()
+    at = one.configuration(pin.neutral(one.model))
+    ours, theirs = ks.modes(at, 3), frequencies(build(at, np.zeros(6), np.zeros(3)), 3)
+    assert ours.zero_frequencies == theirs.zero
+    assert ours.frequencies == pytest.approx(theirs.values, rel=max(1e-5, 3 * theirs.scatter))
+
+
+@pytest.mark.parametrize("name", ["four_bar", "gough_sps"])
+def test_natural_frequencies_of_small_robots(name):
+    found = ks.verify(sr.robot_of(SPECS[name], twirl=3).assemble(), modes=3)
+    assert found.verified and found.conclusive, str(found)
+
+
+def test_a_rigid_robot_has_no_natural_frequencies():
+    """One on an elastic actuator has one."""
+    rigid = made_of(PLATFORM, joint("motor", "revolute", "base", "platform"), drives=("motor",))
+    found = ks.verify(rigid, modes=2)
+    assert found.verified and np.all(np.isinf(found.frequencies))
+    one = ks.modes(ks.Robot(rigid.robot.description.with_part(JointStiffness("motor", drive=1e4))).assemble(), 2)
+    assert one.frequencies == pytest.approx([np.sqrt(1e4 / 1.04) / (2 * np.pi), np.inf])
+    assert re.search(r"motor +100\.0", str(one))
+    assert ks.modes(rigid, 2, drives="free").zero_frequencies == 1
+
+
+def test_frequencies_that_differ_are_noticed(monkeypatch):
+    at = sr.robot_of(sr.cantilever()).assemble()
+    right = ks.modes(at, 2)
+    for factor, spins in ((1 + 2e-5, 0), (1, 1)):
+        said = SimpleNamespace(frequencies=right.frequencies * factor, zero_frequencies=spins)
+        monkeypatch.setattr(compare, "modes_of", lambda *_, said=said, **__: said)
+        wrong = ks.verify(at, modes=2)
+        assert not wrong.verified and wrong.conclusive and "frequencies" in wrong.verdict and "DIFFERS" in str(wrong)
 
 
 # ---- small robots: other joints, ways to write them, actuators that turn, local freedoms

@@ -105,7 +105,7 @@ analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0
 def _verify(args: argparse.Namespace) -> int:
     """Print both sides and the verdict."""
     with waiting("verifying"):
-        options = {**loads_of(args), **given_of(("within",), args)}
+        options = {**loads_of(args), **given_of(("modes", "within"), args)}
         configuration, warnings = pose_of(load_robot(args), args)
         found = VERIFY.called()(configuration, **options)
     answer(found.to_dict() if args.json else found.report(), warnings)
@@ -116,7 +116,7 @@ VERIFY = Command(
     _verify,
     help="check one pose against finite elements (OpenSeesPy)",
     description="Compute one pose twice, by screw theory and by finite elements (OpenSeesPy), and compare.",
-    arguments=(*ROBOT, *POSE, *LOADS, "within", "json"),
+    arguments=(*ROBOT, *POSE, *LOADS, "modes", "within", "json"),
     function="verification:verify",
     notes=f"""\
 {VALUES_HELP}
@@ -127,7 +127,7 @@ exit code:
 verify 3rps
 verify 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
 verify 2pru_upr --load 100 0 -500 0 0 0 --point 0 0 20mm --frame platform --json
-verify delta --payload 2kg --payload-center 0 0 -50mm
+verify delta --payload 2kg --payload-center 0 0 -50mm --modes 3
 """,
 )
 

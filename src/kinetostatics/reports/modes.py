@@ -79,7 +79,7 @@ def _sections(modes: Modes) -> Iterator[ReportSection]:
 
 def _energies(shares: Mapping[str, Array], modes: list[str]) -> Table:
     """Return the parts with the largest shares of the energy of any mode."""
-    sizes = {name: float(np.nan_to_num(np.max(share))) for name, share in shares.items()}
+    sizes = {name: float(np.max(np.nan_to_num(share))) for name, share in shares.items()}
     ranked = [name for name in sorted(sizes, key=lambda name: -round(sizes[name], 6)) if sizes[name] > NONE]
     rows: list[tuple[Cell, ...]] = []
     number = len(ranked) if len(ranked) <= MOST + 1 else MOST

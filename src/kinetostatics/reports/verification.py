@@ -14,6 +14,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.quantities import QUANTITIES
 from kinetostatics.reports.forces import sizes
+from kinetostatics.reports.modes import HERTZ
 from kinetostatics.reports.pose import pose_facts
 from kinetostatics.verification.compare import Verification
 
@@ -21,6 +22,7 @@ UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
     **{name: QUANTITIES[name].said for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
     "beam_wrenches": "[force N; moment N·m] of the outer part of a beam on the inner part, at its base and its platform end",
+    "frequencies": "natural frequencies [Hz]: ours, finite elements",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
     "forces relative to the largest joint wrench",
     "scatter": "accuracy of the finite-element solution, as `differences`",
@@ -33,6 +35,7 @@ WORDS = {
     "joint_wrenches": "joint wrenches",
     "beam_wrenches": "wrenches in beams",
     "actuator_forces": "actuator forces",
+    "frequencies": "natural frequencies",
 }
 
 #: Significant digits of the largest number of a table.
@@ -62,12 +65,17 @@ def _sections(found: Verification) -> Iterator[ReportSection]:
     yield ReportSection(title, _actuators(found, noise) if theirs.actuator_forces else [], "forces")
     title = "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre"
     yield ReportSection(title, [_joints(found, noise)], "joints")
+    if found.frequencies[0].size:
+        own, other = found.frequencies
+        form = NumberFormat.of(other, HERTZ, digits=DIGITS)
+        table = _rows([f"mode {k + 1}" for k in range(len(own))], own, other, [form] * len(own))
+        yield ReportSection("Natural frequencies", [table], "modes")
     rows = [
         (
             WORDS[name],
             f"{value:.1e}",
             f"{found.scatter.get(name, np.nan):.1e}",
-            Word("ok", "good") if value <= found.within else Word("DIFFERS", "bad"),
+            Word("ok", "good") if value <= found.allowed(name) else Word("DIFFERS", "bad"),
         )
         for name, value in found.differences.items()
     ]
@@ -79,7 +87,7 @@ def _sections(found: Verification) -> Iterator[ReportSection]:
 def _rows(names: Iterable[str], ours: Iterable[float], theirs: Iterable[float], formats: Iterable[NumberFormat]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for name, own, other, form in zip(names, ours, theirs, formats, strict=True):
-        gap = (own - other) / form.factor
+        gap = (own - other) / form.factor if np.isfinite(other) else np.nan
         numbers = (Number(float(value), form, with_unit=False) for value in (own, other))
         rows.append((f"{name} [{form.unit}]", *numbers, f"{gap:.0e}" if np.isfinite(gap) else "–"))
     return Table.of_rows(HEADER, rows)
@@ -135,5 +143,6 @@ def _data(found: Verification) -> dict[str, object]:
         **attributes(found, ("differences", "scatter", "joint_differences", "not_compared")),
         "ours": attributes(found.ours, arrays),
         "finite_elements": attributes(found.finite_elements, arrays),
+        **({"frequencies": list(found.frequencies)} if found.frequencies[0].size else {}),
         "units": UNITS,
     }

@@ -24,6 +24,7 @@ class FrameBeam:
         load: (6,) its weight, force and moment per length [N/m, N].
         length_error: excess of its unstrained length over the distance of its ends [m].
         lever: (3,) lever arm of its weight [m].
+        mass: per length [kg/m].
     """
 
     name: str
@@ -34,11 +35,16 @@ class FrameBeam:
     load: Array
     length_error: float
     lever: Array
+    mass: float = 0.0
 
     @property
     def length(self) -> float:
         """Distance of its ends [m]."""
         return float(np.linalg.norm(self.points[1] - self.points[0]))
+
+    def divided(self, elements: int) -> Array:
+        """Return the ends (elements + 1, 3) of equal elements [m]."""
+        return np.asarray(self.points[0] + np.linspace(0, 1, elements + 1)[:, None] * (self.points[1] - self.points[0]))
 
 
 @dataclass(frozen=True)
@@ -85,6 +91,16 @@ class FrameJoint:
 
 
 @dataclass(frozen=True)
+class FrameMass:
+    """A rigid body on a piece: its mass [kg], its ``centre`` (3,) [m], and its ``inertia`` (3, 3) about that [kg·m²]."""
+
+    piece: int
+    centre: Array
+    mass: float
+    inertia: Array
+
+
+@dataclass(frozen=True)
 class Coordinate:
     """A joint's coordinate: world ``axis`` (3,) along or, if it ``rotates``, about which its outer side moves."""
 
@@ -126,6 +142,7 @@ class FrameModel:
         within: names of the fixed joints inside the base or the platform, and of floating ones.
         runs: names of hinges about one point that the analysis counts as one joint, whose wrenches it tells along common axes.
         pulls: piece, point (3,) and force (3,) [N] of what acts at the pose without loads: springs, and weights of rigid links.
+        masses: rigid links, and the payload.
     """
 
     base: int
@@ -141,6 +158,7 @@ class FrameModel:
     pulls: tuple[tuple[int, Array, Array], ...] = ()
     within: frozenset[str] = frozenset()
     runs: tuple[frozenset[str], ...] = ()
+    masses: tuple[FrameMass, ...] = ()
 
     @property
     def at_the_pose(self) -> FrameModel:

@@ -17,7 +17,7 @@ from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
-from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameModel, FrameTie
+from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameMass, FrameModel, FrameTie
 from kinetostatics.verification.pieces import JointedBodies, PlacedBeam, RigidPieces
 
 if TYPE_CHECKING:
@@ -116,6 +116,7 @@ class _FrameBuilder:
             tuple(tie for tie, _ in springs),
             tuple(pulls),
             self.pieces.within,
+            masses=tuple(self._masses(payload)),
         )
 
     def _acting(
@@ -131,10 +132,26 @@ class _FrameBuilder:
                 at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]
                 yield self._loaded(link, at), (R @ wrench[:3], R @ wrench[3:]), at
         if payload is not None:
-            link = payload.link or self.description.platform
-            frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
-            at = frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
-            yield self._loaded(link, at), (np.asarray(payload.mass) * gravity, np.zeros(3)), at
+            piece, _, at = self._carried(payload)
+            yield piece, (np.asarray(payload.mass) * gravity, np.zeros(3)), at
+
+    def _carried(self, payload: Payload) -> tuple[int, Array, Array]:
+        """Return the piece that carries the payload, the axes of its link, and its centre."""
+        link = payload.link or self.description.platform
+        frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
+        at = frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
+        return self._loaded(link, at), frame[:3, :3], at
+
+    def _masses(self, payload: Payload | None) -> Iterator[FrameMass]:
+        """Yield all rigid links with a mass, and the payload."""
+        for link in self.description.links.values():
+            if self.pieces.is_rigid(link.name) and link.mass > 0:
+                R, (_, centre) = self.configuration.frame(link.name)[:3, :3], self._weight(link.name, np.zeros(3))
+                yield FrameMass(self.number(self.pieces.of_link(link.name)), centre, link.mass, R @ link.inertia.matrix @ R.T)
+        if payload is not None:
+            piece, R, at = self._carried(payload)
+            inertia = np.zeros((3, 3)) if payload.inertia is None else R @ payload.inertia.matrix @ R.T
+            yield FrameMass(piece, at, float(np.asarray(payload.mass)), inertia)
 
     def _spring(self, spring: Spring) -> tuple[FrameTie, Array]:
         """Return a spring's stiffness between its ends, and its pull (3,) on the first end at the pose [N]."""
@@ -225,16 +242,17 @@ class _FrameBuilder:
                 float(assembly_error.get("length", 0))
                 + beam.thermal_expansion * float(assembly_error.get("temperature", 0)) * length
             )
-        lever = self._lever(placed)
+        lever, mass = self._lever(placed), self._mass(placed.name) / length
         return FrameBeam(
             placed.name,
             (first, second) if outward else (second, first),
             points,
             np.column_stack([x, y, np.cross(x, y)]),
             stiffness,
-            self._mass(placed.name) / length * np.append(gravity, np.cross(lever, gravity)),
+            mass * np.append(gravity, np.cross(lever, gravity)),
             length_error,
             lever,
+            mass,
         )
 
     # ---- weights and points -----------------------------------------------------------------------------------------

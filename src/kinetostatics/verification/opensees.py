@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.verification.frame import Coordinate, FrameBeam, FrameJoint, FrameModel
+from kinetostatics.verification.worker import Answer, BeamInput, Frame, SpringInput
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
@@ -37,7 +39,7 @@ class OpenSeesError(KinetostaticsError):
     """OpenSeesPy is missing, cannot be loaded, or failed."""
 
 
-class _SingularFrame(OpenSeesError):
+class SingularFrame(OpenSeesError):
     """OpenSees found no solution."""
 
 
@@ -74,16 +76,14 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
     """
-    frame = _frame(model, scale, probes)
+    frame = frame_of(model, scale, probes)
     h = np.array([0.5**level for level in range(LEVELS)])
     best: tuple[float, dict[str, Array], dict[str, Array]] | None = None
     failure: OpenSeesError | None = None
     for regularization in REGULARIZATIONS:
         try:
-            levels = [
-                _arrays(level) for level in _run(frame | {"springs_at_level": [[PENALTY / x, regularization * x] for x in h]})
-            ]
-        except _SingularFrame as error:  # so little stiffness of the free directions is none
+            levels = [_arrays(level) for level in run(frame, [(PENALTY / x, regularization * x) for x in h])]
+        except SingularFrame as error:  # so little stiffness of the free directions is none
             failure = error
             continue
         all_levels, one_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
@@ -126,8 +126,11 @@ class FrameUnits:
         return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
 
 
-def _frame(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> dict[str, object]:
-    """Return the frame as plain numbers in units of ``scale``, for the worker, which tells how the pieces ``probes`` move."""
+def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elements: int = 1) -> Frame:
+    """Return the frame as plain numbers in units of ``scale``, for the worker, which tells how the pieces ``probes`` move.
+
+    The first nodes are the references of the pieces. Beams are divided into equal ``elements``.
+    """
     nodes: list[list[float]] = []
     fixed: list[int] = []
     ties: list[list[int]] = []
@@ -148,8 +151,8 @@ def _frame(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> dict[
         return tag
 
     unit = scale.stiffness * np.repeat([1.0, scale.length**2], 3)
-    springs: list[dict[str, object]] = []
-    beams: list[dict[str, object]] = []
+    springs: list[SpringInput] = []
+    beams: list[BeamInput] = []
     for joint in model.joints:
         inner, outer = (attached(piece, joint.point) for piece in joint.pieces)
         rows = series(joint)
@@ -167,34 +170,40 @@ def _frame(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> dict[
                     "assembly_error": (turn.T @ (joint.assembly_error / scale.twist)).tolist() if number == 0 else [0.0] * 6,
                 }
             )
-    for number, beam in enumerate(model.beams):
-        ends = [attached(piece, point) for piece, point in zip(beam.pieces, beam.points, strict=True)]
+    for beam in model.beams:
+        first, last = (attached(piece, point) for piece, point in zip(beam.pieces, beam.points, strict=True))
+        path = [first, *(node(point) for point in beam.divided(elements)[1:-1]), last]
         section = scale.stiffness * np.array([scale.length] * 3 + [scale.length**3] * 3)
-        beams.append(
-            {
-                "tag": 1_000_000 + number,
-                "nodes": ends,
-                "stiffness": (np.array(beam.stiffness) / section).tolist(),
-                "z": beam.axes[:, 2].tolist(),
-                "load": (beam.axes.T @ beam.load[:3] * scale.length / scale.force).tolist(),
-                "at_ends": (_at_ends(beam) / np.tile(scale.wrench, 2)).tolist(),
-            }
-        )
+        for ends in pairwise(path):
+            beams.append(
+                {
+                    "tag": 1_000_000 + len(beams),
+                    "nodes": [*ends],
+                    "stiffness": (np.array(beam.stiffness) / section).tolist(),
+                    "z": beam.axes[:, 2].tolist(),
+                    "load": (beam.axes.T @ beam.load[:3] * scale.length / scale.force).tolist(),
+                    "at_ends": (_at_ends(beam) / np.tile(scale.wrench, 2)).tolist(),
+                    "mass": 0.0,
+                }
+            )
     fixed.append(references[model.base])
     loads = [
-        [references[piece], (load / scale.wrench).tolist()]
+        (references[piece], (load / scale.wrench).tolist())
         for piece, load in enumerate(model.loads)
         if piece != model.base and np.any(load)
     ]
-    lists = {
+    return {
         "nodes": nodes,
         "fixed": fixed,
         "ties": ties,
         "springs": springs,
         "beams": beams,
         "loads": loads,
+        "probes": [references[piece] for piece in probes],
+        "masses": [],
+        "modes": 0,
+        "springs_at_level": [],
     }
-    return {**lists, "probes": [references[piece] for piece in probes]}
 
 
 def _at_ends(beam: FrameBeam) -> Array:
@@ -222,7 +231,7 @@ def _orientation(axes: Array) -> list[float]:
     return [*axes[:, 0].tolist(), *axes[:, 1].tolist()]
 
 
-def _arrays(level: Mapping[str, object]) -> dict[str, Array]:
+def _arrays(level: Answer) -> dict[str, Array]:
     """Return a level's answer, still in units of the scale: how the probes move under the loads (6p,) and unit loads (6p, 6p)."""
     moved = np.array(level["moved"])
     return {
@@ -236,9 +245,14 @@ def _arrays(level: Mapping[str, object]) -> dict[str, Array]:
 # ---- extrapolation and forces --------------------------------------------------------------------------------------------
 
 
+def weights_at_zero(h: Array) -> Array:
+    """Return the weights (n,) of values at h (n,) in that at h = 0 of the polynomial through them."""
+    return np.array([np.prod([other / (other - mine) for other in h if other != mine]) for mine in h])
+
+
 def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
     """Return the value at h = 0 of the polynomial through the levels."""
-    weights = [float(np.prod([other / (other - mine) for other in h if other != mine])) for mine in h]
+    weights = weights_at_zero(h).tolist()
     return {name: sum((w * level[name] for w, level in zip(weights, levels, strict=True)), np.zeros(())) for name in levels[0]}
 
 
@@ -297,13 +311,20 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
 # ---- the process that does the work --------------------------------------------------------------------------------------
 
 
-def _run(frame: dict[str, object]) -> list[dict[str, object]]:
-    """Solve a frame by OpenSees in a separate process."""
+def run(frame: Frame, springs: list[tuple[float, float]]) -> list[Answer]:
+    """Solve a frame by OpenSees in a separate process, for each stiffness of blocked and of free directions of joints."""
     if importlib.util.find_spec("openseespy") is None:
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
     command = [sys.executable, str(Path(__file__).with_name("worker.py"))]
     try:
-        done = subprocess.run(command, input=json.dumps(frame), capture_output=True, text=True, timeout=PATIENCE, check=False)
+        done = subprocess.run(
+            command,
+            input=json.dumps({**frame, "springs_at_level": springs}),
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         raise OpenSeesError(f"OpenSees did not finish within {PATIENCE:g} s") from None
     try:
@@ -316,8 +337,8 @@ def _run(frame: dict[str, object]) -> list[dict[str, object]]:
             "liblapack3 and libgfortran5 may be missing"
         )
     if "singular" in answer:
-        raise _SingularFrame(f"OpenSees failed: {answer['singular']}")
+        raise SingularFrame(f"OpenSees failed: {answer['singular']}")
     if "error" in answer:
         raise OpenSeesError(f"OpenSees failed: {answer['error']}")
-    levels: list[dict[str, object]] = answer["levels"]
+    levels: list[Answer] = answer["levels"]
     return levels

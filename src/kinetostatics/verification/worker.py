@@ -25,6 +25,7 @@ class SpringInput(TypedDict):
     """A spring between two nodes; stiffness None: the direction is constrained."""
 
     tag: int
+    joint: str
     nodes: list[int]
     stiffness: list[float | None]
     axes: list[float]
@@ -32,7 +33,7 @@ class SpringInput(TypedDict):
 
 
 class BeamInput(TypedDict):
-    """A beam, its axial force, and the other loads on its two ends."""
+    """A beam or a piece of one: its load per length, and the other loads on its two ends; its mass per length."""
 
     tag: int
     nodes: list[int]
@@ -40,10 +41,11 @@ class BeamInput(TypedDict):
     z: list[float]
     load: list[float]
     at_ends: list[float]
+    mass: float
 
 
 class Frame(TypedDict):
-    """A frame as read from standard input."""
+    """A frame as read from standard input: for its lowest ``modes`` eigenvalues, or if these are 0 its displacements."""
 
     nodes: list[list[float]]
     fixed: list[int]
@@ -52,10 +54,15 @@ class Frame(TypedDict):
     beams: list[BeamInput]
     loads: list[tuple[int, list[float]]]
     probes: list[int]
+    masses: list[tuple[int, float]]
+    modes: int
     springs_at_level: list[tuple[float, float]]
 
 
-#: Displacements of the probes and forces of springs and beams; one row for each load, spring or beam.
+#: Number of equations of a dense matrix whose eigenvalues are found in no time.
+FEW = 100
+
+#: Displacements of the probes and forces of springs and beams; one row for each load, spring or beam; or eigenvalues.
 Answer: TypeAlias = dict[str, list[list[float]]]
 
 
@@ -103,7 +110,13 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     for beam in frame["beams"]:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
-        ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], 1.0, 1.0, EA, GJ, EIy, EIz, GAy, GAz, beam["tag"])
+        # its rotary inertia about its axis takes J for the polar moment of area: with the shear modulus that makes it that
+        G = GJ / (EIy + EIz)
+        numbers = 1.0, G, EA, EIy + EIz, EIy, EIz, GAy / G, GAz / G, beam["tag"]
+        mass = ("-mass", beam["mass"], "-cMass") if beam["mass"] else ()
+        ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], *numbers, *mass)
+    for tag, mass_there in frame["masses"]:
+        ops.mass(tag, *[mass_there] * 3, 0.0, 0.0, 0.0)
     ops.timeSeries("Constant", 1)
     ops.constraints("Transformation")
     ops.numberer("RCM")
@@ -124,6 +137,16 @@ def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
             analyze(ops, 2)
             answer["moved"].append(displacements(ops, frame))
     return answer
+
+
+def eigenvalues(ops: ModuleType, frame: Frame, penalty: float, regularization: float) -> Answer:
+    """Return the lowest eigenvalues; Arnoldi's method needs more equations than it finds, and masses that are not too few."""
+    build(ops, frame, penalty, regularization)
+    equations = 6 * (len(frame["nodes"]) - len(frame["fixed"]) - len(frame["ties"]))
+    try:
+        return {"squares": [ops.eigen("-genBandArpack" if equations > FEW else "-fullGenLapack", min(frame["modes"], equations))]}
+    except Exception:
+        raise SingularFrameError("the frame has no eigenvalues") from None
 
 
 def displacements(ops: ModuleType, frame: Frame) -> list[float]:
@@ -222,9 +245,8 @@ def main() -> None:
         answer = {"missing": f"{type(cause).__name__}: {cause}"}
     else:
         try:
-            answer = {
-                "levels": [solve(ops, frame, penalty, regularization) for penalty, regularization in frame["springs_at_level"]]
-            }
+            ask = eigenvalues if frame["modes"] else solve
+            answer = {"levels": [ask(ops, frame, *level) for level in frame["springs_at_level"]]}
         except SingularFrameError as error:
             answer = {"singular": str(error)}
         except Exception as error:

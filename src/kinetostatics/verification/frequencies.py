@@ -1,0 +1,179 @@
+"""Natural frequencies of a frame by OpenSeesPy: beams in several elements with consistent masses, extrapolated.
+
+Rigid bodies, and the mass of beams beside their centre lines, are point masses on arms. Eigenvalues have errors of even powers of
+the length of elements, and of all powers of the inverse penalty of joints: several meshes and penalties extrapolate both.
+Where nothing but the small stiffness of free directions resists a motion, its eigenvalue follows this: such are zero. Where it
+follows the penalty the motion is rigid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.verification.frame import FrameBeam, FrameModel
+from kinetostatics.verification.opensees import FrameUnits, OpenSeesError, SingularFrame, frame_of, run, weights_at_zero
+from kinetostatics.verification.worker import Frame
+
+#: Elements of a beam: of so many meshes, of more while the numbers scatter by more than ``SURE``.
+MESHES, FEWEST = (3, 5, 7, 9, 13, 17), 4
+SURE = 5e-6
+#: Smallest penalty, as a multiple of the largest stiffness; each level doubles it and halves the stiffness of free directions,
+#: which is the first of these with which the numbers scatter that little.
+PENALTY, LEVELS = 20.0, 4
+REGULARIZATIONS = (1e-10, 1e-8, 1e-12, 1e-7, 1e-11, 1e-9)
+#: Ratio of eigenvalues at two levels above which they follow what doubles.
+FOLLOWS = 1.5
+#: Part of a beam's length below which its mass is on its centre line.
+BESIDE = 1e-9
+
+
+@dataclass(frozen=True)
+class Frequencies:
+    """Natural frequencies of a frame.
+
+    Attributes:
+        values: (count,) the lowest that are not zero [Hz]; infinite where there are fewer.
+        scatter: by how much they change, relative, with the finest mesh and the stiffest penalty.
+        zero: number of those that are zero.
+    """
+
+    values: Array
+    scatter: float
+    zero: int
+
+
+def frequencies(model: FrameModel, count: int) -> Frequencies:
+    """Return the lowest natural frequencies of a frame.
+
+    Raises:
+        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
+    """
+    scale = FrameUnits(model)
+    total = sum(item.mass for item in model.masses) + sum(beam.mass * beam.length for beam in model.beams)
+    found: list[Array] = []
+    best: Frequencies | None = None
+    for elements in MESHES if model.beams else MESHES[:1]:
+        mesh = _divided(model, scale, total, elements)
+        if not found:
+            regularization, levels = _coarsest(mesh, count)
+            zero = _zeros(levels)
+        else:
+            levels = _at_levels(mesh, regularization, zero + count)
+        found.append(levels[:, zero : zero + count])
+        if len(found) < (FEWEST if model.beams else 1):
+            continue
+        values = _limit(found)
+        less = _limit([levels[:-1] for levels in found]), _limit(found[:-1] or found)
+        scatter = max(relative_difference(item, values) for item in less)
+        if best is None or scatter < best.scatter:
+            best = Frequencies(values * np.sqrt(scale.stiffness / total) / (2 * np.pi), scatter, zero)
+        if scatter < SURE:
+            break
+    assert best is not None
+    return best
+
+
+def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
+    """Return the stiffness of free directions that disturbs least, and a mesh's eigenvalues with it, zeros first."""
+    best: tuple[float, float, Array] | None = None
+    failure: OpenSeesError | None = None
+    for regularization in REGULARIZATIONS:
+        asked = count
+        try:
+            while True:
+                levels = _at_levels(mesh, regularization, asked)
+                zero = _zeros(levels)
+                if zero + count <= asked:
+                    break
+                asked = 2 * zero + count
+        except SingularFrame as error:
+            failure = error
+            continue
+        levels = levels[:, : zero + count]
+        scatter = relative_difference(_limit([levels[:-1, zero:]]), _limit([levels[:, zero:]]))
+        if best is None or scatter < best[0]:
+            best = scatter, regularization, levels
+        if scatter < SURE:
+            break
+    if best is None:
+        raise failure or OpenSeesError("OpenSees was not run")
+    return best[1:]
+
+
+def _zeros(levels: Array) -> int:
+    """Return the number of the first of the eigenvalues (levels, n) that follow the stiffness of free directions."""
+    follows = np.all(levels[:-1] > FOLLOWS * levels[1:], axis=0)
+    return int(np.argmin(np.append(follows, False)))
+
+
+def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
+    """Return the lowest eigenvalues (levels, number), ascending, infinite where there are fewer."""
+    levels = run({**mesh, "modes": number}, [(PENALTY * 2**k, regularization / 2**k) for k in range(LEVELS)])
+    found = np.full((LEVELS, number), np.inf)
+    for k, level in enumerate(levels):
+        squares = np.sort(np.array(level["squares"][0]))
+        found[k, : len(squares)] = squares
+    return found
+
+
+def _limit(meshes: list[Array]) -> Array:
+    """Return the roots (count,) of eigenvalues, extrapolated from those (levels, count) of meshes; infinite as the penalty is."""
+    rigid = ~(meshes[0][1] < FOLLOWS * meshes[0][0])
+    with np.errstate(invalid="ignore"):
+        rows = [weights_at_zero(np.array([0.5**k for k in range(len(mesh))])) @ mesh for mesh in meshes]
+        squares = weights_at_zero(1 / np.square(MESHES[: len(rows)], dtype=float)) @ np.array(rows)
+    return np.sqrt(np.where(rigid, np.inf, np.maximum(squares, 0)))
+
+
+def relative_difference(some: Array, other: Array) -> float:
+    """Return the largest relative difference of positive numbers; infinite ones differ from finite ones alone."""
+    known = np.isfinite(some) | np.isfinite(other)
+    with np.errstate(invalid="ignore"):
+        gaps = np.abs(some[known] / other[known] - 1)
+    return float(gaps.max(initial=0.0)) if np.all(np.isfinite(gaps)) else float("inf")
+
+
+# ---- masses ----------------------------------------------------------------------------------------------------------------
+
+
+def _divided(model: FrameModel, scale: FrameUnits, total: float, elements: int) -> Frame:
+    """Return the frame with masses, in units of the total mass."""
+    frame = frame_of(model, scale, [], elements)
+
+    def put(node: int, point: Array, mass: float) -> None:
+        """Put a point mass on an arm of a node."""
+        if mass and node not in frame["fixed"]:
+            frame["ties"].append([node, len(frame["nodes"])])
+            frame["masses"].append((len(frame["nodes"]), mass / total))
+            frame["nodes"].append((point / scale.length).tolist())
+
+    for body in model.masses:
+        # pairs of masses on arms as long as the frame, which the mass in their middle may more than take back
+        values, axes = np.linalg.eigh(np.trace(body.inertia) / 2 * np.eye(3) - body.inertia)
+        around = values / (2 * scale.length**2)
+        for mass, axis in zip(around, axes.T, strict=True):
+            put(body.piece, body.centre + scale.length * axis, mass)
+            put(body.piece, body.centre - scale.length * axis, mass)
+        put(body.piece, body.centre, body.mass - 2 * float(np.sum(around)))
+    for number, beam in enumerate(model.beams):
+        mine = frame["beams"][elements * number : elements * (number + 1)]
+        if np.linalg.norm(beam.lever) < BESIDE * beam.length:
+            for item in mine:
+                item["mass"] = beam.mass * scale.length / total
+            continue
+        path = [beam.pieces[0], *(item["nodes"][1] for item in mine[:-1]), beam.pieces[1]]
+        for k, (node, point) in enumerate(zip(path, beam.divided(elements), strict=True)):
+            share = beam.mass * beam.length / elements * (0.5 if k in (0, elements) else 1.0)
+            for arm in _around(beam):
+                put(node, point + beam.lever + arm, share / 4)
+    return frame
+
+
+def _around(beam: FrameBeam) -> list[Array]:
+    """Return four arms (3,) at whose ends equal masses have the rotary inertia of a beam's section."""
+    EA, *_, EI_y, EI_z = beam.stiffness
+    arms = beam.axes[:, 1] * np.sqrt(2 * EI_z / EA), beam.axes[:, 2] * np.sqrt(2 * EI_y / EA)
+    return [sign * arm for arm in arms for sign in (1.0, -1.0)]
