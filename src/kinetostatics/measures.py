@@ -140,6 +140,8 @@ MEASURES: Mapping[str, Measure] = {
         "residual_error", _D, _length),
     "residual_angular_sag": Measure("|r| that remains at the corrected actuators", "residual angular sag", "angle",
         "residual_error", _R, _length),
+    "first_frequency": Measure("lowest natural frequency that is not zero", "first natural frequency", "frequency",
+        "frequencies", slice(None), lambda frequencies, _: frequencies[..., 0], "large"),
     "deflection_any_direction": Measure("largest displacement under a force: f times the largest eigenvalue of C_dd",
         "largest displacement of {who} under {size} N from any direction", "length", "compliance", _D, _eigenvalue(-1),
         argument="force"),

@@ -144,7 +144,13 @@ def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
     """In mm and N every index is the same quantity: no eigenvalue mixes metres and radians."""
     C, twist, L = random_compliances(6), np.random.default_rng(7).standard_normal((5, 6)) * 1e-5, 0.31
     metres = map_of(
-        {"z": (np.arange(5.0), "m")}, compliance=C, twist=twist, length=L, forces={"a": np.arange(5.0) + 1}, residual_error=twist
+        {"z": (np.arange(5.0), "m")},
+        compliance=C,
+        twist=twist,
+        length=L,
+        forces={"a": np.arange(5.0) + 1},
+        residual_error=twist,
+        frequencies=C[:, 0, :2],
     )
     s = np.array([1e3] * 3 + [1.0] * 3)
     millimetres = map_of(
@@ -154,8 +160,9 @@ def test_units_say_how_numbers_change_from_metres_to_millimetres(name):
         length=L * 1e3,
         forces={"a": np.arange(5.0) + 1},
         residual_error=twist * s,
+        frequencies=C[:, 0, :2],
     )
-    factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N·m/rad": 1e3, "1": 1.0, "N": 1.0}[indices.INDICES[name].unit]
+    factor = {"m": 1e3, "rad": 1.0, "N/m": 1e-3, "N·m/rad": 1e3, "1": 1.0, "N": 1.0, "Hz": 1.0}[indices.INDICES[name].unit]
     close(indices.quantity(millimetres, name), factor * indices.quantity(metres, name), 1e-7)
 
 
@@ -252,6 +259,7 @@ def test_only_valid_poses_have_numbers(name):
         twist=np.ones(6),
         forces={"a": 1.0},
         residual_error=np.ones(6),
+        frequencies=[3.0, 4.0],
         status=[int(item) for item in STATUSES],
     )
     good = np.array([item.name in ("OK", "INDETERMINATE", "BASIS_DEGENERATE") for item in STATUSES])
@@ -266,7 +274,7 @@ def test_poses_without_numbers_do_not_disturb_others():
     C[1] = np.nan
     ds = beams(C, status=[0, 2, 0, 0])
     for name in indices.INDICES:
-        if "force" not in name and "sag" not in name:
+        if not any(word in name for word in ("force", "sag", "frequency")):
             found = indices.quantity(ds, name)
             close(found[[0, 2, 3]], indices.quantity(beams(), name)[[0, 2, 3]], 1e-14)
             assert np.isnan(found[1])

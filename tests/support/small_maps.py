@@ -21,6 +21,7 @@ def map_of(
     pose=None,
     contribution=None,
     residual_error=None,
+    frequencies=None,
 ):
     """Return a map over coordinates ``{name: (values, units)}``; all arrays batch first.
 
@@ -35,6 +36,7 @@ def map_of(
         pose: (…, 6).
         contribution: {source: (…, 6)}.
         residual_error: (…, 6) what no actuator corrects.
+        frequencies: (…, modes).
     """
     dims = tuple(coordinates)
     shape = tuple(len(values) for values, _ in coordinates.values())
@@ -69,6 +71,9 @@ def map_of(
         coords["source"] = list(contribution)
         stacked = np.stack([np.broadcast_to(part, (*shape, 6)) for part in contribution.values()], axis=-2)
         data["contribution"] = ((*dims, "source", "component"), stacked, {"unit_coordinate": "component_unit"})
+    if frequencies is not None:
+        frequencies = np.broadcast_to(frequencies, (*shape, np.shape(frequencies)[-1]))
+        data["frequency"] = ((*dims, "natural_mode"), frequencies, {"units": "Hz"})
     if pose is not None:
         data["platform_pose"] = (
             (*dims, "platform_coordinate"),

@@ -63,7 +63,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     if args.platform or args.actuators:
         option, given = grid_of(_first_robot(args, parameters) if args.actuators else None, args)
         options[option[2:]] = given
-    options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "workers"), args)
+    options |= given_of(("orientation", "closure_tolerance", "platform_link", "base_link", "outputs", "modes", "workers"), args)
     options |= given_of(("out", "restart"), args)
     return SWEEP.called()(
         args.robot, **loads_of(args), **options, progress=False if args.quiet else None, command_line=args.command_line
@@ -106,7 +106,7 @@ SWEEP = Command(
     _sweep,
     help="map sag, stiffness and actuator forces over the workspace",
     description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
-    arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS),
+    arguments=(*ROBOT, *(name for name in POSE if name != "near"), *LOADS, "modes"),
     own={
         "parameters": Argument(
             "items", "values of the file's xacro arguments, or grids of values", "NAME=VALUES", option="--set"
@@ -140,6 +140,7 @@ sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientat
 sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --outputs default beams --out map.zarr
 sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --outputs gravity_mechanisms --out g.nc
 sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --outputs default compensation --out corrected.nc
+sweep 3rps --platform z=550mm rx=-20deg:20deg:41 ry=-20deg:20deg:41 --modes 3 --out frequencies.nc
 sweep gough_stewart --platform z=0.5 x=-0.1:0.1:101 y=-0.1:0.1:101 rx=0 ry=0 rz=0 --outputs twist --out twist.nc
 """,
 )

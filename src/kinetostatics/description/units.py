@@ -33,6 +33,7 @@ BASIC: dict[str, tuple[int, Dimension]] = {
     "J": (0, (2, 1, -2, 0, 0)),
     "Pa": (0, (-1, 1, -2, 0, 0)),
     "bar": (5, (-1, 1, -2, 0, 0)),
+    "Hz": (0, (0, 0, -1, 0, 0)),
 }
 #: SI prefixes as powers of ten; u and both Unicode letters µ are micro.
 PREFIXES = {
@@ -58,6 +59,7 @@ KINDS = {
     "angle": "rad",
     "mass": "kg",
     "time": "s",
+    "frequency": "Hz",
     "temperature": "K",
     "force": "N",
     "moment": "N·m",
@@ -75,7 +77,7 @@ PLATFORM_KINDS = {
 }
 #: List of units for messages.
 KNOWN = (
-    "m, g, s, K, rad, deg, N, J, Pa and bar, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and combinations: "
+    "m, g, s, K, rad, deg, N, J, Pa, bar and Hz, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and combinations: "
     "N·m or Nm, N/mm, kg/m³ or kg/m3, m/s²"
 )
 

@@ -47,6 +47,8 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
 def absent(name: str) -> str:
     """Return the message on a missing variable of a map."""
     group = VARIABLES[name].group
+    if group == "modes":
+        return f"the map has no {name!r}; sweep with modes=3, or as many as you need"
     return f"the map has no {name!r}; sweep with {(name if group in ('default', 'always') else group)!r} among the outputs"
 
 

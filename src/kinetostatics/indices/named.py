@@ -45,7 +45,7 @@ def names(ds: xr.Dataset) -> list[str]:
 def _applies(ds: xr.Dataset, index: str) -> bool:
     """Return whether an index exists for a Dataset: robots may have no actuators, or actuators that push and others that turn."""
     name = _variable(INDICES[index])
-    return (name in ds or not name.startswith(("actuator", "residual"))) and (
+    return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
     )
 
@@ -108,6 +108,8 @@ def _index(ds: xr.Dataset, measure: Measure, beyond_limits: bool, size: float = 
         unit = units.pop()
         words = words if unit == "N" else words.replace("force", "torque")
         dims = ["actuator"]
+    elif measure.of == "frequencies":
+        dims = ["natural_mode"]
     else:
         components = list(COMPONENTS[measure.part])
         dims = [dim for dim in ("component", "component_2") if dim in array.dims]
@@ -294,7 +296,11 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
     values = quantity(ds, what, beyond_limits)
     dims = [str(dim) for dim in values.dims]
     size = abs(values)
-    large = INDICES[what].better == "large" if what in INDICES else what.partition(":")[0] in ("stiffness_along", "stiffness")
+    large = (
+        INDICES[what].better == "large"
+        if what in INDICES
+        else what.partition(":")[0] in ("stiffness_along", "stiffness", "frequency")
+    )
     smallest = large != best
     # a NaN must lose; all-NaN chunks of dask would raise in nanargmin
     size = size.fillna(np.inf) if smallest else size.fillna(-1.0)

@@ -15,7 +15,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     name: tuple(f"{prefix}{name}" for prefix in prefixes)
     for prefixes, names in (
         (("", "m", "µ", "n"), ("m", "rad")),
-        (("",), ("kg",)),
+        (("",), ("kg", "Hz")),
         (("", "k", "M", "m"), ("N", "N·m")),
         (("", "k", "M", "G"), ("Pa", "N/m", "N·m/rad", "N/rad", "N·m/m")),
         (("", "m", "µ", "n", "p"), ("m/N", "m/(N·m)", "rad/N", "rad/(N·m)")),

@@ -11,6 +11,7 @@ import numpy as np
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import Keyword
 from kinetostatics.compensation import compensate
+from kinetostatics.dynamics.modes import modes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
@@ -101,6 +102,10 @@ def _numbers(
         shifts = np.stack(list(corrected.corrections.values()), axis=-1)
         more = {"actuator_correction": shifts, "residual_error": corrected.residual_error}
         found |= {name: np.broadcast_to(more[name], (*counts, *more[name].shape[-2:])) for name in more if name in labels.outputs}
+    if plan.modes:
+        vibrations = modes(configuration, plan.modes, payload=plan.payload)
+        more = {"frequency": vibrations.frequencies, "zero_frequencies": vibrations.zero_frequencies}
+        found |= {name: more[name] for name in more if name in labels.outputs}
     return found
 
 
@@ -130,7 +135,7 @@ def _extract(
         reported = {name: getattr(result, name) for name in REPORTED}
         facts = {**reported, "basis_degenerate": ~np.isin(result.status, WITHOUT_NUMBERS)}
         own |= {"basis_degenerate": lambda: facts["basis_degenerate"], "status": lambda: status_of(result.status, facts)}
-    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group != "compensation"}
+    paths = {entry.variable: path for path, entry in QUANTITIES.items() if entry.group not in ("compensation", "modes")}
     found = {}
     for name, entry in labels.variables.items():
         if name in paths:

@@ -76,6 +76,7 @@ _AXES = {
     "joint_coordinate": "coordinate of the model",
     "beam": "beam",
     "spring": "spring",
+    "natural_mode": "natural mode, by ascending frequency",
 }
 #: Attributes of variables whose numbers stand for words.
 FLAGS: Mapping[str, Mapping[str, object]] = {
@@ -113,6 +114,7 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
         "beam": tuple(robot.description.beams),
         "platform_coordinate": pose,
         "joint_coordinate": tuple(name for name, _ in q),
+        "natural_mode": tuple(str(k + 1) for k in range(plan.modes)),
     }
     units = units_along(robot.statics)
     said: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {}

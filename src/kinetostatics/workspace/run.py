@@ -57,6 +57,7 @@ def sweep(
     platform_link: str | None = None,
     base_link: str | None = None,
     outputs: Sequence[str] = ("default",),
+    modes: int = 0,
     closure_tolerance: float = 1e-10,
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
@@ -92,6 +93,8 @@ def sweep(
             and the residual error, see :func:`kinetostatics.compensate`). Status, mode, ``platform_pose``, ``q`` and
             ``characteristic_length`` are always included. On a grid of actuators, the best conditioned platform coordinates are
             controlled.
+        modes: number of natural frequencies, with locked actuators and the payload, see :func:`kinetostatics.modes`; if any,
+            ``frequency`` and ``zero_frequencies`` are among the variables.
         closure_tolerance: largest gap of a closed loop [m, rad].
         engine: see :func:`kinetostatics.analyze`; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr``, written during the computation in bounded memory. After an interruption, the same call
@@ -139,6 +142,7 @@ def sweep(
             engine,
             loads,
             payload,
+            modes,
         )
         labels = labels_of(plan, first)
         try_plan(plan, first)

@@ -65,6 +65,7 @@ def read_plan(
     engine: str = "auto",
     loads: Mapping[str, object] | None = None,
     payload: Payload | None = None,
+    modes: int = 0,
 ) -> tuple[SweepPlan, Robot]:
     """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -78,11 +79,13 @@ def read_plan(
         raise ArgumentError("give either platform= or actuators=, not both")
     check("frame", frame)
     engine = check_engine(engine)
-    wanted = names_in("outputs", outputs, '["twist", "stiffness"]')
+    wanted = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes) else [])]
     groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
     for name in wanted:
         if name not in VARIABLES and name not in groups:
             raise ArgumentError(f"no output {name!r}: {near_names(name, [*groups, *VARIABLES])}")
+        if not modes and "modes" in (name, name in VARIABLES and VARIABLES[name].group):
+            raise ArgumentError(f"output {name!r} needs modes=, the number of natural frequencies")
     variables = tuple(name for name, item in VARIABLES.items() if name in wanted or item.group in wanted)
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
@@ -127,6 +130,7 @@ def read_plan(
         variables,
         provenance.versions(),
         engine_for(engine, math.prod(axis.size for axis in axes)),
+        modes=modes,
     )
     if any(VARIABLES[name].group == "compensation" for name in variables):
         plan = replace(plan, compensated=_compensated(first, kind, list(given), orientation))

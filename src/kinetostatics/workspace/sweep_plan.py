@@ -93,6 +93,7 @@ class SweepPlan:
         versions: of the packages that compute, by name.
         engine: as :func:`kinetostatics.analyze` takes it.
         compensated: coordinates of the platform for which actuators are corrected; empty: no corrections are among the outputs.
+        modes: number of natural frequencies.
     """
 
     source: Source
@@ -113,6 +114,7 @@ class SweepPlan:
     versions: Mapping[str, str]
     engine: str = "auto"
     compensated: tuple[str, ...] = ()
+    modes: int = 0
 
     @property
     def extras(self) -> dict[str, Keyword]:
@@ -222,6 +224,7 @@ class SweepPlan:
             **{name: plain(value) for name, value in self.extras.items() if name == "assembly_errors" or value is not None},
             "closure_tolerance": self.closure_tolerance,
             "outputs": list(self.outputs),
+            **({"modes": self.modes} if self.modes else {}),
         }
 
     @cached_property
