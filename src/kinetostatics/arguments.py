@@ -138,7 +138,7 @@ ARGUMENTS: Mapping[str, Argument] = {
         "NAME",
     ),
     "within": Argument("number", "largest relative difference that counts as verified (default: 1e-08)", "D"),
-    "modes": Argument("count", "number of natural frequencies (default: 0)", "N", least=0),
+    "modes": Argument("count", "number of modes of vibration: their natural frequencies, or an animation of them", "N", least=0),
     "hinge_axis": Argument(
         "items",
         "limbs whose frame has its x axis, not its y axis, along the first hinge (the paper's PRU limbs)",

@@ -239,7 +239,7 @@ VIEW = Command(
     _view,
     help="show the deformed robot in the browser",
     description="Show the deformed robot in the browser: bent beams, forces, and contributions of each weight and load.",
-    arguments=(*ROBOT, *POSE, *LOADS),
+    arguments=(*ROBOT, *POSE, *LOADS, "modes"),
     own={
         "html": Argument("text", "write the page to a file that needs no server and no network", "FILE"),
         "screenshot": Argument("text", "write an image with its legend; needs Chromium or Chrome", "FILE.png"),
@@ -256,7 +256,6 @@ VIEW = Command(
             f"(default: {POSES} poses)",
             "NAME=FROM:TO[:POSES]",
         ),
-        "modes": Argument("count", "an animation of so many modes of vibration, chosen on the page", "N"),
         "by_mechanism": Argument(
             "flag", "two sliders for the weight of each limb: its effects by attached wrenches and by deformation of the limb"
         ),

@@ -170,7 +170,8 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
         shapes[pose, k] = space @ turn[:, free + k - mine[0]]
     twists = np.einsum("nik,nmk->nmi", platform, shapes[..., : platform.shape[2]])
     still = np.linalg.norm(twists, axis=-1) < _MOVES * np.linalg.norm(shapes, axis=-1)
-    rows = np.where(still[..., None], shapes, np.pad(twists, [(0, 0), (0, 0), (0, shapes.shape[2] - 6)]))
+    width = max(6, shapes.shape[2])
+    rows = np.where(still[..., None], *(np.pad(item, [(0, 0), (0, 0), (0, width - item.shape[2])]) for item in (shapes, twists)))
     first = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=-1, keepdims=True), axis=-1)
     shapes *= np.where(np.take_along_axis(rows, first[..., None], axis=-1) < 0, -1.0, 1.0)
 
