@@ -16,28 +16,26 @@ from kinetostatics.math.arrays import Array
 INNER = 5
 
 
-def _matrices() -> tuple[Array, Array]:
-    """Return ∫ f″f″ (3, 3) of the cubic polynomials on 0 … 1, and ∫ f′f′ and ∫ s f′f′ (2, 8, 8) of all.
-
-    The inner ones are orthonormal in ∫ f″f″; those of the cubic ones with them vanish.
-    """
+def _functions() -> list[np.polynomial.Polynomial]:
+    """Return the cubic polynomials on 0 … 1, and the inner ones, orthonormal in ∫ f″f″; that of a cubic and an inner one is 0."""
     P = np.polynomial.Polynomial
     s = P([0, 1])
-    hermite = [P([0, 0, 3, -2]), P([0, 1, -2, 1]), P([0, 0, -1, 1])]
     legendre = [np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(kind=P) for k in range(INNER)]
-    functions = [*hermite, *(16 * s**2 * (1 - s) ** 2 * item for item in legendre)]
-    points, weights = np.polynomial.legendre.leggauss(12)
-    points, weights = (points + 1) / 2, weights / 2
-    bend = np.array([f.deriv(2)(points) for f in functions])
-    slope = np.array([f.deriv()(points) for f in functions])
-    K = np.einsum("q,iq,jq->ij", weights, bend, bend)
-    basis = np.eye(3 + INNER)
-    basis[3:, 3:] = np.linalg.inv(np.linalg.cholesky(K[3:, 3:])).T
-    powers = np.array([weights, weights * points])
-    return K[:3, :3], basis.T @ np.einsum("kq,iq,jq->kij", powers, slope, slope) @ basis
+    inner = [16 * s**2 * (1 - s) ** 2 * item for item in legendre]
+    bend = np.array([f.deriv(2)(_POINTS) for f in inner])
+    basis = np.linalg.inv(np.linalg.cholesky(np.einsum("q,iq,jq->ij", _WEIGHTS, bend, bend)))
+    orthonormal = [sum((factor * f for factor, f in zip(row, inner, strict=True)), P([0])) for row in basis]
+    return [P([0, 0, 3, -2]), P([0, 1, -2, 1]), P([0, 0, -1, 1]), *orthonormal]
 
 
-_BENDING, _TENSION = _matrices()
+#: Points and weights of Gauss's quadrature on 0 … 1.
+_POINTS, _WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
+_FUNCTIONS = _functions()
+_BEND = np.array([f.deriv(2)(_POINTS) for f in _FUNCTIONS[:3]])
+_SLOPE = np.array([f.deriv()(_POINTS) for f in _FUNCTIONS])
+#: ∫ f″f″ (3, 3) of the cubic polynomials, and ∫ f′f′ and ∫ s f′f′ (2, 8, 8) of all.
+_BENDING = np.einsum("q,iq,jq->ij", _WEIGHTS, _BEND, _BEND)
+_TENSION = np.einsum("kq,iq,jq->kij", [_WEIGHTS, _WEIGHTS * _POINTS], _SLOPE, _SLOPE)
 #: Largest eigenvalue of the inner part of ∫ f′f′: 1 / 4π².
 _CLAMPED = float(np.linalg.eigvalsh(_TENSION[0, 3:, 3:])[-1])
 _A, _B = _TENSION[:, :3, 3:]
@@ -78,3 +76,17 @@ def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
     change = last - first
     factors = np.stack([first, change, held * first**2, held * first * change, held * change**2])
     return np.asarray((_CONDENSED.reshape(5, 9).T @ factors).reshape(3, 3, -1))
+
+
+def deflection(s: Array, moved: Array, inner: Array, EI: float, length: Array) -> tuple[Array, Array]:
+    """Return the deflections relative to the start [m], and the slopes, at s (S,) of the length: (S, N, …).
+
+    Args:
+        s: from 0 at the start to 1 at the end.
+        moved, inner: (3, N, …) coordinates of :func:`bending`, and (INNER, N, …) the others of :func:`tension`.
+        EI, length: see :func:`bending`.
+    """
+    L = length.reshape(-1, *(1,) * (moved.ndim - 2))
+    coordinates = np.concatenate([moved, inner * np.sqrt(L**3 / EI)])
+    values, slopes = (np.array([f(s) for f in given]) for given in (_FUNCTIONS, [f.deriv() for f in _FUNCTIONS]))
+    return np.tensordot(values, coordinates, (0, 0)), np.tensordot(slopes, coordinates, (0, 0)) / L

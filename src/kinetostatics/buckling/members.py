@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER
+from kinetostatics.buckling.shapes import BucklingModes
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
@@ -84,10 +87,11 @@ class Members:
 
         It is 1/λ of the first mode that involves the member; 0 without such a mode, as under tension.
         """
-        forces = forces_of(self.structure, solution)
         found = np.zeros((len(self.names), solution.o.shape[1]))
-        for poses in self._chunks(found.shape[1]):
-            found[:, poses] = self._ratios(stability(self.structure, forces.take(poses)))
+        if self.names:
+            forces = forces_of(self.structure, solution)
+            for poses in self._chunks(found.shape[1]):
+                found[:, poses] = self._ratios(stability(self.structure, forces.take(poses)))
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
@@ -107,7 +111,23 @@ class Members:
 
     def _chunks(self, N: int) -> list[Index]:
         coordinates = len(self.structure.freedoms) + 2 * INNER * len(self.structure.beams)
-        return np.array_split(np.arange(N), -(-N * coordinates**2 // _CHUNK)) if N and self.names else []
+        return np.array_split(np.arange(N), max(-(-N * coordinates**2 // _CHUNK), 1)) if N else []
+
+    def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
+        """Yield the first modes of the given poses, of some after others."""
+        forces = forces_of(self.structure, solution).take(poses)
+        for some in self._chunks(len(poses)):
+            yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
+
+    def second_order(self, solution: Solution, poses: Index | None = None) -> tuple[Array, ...]:
+        """Return what geometric stiffness changes at all poses, or the given ones, see :meth:`BucklingModes.second_order`."""
+        forces = forces_of(self.structure, solution)
+        forces = forces if poses is None else forces.take(poses)
+        parts = []
+        for some in self._chunks(forces.o.shape[1]):
+            here = forces.take(some)
+            parts.append(BucklingModes.of(stability(self.structure, here)).second_order(here))
+        return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))
 
     def _ratios(self, item: Stability) -> Array:
         """Return the ratios (members, N)."""

@@ -15,6 +15,7 @@ from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tensi
 from kinetostatics.buckling.elimination import definite_in_order, fronts
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, dot
+from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import beam_forces
@@ -63,14 +64,14 @@ class Stability:
         geometric: K_G (N, n + b, n + b) of both.
         unheld: (N, n) stiffness that holds what nothing else does, where only signs are asked for [N/m].
         beams: the strain energy of every beam, by name.
-        followers: coordinates that have no stiffness of their own, as others move them along.
+        motions: what the coordinates of rigid bodies stand for.
     """
 
     stiffness: Array
     geometric: Array
     unheld: Array
     beams: dict[str, BeamEnergy]
-    followers: tuple[Follower, ...]
+    motions: PlacedMotions
 
     def is_stable(self) -> bool:
         """Whether K + K_G is positive definite at all poses: none of them buckles."""
@@ -103,7 +104,7 @@ class Stability:
         A[:, :, :n] = A[:, :, :n] @ basis
         ratios, modes = np.linalg.eigh(A)
         modes[:, :n] = basis @ modes[:, :n]
-        for item in self.followers:
+        for item in self.motions.structure.followers:
             modes[:, item.column] = item.times * modes[:, item.master]
         ratios = np.where(np.abs(ratios) > _ROUNDING * np.abs(ratios).max(axis=1, keepdims=True, initial=0.0), ratios, 0.0)
         return np.where(fine[:, None], ratios, np.nan), modes
@@ -118,7 +119,8 @@ class Forces:
         beams: section forces (2, 3, N) at the start and the end of every beam, by name [N].
         joints: forces (3, J, N) of the predecessor on the successor of every joint of the joint table, and ``centres`` [m].
         centres: see ``joints``.
-        others: loads and weights on rigid bodies: the body, the force (3, N) and where it acts (3, N).
+        others: loads and weights on rigid bodies: the body, the wrench (6, N) about o, and where its force acts (3, N).
+        lines: loads (12, N) along beams but their weights, by name, see :class:`kinetostatics.statics.link_loads.AppliedLoad`.
     """
 
     frames: Frames
@@ -128,38 +130,44 @@ class Forces:
     joints: Array
     centres: Array
     others: list[tuple[RigidBody, Array, Array]]
+    lines: dict[str, Array]
 
     def take(self, poses: Index) -> Forces:
         """Return those of some poses."""
         beams = {name: force[..., poses] for name, force in self.beams.items()}
-        others = [(body, force[:, poses], point[:, poses]) for body, force, point in self.others]
+        others = [(body, wrench[:, poses], point[:, poses]) for body, wrench, point in self.others]
         frames, joints, centres = self.frames.take(poses), self.joints[..., poses], self.centres[..., poses]
-        return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others)
+        lines = {name: line[:, poses] for name, line in self.lines.items()}
+        return Forces(frames, self.o[:, poses], self.gravity[:, poses], beams, joints, centres, others, lines)
 
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
     """Return all forces at the poses of a solution; statically indeterminate ones have one of their possible values."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
-    others = [(structure.platform, solution.load[:3], solution.o)]
+    lines: dict[str, Array] = {}
+    others = [(structure.platform, solution.load, solution.o)]
     for item in solution.applied:
         for place, wrench in item.load.wrenches.items():
             if place in structure.body_at and place in item.load.points:
-                others.append((structure.body_at[place], wrench[:3] * item.times, item.load.points[place]))
+                others.append((structure.body_at[place], wrench * item.times, item.load.points[place]))
         for name, line in item.load.lines.items():  # which acts along the beam, not at its ends
-            ends = zip(model.topology.beam_ends[name], line_resultants(model.beams[name], frames, line), strict=True)
-            others += [(structure.body_at[place], -wrench[:3] * item.times, item.load.points[place]) for place, wrench in ends]
+            beam, lines[name] = model.beams[name], lines.get(name, 0.0) + line * item.times
+            resultants = line_resultants(beam, frames, line)
+            for place, wrench, end in zip(model.topology.beam_ends[name], resultants, beam.ends(frames), strict=True):
+                about_o = move_wrench(-wrench * item.times, solution.o - end)
+                others.append((structure.body_at[place], about_o, item.load.points[place]))
     centres = model.weights.centres(frames)
-    others += [(body, solution.weights[:3, k], centres[:, k]) for body, k in structure.weights]
+    others += [(body, solution.weights[:, k], centres[:, k]) for body, k in structure.weights]
     joints = signs[:, None] * carried_wrenches(model, solution)[:3]
     points = frames.points(table.centre_body, table.centre)
-    return Forces(frames, solution.o, solution.gravity, beam_forces(model, solution), joints, points, others)
+    return Forces(frames, solution.o, solution.gravity, beam_forces(model, solution), joints, points, others, lines)
 
 
 def stability(structure: SmallMotions, forces: Forces) -> Stability:
     """Assemble K and K_G."""
     found = _Assembly(structure, forces)
-    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, structure.followers)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, found.motions)
 
 
 def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
@@ -192,8 +200,8 @@ class _Assembly:
         # of bodies that are rigidly one, by their coordinates: forces and where they act, and directions of beams
         self.forces: dict[tuple[int, ...], list[tuple[Array, Array]]] = {}
         self.axes: dict[tuple[int, ...], list[Array]] = {}
-        for body, force, point in forces.others:
-            self._force(body, force, point)
+        for body, wrench, point in forces.others:
+            self._force(body, wrench[:3], point)
         with np.errstate(divide="ignore", invalid="ignore"):  # telescopes without length
             self.beams = dict(self._beams())
             self._springs()
@@ -238,7 +246,7 @@ class _Assembly:
     def _beams(self) -> Iterator[tuple[str, BeamEnergy]]:
         for beam in self.structure.beams:
             item, bodies = self.structure.model.beams[beam.name], (beam.inner, beam.outer)
-            axes = self.frames.orientations(np.array([item.span.carrier]), item.axes[:, :, None])[:, :, 0]
+            axes = item.world_axes(self.frames)
             axes = np.array(axes, order="C", subok=True)
             points = [
                 self.frames.point(item.span.start_body, item.span.start),

@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 # ---- analyze -------------------------------------------------------------------------------------------------------------
 
 #: Sections of the report of one pose.
-TABLES = ("pose", "summary", "twist", "gravity", "sag", "parts", "stiffness", "forces", "limbs", "joints", "ground", "beams")
+TABLES = (
+    *("pose", "summary", "twist", "gravity", "sag", "parts", "stiffness"),
+    *("forces", "limbs", "joints", "ground", "beams", "buckling"),
+)
 
 
 def _analyze(args: argparse.Namespace) -> int:

@@ -56,6 +56,10 @@ class BeamModel(ShortRepr):
         """Return start and end (3, N) [m]."""
         return frames.point(self.span.start_body, self.span.start), frames.point(self.span.end_body, self.span.end)
 
+    def world_axes(self, frames: Frames) -> Array:
+        """Return the beam axes x, y, z as columns (3, 3, N), world axes."""
+        return frames.orientations(np.array([self.span.carrier]), self.axes[:, :, None])[:, :, 0]
+
     @property
     def telescopic(self) -> bool:
         """Whether its length changes with the pose."""

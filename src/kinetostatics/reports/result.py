@@ -25,6 +25,7 @@ from kinetostatics.layout.report import Report
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.reports.batch import batch_sections, magnitudes
+from kinetostatics.reports.buckling import TITLE, buckling_blocks
 from kinetostatics.reports.forces import checked_axes, force_sections
 from kinetostatics.reports.pose import facts_of, pose_facts, state_title, statuses_of
 from kinetostatics.reports.result_data import result_data
@@ -73,6 +74,7 @@ def _sections(result: Result, hinge_axes: Mapping[str, str]) -> Iterator[ReportS
         yield ReportSection("Summary", [summary_facts(result, noise)], "summary")
         yield from _motion_sections(result, noise)
         yield from force_sections(result, noise, hinge_axes)
+        yield ReportSection(TITLE, buckling_blocks(result.buckling(3)), "buckling", detail=True)
         if result.beams:
             what = "beams and elastic joints" if result.robot.description.joint_stiffness else "beams"
             energy = (f"Strain energy of the {what}", Number.of(result.strain_energy, ENERGIES))

@@ -1,4 +1,5 @@
 from .beam import BeamResult
+from .buckling import Buckling, SecondOrder
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
 from .frequency_response import FrequencyResponse
@@ -13,6 +14,7 @@ from .tolerances import Effect, PoseQuantities, Tolerance, Tolerances
 
 __all__ = [
     "BeamResult",
+    "Buckling",
     "Calibration",
     "CheckedRequirement",
     "Compensation",
@@ -29,6 +31,7 @@ __all__ = [
     "PayloadCoefficients",
     "PoseQuantities",
     "Result",
+    "SecondOrder",
     "Sensitivities",
     "Sensitivity",
     "Tolerance",

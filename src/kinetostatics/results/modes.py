@@ -15,18 +15,16 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
-from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.results.shapes import Shapes
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.mode_shapes import ModeShapes
 
-#: Points of a beam's centre line.
-STATIONS = 21
-
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Reported, builder="reports.modes:modes_report"):
+class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers. Every mode has a modal mass of 1 kg,
@@ -94,49 +92,6 @@ class Modes(Reported, builder="reports.modes:modes_report"):
         parts = iter(np.split(square, np.cumsum([len(chunk.pairs.square) for chunk in self.chunks])))
         return self._array((), lambda chunk: modes_below(chunk.pairs.model, next(parts))[:, 0] - chunk.pairs.free)
 
-    # ---- shapes ------------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def twists(self) -> Array:
-        """(…, count, 6) twist of the platform at o, world axes [m, rad]."""
-        return self._array((self.count, 6), lambda chunk: chunk.of_body(chunk.motions.structure.platform, chunk.motions.o))
-
-    @cached_property
-    def link_twists(self) -> Mapping[str, Array]:
-        """(…, count, 6) twist of each rigid link at its own origin, world axes [m, rad]."""
-        if not self.chunks:
-            return ResultMapping({})
-        body_of, bodies = self.robot.mechanism.body_of, self.chunks[0].motions.structure.graph.bodies
-
-        def twist(chunk: ModeShapes, link: str, number: int) -> Array:
-            at, placement = body_of[link]
-            return chunk.of_body(chunk.motions.structure.graph.bodies[number], chunk.motions.frames.point(at, placement[:3, 3]))
-
-        return ResultMapping(
-            {
-                link: self._array((self.count, 6), lambda chunk, link=link, number=number: twist(chunk, link, number))  # type: ignore[misc]
-                for number, body in enumerate(bodies)
-                for link in body.rigid_links
-            }
-        )
-
-    @cached_property
-    def beam_lines(self) -> Mapping[str, Array]:
-        """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
-
-        def line(chunk: ModeShapes, name: str) -> Array:
-            beam, frames = self.robot.beams[name], chunk.motions.frames
-            axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0]
-            found = chunk.of_beam(name, STATIONS)
-            return np.einsum("ijn,nmskj->nmski", axes, found.reshape(*found.shape[:-1], 2, 3)).reshape(found.shape)
-
-        return ResultMapping(
-            {
-                name: self._array((self.count, STATIONS, 6), lambda chunk, name=name: line(chunk, name))  # type: ignore[misc]
-                for name in self.robot.beams
-            }
-        )
-
     # ---- participation and energy ------------------------------------------------------------------------------------
 
     @cached_property
@@ -172,10 +127,3 @@ class Modes(Reported, builder="reports.modes:modes_report"):
         return ResultMapping(
             {name: self._array((self.count,), lambda chunk, name=name: of(chunk)[name]) for name in names}  # type: ignore[misc]
         )
-
-    def _array(self, dims: tuple[int, ...], of: Callable[[ModeShapes], NDArray[np.generic]]) -> Array:
-        """Return an array (…, *dims) of all poses, from those (n, *dims) of chunks."""
-        found = np.full((len(self.valid), *dims), np.nan)
-        if self.chunks:
-            found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])
-        return frozen(found.reshape(self.shape + dims))

@@ -26,7 +26,7 @@ Found = TypeVar("Found", Array, Mask)
 #: Properties that depend on the reference point.
 _ABOUT_POINT = (
     *("twist", "contributions", "mechanism_contributions", "by_mechanism"),
-    *("stiffness", "compliance", "source_contributions", "part_contributions"),
+    *("stiffness", "compliance", "second_order", "source_contributions", "part_contributions"),
 )
 
 

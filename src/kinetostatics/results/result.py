@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.argument_checks import whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
@@ -19,6 +20,7 @@ from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
+from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
 from kinetostatics.results.chunk import Chunk
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
@@ -168,6 +170,28 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
     def compliance(self) -> Array:
         """(…, 6, 6) compliance C at o, actuators locked [m/N, rad/(N·m)]."""
         return self._of("compliance")
+
+    # ---- stability ----------------------------------------------------------------------------------------------------
+
+    def buckling(self, count: int = 1) -> Buckling:
+        """Return the smallest factors, common to all forces of this result, at which the robot buckles, and its modes there.
+
+        Args:
+            count: number of modes.
+
+        Raises:
+            ArgumentError: ``count`` is no whole number, 1 or more.
+        """
+        number = whole_number("count", count, 1)
+        return buckling_of(self.configuration, self.shape, self.solutions, self._valid, number)
+
+    @cached_property
+    def second_order(self) -> SecondOrder:
+        """Twist, compliance and stiffness of the loaded robot, whose forces change its stiffness; not with springs."""
+        moved = self.twist, self.compliance, self.stiffness
+        return second_order_of(self.robot, self._batch, self.solutions, moved, self._moved)
+
+    # ---- loads ----------------------------------------------------------------------------------------------------------
 
     @cached_property
     def load(self) -> Array:

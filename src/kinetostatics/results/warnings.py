@@ -12,15 +12,15 @@ from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
+from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution
-from kinetostatics.statics.springs import part_of_weights
 
 #: Fraction of the Euler load above which linear theory is doubtful.
 EULER_WARNING = 0.05
 #: Displacement (relative to the characteristic length) and rotation [rad] of the platform above which linear theory is doubtful.
 LARGE_MOTION = 0.1
-#: Relative change of stiffness by the lever arms of weights up to which there is no warning.
-TURNING_WEIGHTS = 0.01
+#: Relative change of stiffness by forces up to which there is no warning.
+CHANGE = 0.01
 #: Component of a self-stress below which a joint counts as unstressed.
 NOTHING = 1e-9
 #: Gap of the loops [m, rad] above which there is a warning.
@@ -31,8 +31,8 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot, of its poses, and of the results under the loads."""
     found = [
         *_tipping(result),
-        *_turning_weights(result),
         *_buckling(result),
+        *_loaded(result),
         *result.robot.warnings,
     ]
     found += _open_loops(result) + _large_motions(result)
@@ -44,7 +44,6 @@ def result_warnings(result: Result) -> tuple[str, ...]:
         lower, upper = (f"{limit / factor:.6g}" for limit in (item.lower, item.upper))
         where = f" in {int(item.where.sum())} poses" if item.where.shape else f": {float(item.value) / factor:.6g}{unit}"
         found.append(f"{item.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
-    found += _slender(result)
     if np.any(result.indeterminate):
         found.append(undetermined_parts(result))
     return tuple(dict.fromkeys(found))
@@ -71,30 +70,39 @@ def _tipping(result: Result) -> list[str]:
     return [f"{poses} unstable: {push}; the results do not apply"]
 
 
-def _turning_weights(result: Result) -> list[str]:
-    """Return a warning if the lever arms of weights, constant in linear theory, change the stiffness; worst pose only."""
+def _loaded(result: Result) -> list[str]:
+    """Return a warning if forces change the stiffness, constant in linear theory."""
+    near = _near(result)
+    changed = _changed_stiffness(result)
+    if changed:
+        return ["; ".join([*near, changed])]
+    return [f"{text}; linear theory underestimates the deflections" for text in near]
+
+
+def _changed_stiffness(result: Result) -> str:
+    """Return a clause on the change of the stiffness at the pose where the platform is soft and forces are large."""
+    if result.robot.description.springs or not result.twist.size:
+        return ""
     scale = np.repeat([1.0, result.robot.length], 3)
     softness = np.linalg.norm(np.nan_to_num(result.compliance.reshape(-1, 36)) * np.outer(scale, scale).ravel(), axis=1)
+    parts = [(item.load, item.weights.sum(axis=1), sum_of(item.applied)) for item in result.solutions]
+    forces = np.concatenate([sum(np.linalg.norm(wrench[:3], axis=0) for wrench in part) for part in parts])
     sound = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1) & ~result.indeterminate.ravel()
-    softest = int(np.argmax(np.where(sound, softness, 0.0))) if softness.size else 0
-    if result.robot.description.springs or not softness.size or not sound[softest] or not softness[softest]:
-        return []
+    worst = int(np.argmax(np.where(sound, softness * forces, 0.0)))
     ends = np.cumsum([solution.o.shape[1] for solution in result.solutions])
-    chunk = int(np.searchsorted(ends, softest, side="right"))
-    solution, pose = result.solutions[chunk], softest - int(ends[chunk])
-    at = [solution.o.shape[1] + pose]
-    groups = tuple(item.group for item in solution.statics)
-    part = part_of_weights(result.robot.statics, solution.frames.take(np.array(at)), solution.gravity[:, at], groups)[:, :, 0]
-    values, vectors = np.linalg.eig(np.nan_to_num(part))
-    worst = int(np.argmax(np.abs(values)))
-    if abs(values[worst]) <= TURNING_WEIGHTS:
-        return []
-    motion = _motions(values, vectors, worst, scale)
-    where = "" if result.shape == () else " at the softest pose"
-    return [
-        f"the lever arms of weights turn with the robot, which changes its stiffness against {motion} by "
-        f"{100 * values[worst].real:+.2g} %{where}: linear theory neglects this"
-    ]
+    chunk = int(np.searchsorted(ends, worst, side="right"))
+    solution = result.solutions[chunk]
+    at = np.array([solution.o.shape[1] + worst - int(ends[chunk])])
+    *_, changes, motions = (array[..., 0] for array in result.robot.members.second_order(solution, at))
+    largest = int(np.argmax(np.abs(np.nan_to_num(changes))))
+    where = "" if result.shape == () else " at the pose that is softest under them"
+    if sound[worst] and np.isnan(changes[largest]):
+        return "" if np.any(result.buckles) else f"the forces exceed those at which the robot is stable{where}: no result applies"
+    if not sound[worst] or abs(changes[largest]) <= CHANGE:
+        return ""
+    against = _motions(changes, motions, largest, scale)
+    change = f"the forces change the stiffness of the platform against {against} by {100 * changes[largest]:+.2g} %{where}"
+    return f"{change}: linear theory neglects this, result.second_order does not"
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
@@ -131,12 +139,10 @@ def _buckling(result: Result) -> list[str]:
     ]
 
 
-def _slender(result: Result) -> list[str]:
-    return [
-        f"the forces are {100 * worst:.3g} % of those at which {what}; linear theory underestimates the deflections"
-        for what, worst in _ratios(result)
-        if EULER_WARNING < worst < 1
-    ]
+def _near(result: Result) -> list[str]:
+    """Return clauses about what the forces are near to."""
+    found = [(what, worst) for what, worst in _ratios(result) if EULER_WARNING < worst < 1]
+    return [f"the forces are {100 * worst:.3g} % of those at which {what}" for what, worst in found]
 
 
 def _open_loops(result: Result) -> list[str]:

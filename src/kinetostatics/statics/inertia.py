@@ -125,7 +125,7 @@ def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array
 
     Load and wrenches are in world axes.
     """
-    axes, length = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0], beam.length(frames)
+    axes, length = beam.world_axes(frames), beam.length(frames)
     local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])
     last = -clamped_reaction(beam.compliances[:, None], length, local)
     first = outboard_wrench(length, local, np.zeros_like(length)) - move_wrench(last, np.outer([1.0, 0.0, 0.0], -length))

@@ -224,6 +224,12 @@ class PlacedMotions:
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
 
+    def of_body(self, shapes: Array, body: RigidBody, point: Array) -> Array:
+        """Return displacement of a point (3, N) of a body, and rotation, world axes, in shapes (N, m, n): (N, m, 6) [m, rad]."""
+        columns = self.structure.columns[body]
+        turns, shifts = self.moved(columns, body, point)
+        return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
+
     def carried(self, point: Array) -> Array:
         """Return the twists (N, 6, 6) of a point (3, N) per translation and rotation of the whole robot about o."""
         found = np.zeros((point.shape[1], 6, 6))

@@ -27,7 +27,6 @@ from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, with_more
-from kinetostatics.statics.turning_parts import turning_parts
 
 #: Length of a spring, relative to the robot's size, below which its force has no direction.
 _NOTHING = 1e-9
@@ -90,22 +89,10 @@ def solve_with_springs(
     u, twists, tangents, compliance = _response(robot, geometric, terms, solution, changes)
     found = with_more(robot, before, terms.loads(u), [f"change with {name}" for name in solution.sources], twists)
     rigid = np.where(solution.singular, np.nan, solution.stiffness)
-    stiffness = _inverse(compliance, rigid, robot.length)
+    stiffness = inverse(compliance, rigid, robot.length)
     sound = compliance.sum(axis=(0, 1)) + sum((item.force.sum(axis=0) for item in springs), np.zeros_like(o[0]))
     singular = found.singular | ~np.isfinite(sound)
     return replace(found, compliance=compliance, stiffness=stiffness, tangents=tangents, singular=singular)
-
-
-def part_of_weights(robot: RobotStatics, frames: Frames, gravity: Array, groups: tuple[LimbGroup, ...]) -> Array:
-    """Return the relative change C S (6, 6, N) of the stiffness by rotation of the lever arms of weights, without springs.
-
-    Rotations are multiplied by the characteristic length.
-    """
-    geometric = GeometricStiffness(robot, turning_parts(robot), frames, [])
-    before = balanced(robot, frames, np.zeros((6, gravity.shape[1])), gravity, None, groups)
-    changes = Changes(robot, before, geometric.unit_loads())
-    *_, tangents, _ = _response(robot, geometric, geometric.under(before.solution), before.solution, changes)
-    return tangents[-1] - np.eye(6)[:, :, None]
 
 
 def _response(
@@ -184,7 +171,7 @@ def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, p
     return found if found.shape[1] > len(solution.sources) else np.concatenate([found, none], axis=1)
 
 
-def _inverse(compliance: Array, rigid: Array, length: float) -> Array:
+def inverse(compliance: Array, rigid: Array, length: float) -> Array:
     """Return the stiffness (6, 6, N) of a compliance; NaN where it is singular or where ``rigid`` (6, 6, N) is NaN."""
     unit = np.repeat([1.0, length], 3)
     scale = (unit[:, None] * unit)[:, :, None]

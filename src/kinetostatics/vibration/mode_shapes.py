@@ -24,9 +24,7 @@ class ModeShapes:
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
         """Return displacement of a point (3, N) of a body, and rotation, world axes (N, m, 6) [m, rad]."""
-        columns = self.motions.structure.columns[body]
-        turns, shifts = self.motions.moved(columns, body, point)
-        return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), self.pairs.shapes[..., list(columns)])
+        return self.motions.of_body(self.pairs.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
         """Return displacement and rotation along a beam's centre line, beam axes (N, m, stations, 6) [m, rad]."""

@@ -298,7 +298,7 @@ class _Placement:
     def rod(self, name: str, bodies: tuple[RigidBody, RigidBody]) -> PlacedRod:
         structure, frames = self.motions.structure, self.motions.frames
         beam, columns = structure.model.beams[name], structure.columns_of(*bodies)
-        axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0].transpose(2, 1, 0)
+        axes = beam.world_axes(frames).transpose(2, 1, 0)
         turned = np.zeros((len(axes), 12, 12))
         for k in range(0, 12, 3):
             turned[:, k : k + 3, k : k + 3] = axes

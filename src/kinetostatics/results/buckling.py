@@ -1,0 +1,170 @@
+"""Stability of loaded robots: load factors and modes of buckling, and results of second order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.buckling.shapes import BucklingModes
+from kinetostatics.exceptions import StaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import ResultMapping, ShortRepr
+from kinetostatics.layout.report import Reported
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.results.batch import Batch
+from kinetostatics.results.shapes import Shapes
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import inverse
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckling_report"):
+    """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
+
+    Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers, or a mode no shape. The size of a mode
+    is arbitrary; the largest component of its platform's twist is positive.
+
+    Attributes:
+        configuration: the pose or poses.
+        batch_shape: batch shape of all results.
+        count: number of modes of each pose.
+        chunks: the modes of the poses that have numbers, in their order.
+        valid: (N,) which poses have numbers.
+
+    Examples:
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+        >>> found = ks.analyze(pose, load=[0, 0, -1e5, 0, 0, 0]).buckling(count=2)
+        >>> [round(float(factor), 1) for factor in found.load_factors]
+        [146.1, 146.1]
+    """
+
+    configuration: Configuration
+    batch_shape: tuple[int, ...]
+    count: int
+    chunks: tuple[BucklingModes, ...]
+    valid: Mask
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return robot_of(self.configuration)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of all results."""
+        return self.batch_shape
+
+    @cached_property
+    def load_factors(self) -> Array:
+        """(…, count) factors of all forces at which the robot buckles, the smallest first; infinite where there are fewer.
+
+        Below 1 the pose cannot carry its loads.
+        """
+
+        def factors(chunk: BucklingModes) -> Array:
+            with np.errstate(divide="ignore"):
+                return np.where(np.isnan(chunk.ratios), np.nan, 1 / np.maximum(chunk.ratios, 0.0))
+
+        return self._array((self.count,), factors)
+
+    @cached_property
+    def energy_shares(self) -> Mapping[str, Array]:
+        """(…, count) share of each member in the strain energy of all beams; beams of one member are joined by "+"."""
+
+        def shares(chunk: BucklingModes, member: tuple[str, ...]) -> Array:
+            energies = chunk.energies()
+            total = sum(energies.values(), np.zeros(()))
+            return np.asarray(sum(energies[name] for name in member) / np.where(total > 0, total, np.nan))
+
+        return ResultMapping(
+            {
+                "+".join(member): self._array((self.count,), lambda chunk, member=member: shares(chunk, member))  # type: ignore[misc]
+                for member in self.robot.members.names
+            }
+        )
+
+    @cached_property
+    def members(self) -> NDArray[np.str_]:
+        """(…, count) the member with the largest share of energy in each mode, as in :attr:`energy_shares`; "" without any."""
+        names = np.array(["", *self.energy_shares])
+        shares = [self._array((self.count,), lambda chunk: np.zeros(chunk.ratios.shape)), *self.energy_shares.values()]
+        return np.asarray(names[np.argmax(np.round(np.nan_to_num(shares), 9), axis=0)])
+
+
+def buckling_of(
+    configuration: Configuration, shape: tuple[int, ...], solutions: Iterable[Solution], valid: Mask, count: int
+) -> Buckling:
+    """Return the first modes of all poses that are ``valid`` (N,)."""
+    members, chunks, first = robot_of(configuration).members, list[BucklingModes](), 0
+    for solution in solutions:
+        last = first + solution.o.shape[1]
+        chunks += members.modes(solution, np.flatnonzero(valid[first:last]), count)
+        first = last
+    return Buckling(configuration, shape, count, tuple(chunks), valid)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SecondOrder(ShortRepr):
+    """Twist, compliance and stiffness of the loaded robot: (K + K_G) u = f with the forces of first order (P-Delta).
+
+    What the forces change is added to the results of first order; assembly errors keep the effect that they have without forces.
+    NaN where the robot buckles, or has no numbers. Of robots with springs, whose stiffness is that of the loaded robot already,
+    ``Result.second_order`` raises a :class:`StaticsError`.
+
+    Attributes:
+        twist: (…, 6) [m, rad].
+        compliance: (…, 6, 6) [m/N, rad/(N·m)].
+        stiffness: (…, 6, 6) [N/m, N·m/rad]; NaN where limbs are rigid.
+        change: (…) relative change of the stiffness against that motion of the platform for which it is largest.
+
+    Examples:
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+        >>> result = ks.analyze(pose, load=[100, 0, -1e5, 0, 0, 0])
+        >>> [round(1e6 * float(twist[0]), 2) for twist in (result.twist, result.second_order.twist)]  # along x [µm]
+        [3.06, 3.08]
+    """
+
+    twist: Array
+    compliance: Array
+    stiffness: Array
+    change: Array
+
+
+def second_order_of(
+    robot: Robot,
+    batch: Batch,
+    solutions: Iterable[Solution],
+    linear: tuple[Array, Array, Array],
+    moved: Callable[..., Array],
+) -> SecondOrder:
+    """Return results of second order.
+
+    Args:
+        robot: the robot.
+        batch, solutions: its poses.
+        linear: twist, compliance and stiffness of first order, about the reference point.
+        moved: moves a twist, or a "compliance", from o to this point.
+
+    Raises:
+        StaticsError: the robot has springs.
+    """
+    if robot.description.springs:
+        raise StaticsError(
+            f"{robot.name!r} has springs: its stiffness is that under the forces of springs and weights already; results of "
+            "second order are those of robots without springs"
+        )
+    found = zip(*map(robot.members.second_order, solutions), strict=True)
+    twist, compliance, changes, _ = (batch.public(parts) for parts in found)
+    twist, compliance = linear[0] + moved(twist), linear[1] + moved(compliance, "compliance")
+    loaded, rigid = (np.moveaxis(matrix.reshape(-1, 6, 6), 0, 2) for matrix in (compliance, linear[2]))
+    stiffness = np.moveaxis(inverse(loaded, rigid, robot.length), 2, 0).reshape(compliance.shape)
+    largest = np.argmax(np.nan_to_num(np.abs(changes)), axis=-1)[..., None]
+    change = np.take_along_axis(changes, largest, axis=-1)[..., 0]
+    return SecondOrder(frozen(twist), frozen(compliance), frozen(stiffness), frozen(change))

@@ -1,0 +1,100 @@
+"""Shapes of modes of vibration and of buckling: motions of platform, links and beams, as arrays of all poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.robot import Robot
+from kinetostatics.statics.small_motions import PlacedMotions
+
+#: Points of a beam's centre line.
+STATIONS = 21
+
+
+class ChunkOfModes(Protocol):
+    """Modes of n poses."""
+
+    @property
+    def motions(self) -> PlacedMotions:
+        """Where the poses are, and how bodies move."""
+
+    def of_body(self, body: RigidBody, point: Array) -> Array:
+        """Return displacement of a point (3, n) of a body, and rotation, world axes (n, count, 6)."""
+
+    def of_beam(self, name: str, stations: int) -> Array:
+        """Return displacement and rotation along a beam's centre line, beam axes (n, count, stations, 6)."""
+
+
+Chunk = TypeVar("Chunk", bound=ChunkOfModes)
+
+
+class Shapes(Generic[Chunk]):
+    """Shapes of ``count`` modes of each pose, from ``chunks`` of those poses (N,) that are ``valid``."""
+
+    count: int
+    chunks: Sequence[Chunk]
+    valid: Mask
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        raise NotImplementedError
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of all results."""
+        raise NotImplementedError
+
+    @cached_property
+    def twists(self) -> Array:
+        """(…, count, 6) twist of the platform at o, world axes [m, rad]."""
+        return self._array((self.count, 6), lambda chunk: chunk.of_body(chunk.motions.structure.platform, chunk.motions.o))
+
+    @cached_property
+    def link_twists(self) -> Mapping[str, Array]:
+        """(…, count, 6) twist of each rigid link at its own origin, world axes [m, rad]."""
+        if not self.chunks:
+            return ResultMapping({})
+        body_of, bodies = self.robot.mechanism.body_of, self.chunks[0].motions.structure.graph.bodies
+
+        def twist(chunk: Chunk, link: str, number: int) -> Array:
+            at, placement = body_of[link]
+            return chunk.of_body(chunk.motions.structure.graph.bodies[number], chunk.motions.frames.point(at, placement[:3, 3]))
+
+        return ResultMapping(
+            {
+                link: self._array((self.count, 6), lambda chunk, link=link, number=number: twist(chunk, link, number))  # type: ignore[misc]
+                for number, body in enumerate(bodies)
+                for link in body.rigid_links
+            }
+        )
+
+    @cached_property
+    def beam_lines(self) -> Mapping[str, Array]:
+        """(…, count, 21, 6) displacement and rotation along each beam's centre line, world axes [m, rad]."""
+
+        def line(chunk: Chunk, name: str) -> Array:
+            axes, found = self.robot.beams[name].world_axes(chunk.motions.frames), chunk.of_beam(name, STATIONS)
+            return np.einsum("ijn,nmskj->nmski", axes, found.reshape(*found.shape[:-1], 2, 3)).reshape(found.shape)
+
+        return ResultMapping(
+            {
+                name: self._array((self.count, STATIONS, 6), lambda chunk, name=name: line(chunk, name))  # type: ignore[misc]
+                for name in self.robot.beams
+            }
+        )
+
+    def _array(self, dims: tuple[int, ...], of: Callable[[Chunk], NDArray[np.generic]]) -> Array:
+        """Return an array (…, *dims) of all poses, from those (n, *dims) of chunks."""
+        found = np.full((len(self.valid), *dims), np.nan)
+        if self.chunks:
+            found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])
+        return frozen(found.reshape(self.shape + dims))

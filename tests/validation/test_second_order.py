@@ -1,0 +1,148 @@
+"""Results of second order and load factors: closed forms, finite elements, what turns and what vanishes."""
+
+import buckling_elements
+import numpy as np
+import pytest
+import small_robots as sr
+from mechanisms import Joint, Link
+from places import CASES
+from small_robots import E
+
+import kinetostatics as ks
+
+SECTION = sr.Section(2e-3, 4e-7, 4e-7, 6e-7)
+EI, L = E * 4e-7, 1.5
+MAST = sr.cantilever(L, (0, 0, 1), section=SECTION, y_axis=(0, 1, 0), density=0.0)
+
+
+def analyzed(spec, load, gravity=(0, 0, 0), **options):
+    return ks.analyze(sr.robot_of(spec).assemble(), load, gravity, **options)
+
+
+def change(result):
+    return result.second_order.twist - result.twist
+
+
+@pytest.mark.parametrize("part", [1e-6, 0.3, 0.9, 0.999, -0.5, -3.0])
+def test_a_column_under_a_side_load(part):
+    """Timoshenko and Gere, section 1.11: 3 (tan kL − kL) / (kL)³ times the deflection, 2 (1 / cos kL − 1) / (kL)² the slope."""
+    pressure, side = part * np.pi**2 * EI / (2 * L) ** 2, 10.0
+    found, kl = analyzed(MAST, (side, 0, -pressure, 0, 0, 0)), np.sqrt(complex(pressure / EI)) * L
+    deflection, slope = (3 * (np.tan(kl) - kl) / kl**3).real - 1, (2 * (1 / np.cos(kl) - 1) / kl**2).real - 1
+    linear = np.array([side * L**3 / (3 * EI), side * L**2 / (2 * EI)])
+    np.testing.assert_allclose(change(found)[[0, 4]] / linear, [deflection, slope], rtol=1e-8, atol=1e-10)
+    assert (np.abs(change(found)[[1, 2, 3, 5]]) < 1e-9 * np.abs(change(found)).max()).all()
+    assert float(found.buckling().load_factors[0]) == pytest.approx(1 / part if part > 0 else np.inf, rel=1e-9)
+    assert np.any(["change the stiffness" in text for text in found.warnings]) == (abs(part) > 0.01)
+    loaded = found.second_order
+    np.testing.assert_allclose(loaded.stiffness @ loaded.compliance, np.eye(6), atol=1e-6)
+    assert loaded.change == pytest.approx(-part, rel=0.05, abs=1e-9)  # the stiffness against the mode: 1 − P / P_Euler
+
+
+def test_a_column_under_an_even_side_load_and_its_mode():
+    """EI w″ = P (δ − w) + q (L − x)² / 2 with w(0) = w′(0) = 0 and w(L) = δ; the mode is 1 − cos."""
+    density, pressure = 7850.0, 0.5 * np.pi**2 * EI / (2 * L) ** 2
+    found = analyzed(sr.with_beams(MAST, density=density), (0, 0, -pressure, 0, 0, 0), gravity=(9.81, 0, 0))
+    q, k = density * SECTION.area * 9.81, np.sqrt(pressure / EI)
+    kl = k * L
+    top = q / pressure * ((kl * np.sin(kl) - 1) / np.cos(kl) + 1 - kl**2 / 2) / k**2
+    assert float(change(found)[0]) == pytest.approx(top - q * L**4 / (8 * EI), rel=1e-8)
+    line = found.buckling().beam_lines["arm"][0, :, :3]
+    line = np.linalg.norm(line, axis=1) / np.linalg.norm(line[-1])
+    np.testing.assert_allclose(line, 1 - np.cos(np.pi / 2 * np.linspace(0, 1, 21)), atol=1e-6)
+
+
+def two_bars(rise):
+    """Two bars between hinges hold a platform that slides along z alone."""
+    guide = sr.Limb((Joint("way", "P", (0, 0, rise), (0, 0, 1)), Joint("fixed", "F", (0, 0, rise))), (Link("carriage"),))
+    limbs, beams = [guide], []
+    for k, x in ((1, -1.0), (2, 1.0)):
+        hinges = (Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0)), Joint(f"head_{k}", "R", (0, 0, rise), (0, 1, 0)))
+        limbs.append(sr.Limb(hinges, (Link(f"bar_{k}"),)))
+        beams.append(sr.Beam(f"bar_{k}", f"bar_{k}", f"foot_{k}", f"head_{k}", SECTION, y_axis=(0, 1, 0), density=0.0))
+    return sr.Spec(tuple(limbs), tuple(beams), o=(0, 0, rise))
+
+
+@pytest.mark.parametrize("load", [-2e4, 3e4])
+def test_a_shallow_frame_of_two_bars_that_is_loaded(load):
+    """Against motions along z: 2 EA sin² / L + 2 N cos² / L, with N = P / (2 sin): it snaps where this vanishes."""
+    rise = 0.05
+    found, length = analyzed(two_bars(rise), (0, 0, load, 0, 0, 0)), np.hypot(1, rise)
+    sine, EA = rise / length, E * SECTION.area
+    linear, geometric = 2 * EA * sine**2 / length, load / sine * (1 - sine**2) / length
+    assert float(found.compliance[2, 2]) == pytest.approx(1 / linear, rel=1e-6)
+    assert float(found.second_order.compliance[2, 2]) == pytest.approx(1 / (linear + geometric), rel=1e-5)
+    assert float(found.second_order.twist[2]) == pytest.approx(load / (linear + geometric), rel=1e-5)
+    factors = found.buckling(9).load_factors
+    if load < 0:
+        assert np.min(np.abs(factors[np.isfinite(factors)] / (-linear / geometric) - 1)) < 1e-4
+
+
+ROBOTS = {
+    "gough": sr.gough(telescopic=False),
+    "puu3": sr.puu3(),
+    "pru2_upr": sr.pru2_upr(),
+    "portal": sr.portal(mass=20.0),
+    **{f"random {seed}": sr.random_spec(["rRR"] * 3, seed) for seed in range(2)},
+    "rails and struts": sr.with_beams(sr.random_spec(["pUS"] * 6, 1), density=0.0),
+}
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("name", ROBOTS)
+def test_finite_elements(name):
+    """Half the forces at which the robot buckles, or pulls of that size, against (K + K_G) u = f of finite elements."""
+    spec, gravity = sr.with_beams(ROBOTS[name], kappa=np.inf), (0, 0, -9.81)
+    for sign in (1, -1):
+        load = sign * np.array([300, -200, -4000, 20, -30, 50])
+        first = analyzed(spec, load, gravity, on_failure="nan").buckling().load_factors[0]
+        load = load * (0.5 * first if np.isfinite(first) else 10.0)
+        found = analyzed(spec, load, gravity)
+        twist, compliance = buckling_elements.second_order(spec, load, gravity)
+        scale = np.repeat([1.0, found.robot.length], 3)
+        for mine, theirs, unit in (
+            (change(found), twist, scale),
+            (found.second_order.compliance - found.compliance, compliance, np.outer(scale, scale)),
+        ):
+            assert np.abs((mine - theirs) * unit).max() < 2e-4 * np.abs(theirs * unit).max()
+
+
+def test_frames_batches_and_points():
+    """The whole robot turned with its gravity and load; a batch is its poses; about a tool's tip the twist is that of the tip."""
+    spec, load = sr.puu3(), np.array([30.0, -20.0, -400.0, 2.0, -3.0, 5.0])
+    R = sr.random_rotation(np.random.default_rng(1))
+    turned = analyzed(sr.rotated(spec, R), np.kron(np.eye(2), R) @ load, R @ [0, 0, -9.81])
+    pose = sr.robot_of(spec).assemble()
+    found = ks.analyze(pose, [load, 1e-6 * load, 1e6 * load], on_failure="nan")
+    rows = {"buckling": found.buckling(2).load_factors, "shapes": found.buckling(2).twists, "loaded": found.second_order.twist}
+    one = ks.analyze(pose, load)
+    np.testing.assert_allclose(rows["buckling"][0], one.buckling(2).load_factors, rtol=1e-9)
+    np.testing.assert_allclose(rows["shapes"][0], one.buckling(2).twists, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(rows["loaded"][0], one.second_order.twist, rtol=1e-9)
+    assert np.isnan(rows["loaded"][2]).all() and rows["buckling"][2, 0] < 1
+    np.testing.assert_allclose(turned.buckling(2).load_factors, rows["buckling"][0], rtol=1e-7)
+    np.testing.assert_allclose(turned.second_order.twist, np.kron(np.eye(2), R) @ rows["loaded"][0], rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(one.second_order.stiffness, one.second_order.stiffness.T, rtol=1e-12)
+    tip = np.array([0.1, 0.2, 0.3])
+    moved, arm = one.at_point(tip).second_order, pose.platform_frame[:3, :3] @ tip
+    twist = one.second_order.twist
+    np.testing.assert_allclose(moved.twist[:3], twist[:3] + np.cross(twist[3:], arm), rtol=1e-9)
+
+
+def test_the_mode_of_a_portal_is_sway_of_both_columns():
+    """Without rotation of its ends each column is a half wave; both have half of the energy, and the load all of the work."""
+    found = analyzed(sr.with_beams(sr.portal(section=SECTION), kappa=np.inf, density=0.0, y_axis=(0, 1, 0)), (0, 0, -1e3, 0, 0, 0))
+    modes = found.buckling(2)
+    shares = np.array([*modes.energy_shares.values()])
+    np.testing.assert_allclose(shares, 0.5, rtol=1e-6)
+    assert set(modes.members[:]) <= {"column_1", "column_2"}
+    lines = modes.beam_lines["column_1"][0]
+    np.testing.assert_allclose(lines[-1, :3], modes.twists[0, :3], atol=1e-3 * np.abs(modes.twists[0, :3]).max())
+    assert "394.8  column_1                          50.0" in str(modes) and "394.8" in str(found.report().only("buckling"))
+
+
+def test_what_has_no_results_of_second_order():
+    with pytest.raises(ks.StaticsError, match="has springs"):
+        _ = ks.analyze(ks.load_robot(CASES / "unstable_inside_a_limb.urdf").assemble()).second_order
+    with pytest.raises(ks.ArgumentError, match="count is 0; it must be a whole number from 1 on"):
+        analyzed(MAST, (0, 0, -1, 0, 0, 0)).buckling(0)
