@@ -1,5 +1,10 @@
 """Results of second order and load factors: closed forms, finite elements, what turns and what vanishes."""
 
+import json
+import subprocess
+import sys
+from pathlib import Path
+
 import buckling_elements
 import numpy as np
 import pytest
@@ -105,6 +110,44 @@ def test_finite_elements(name):
             (found.second_order.compliance - found.compliance, compliance, np.outer(scale, scale)),
         ):
             assert np.abs((mine - theirs) * unit).max() < 2e-4 * np.abs(theirs * unit).max()
+
+
+BEND = sr.locked_chain(
+    [(0, 0, 0), (0, 0, 1.0), (0.008, 0.002, 1.8)], [(1, 0, 0), (0, 1, 0)], section=SECTION, kappa=np.inf, density=0.0
+)
+PORTAL = sr.with_beams(sr.portal(section=SECTION), kappa=np.inf, density=0.0, y_axis=(0, 1, 0))
+FRAMES = {  # nodes, beams (from, to, stiff), tip, load
+    "bend": (BEND, [(0, 0, 0), (0, 0, 1), (0.008, 0.002, 1.8)], [(0, 1, 0), (1, 2, 0)], 2, (4, 6, -3e4)),
+    "portal": (
+        PORTAL,
+        [(-0.4, 0, 0), (0.4, 0, 0), (-0.4, 0, 1), (0.4, 0, 1), (0, 0, 1)],
+        [(0, 2, 0), (1, 3, 0), (2, 4, 1), (4, 3, 1)],
+        4,
+        (20, 30, -2e5),
+    ),
+}
+
+
+@pytest.mark.parametrize("transformation", ["PDelta", "Corotational"])
+@pytest.mark.parametrize("name", FRAMES)
+def test_opensees(name, transformation):
+    """Elements that follow their chords, 16 to a beam, loads in 10 steps with equilibrium in the displaced state."""
+    pytest.importorskip("openseespy")
+    spec, nodes, beams, tip, load = FRAMES[name]
+    given = {"nodes": nodes, "beams": beams, "tip": tip, "load": load, "E": E, "section": [SECTION.area, 4e-7, 4e-7, 6e-7]}
+    code = (Path(__file__).parents[1] / "support" / "opensees_second_order.py").read_text(encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", code, transformation],
+        input=json.dumps(given),
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=100,
+    )
+    found, nonlinear = analyzed(spec, (*load, 0, 0, 0)), np.array(json.loads(done.stdout.splitlines()[-1]))
+    assert np.linalg.norm(change(found)) > 0.2 * np.linalg.norm(found.twist)
+    scale = np.abs(found.second_order.twist).max()
+    np.testing.assert_allclose(found.second_order.twist, nonlinear, rtol=0, atol=5e-3 * scale)
 
 
 def test_frames_batches_and_points():
