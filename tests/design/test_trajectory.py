@@ -36,7 +36,7 @@ def test_poses_lie_on_the_path(delta):
     assert straight.times[-1] == pytest.approx(2 * (0.15 / 3 + 3 / 60), rel=1e-14)
 
 
-@pytest.mark.parametrize("name", ["delta", "3rps", "five_bar", "orthoglide"])
+@pytest.mark.parametrize("name", ["delta", "3rps", "five_bar", "orthoglide", "ur10"])
 def test_actuator_velocities_are_derivatives_of_their_coordinates(name):
     robot = package_robots.robot(name)
     zero = robot.assemble()
