@@ -189,6 +189,7 @@ def test_the_command(capsys, tmp_path, path):
     for extra, words in (
         (["analyze", "delta", "--out", str(out)], "--out is for a path: --table FILE"),
         ([*command, "--platform", "z=1"], "either --table or coordinates"),
+        ([*command, "--hinge-axis", "limb_1=x"], "--hinge-axis is for one pose"),
         ([*command, "--out", "path.nc"], "does not end in .csv"),
     ):
         assert main(extra) == 2 and words in capsys.readouterr().err

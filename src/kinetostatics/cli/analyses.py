@@ -41,6 +41,8 @@ def _analyze(args: argparse.Namespace) -> int:
         check_files(args.out, ("csv", *FIGURES))
         robot = load_robot(args)
         if args.table is not None:
+            if args.hinge_axis:
+                raise ArgumentError("--hinge-axis is for one pose, not for --table")
             path = _trajectory(robot, args).analyze(**options)
             path = path if tool is None else path.at_point(tool)
             save_files(args.out, "path", path, **given_of(("what",), args))
@@ -78,7 +80,7 @@ ANALYZE = Command(
         "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
         "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
-        "what": Argument("text", "what a figure of the path shows (default: displacement)", "QUANTITY"),
+        "what": Argument("text", "what a figure of the path shows, such as stress or torque_speed (default: displacement)", "QUANTITY"),
         "out": Argument("texts", "write the path as a table (.csv) or a figure (.svg, .pdf, .png)", "FILE"),
     },
     exclusive=("full", "only"),
