@@ -80,7 +80,9 @@ ANALYZE = Command(
         "full": Argument("flag", "print all tables instead of the summary"),
         "only": Argument("texts", f"some tables: {', '.join(TABLES)}", "NAME"),
         "table": Argument("text", "a path instead of a pose: a CSV file of waypoints with their times", "FILE"),
-        "what": Argument("text", "what a figure of the path shows, such as stress or torque_speed (default: displacement)", "QUANTITY"),
+        "what": Argument(
+            "text", "what a figure of the path shows, as stress or torque_speed (default: displacement)", "QUANTITY"
+        ),
         "out": Argument("texts", "write the path as a table (.csv) or a figure (.svg, .pdf, .png)", "FILE"),
     },
     exclusive=("full", "only"),
