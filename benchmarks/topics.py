@@ -21,6 +21,7 @@ from page import Page, micro, report, table, times
 import kinetostatics as ks
 from kinetostatics.verification import worker
 from kinetostatics.verification.frame_model import build
+from kinetostatics.verification.frequencies import frame_with_masses
 from kinetostatics.verification.opensees import PENALTY, FrameUnits, frame_of
 
 #: Robots of the page: the paper's, and some of each kind.
@@ -54,6 +55,8 @@ TINY = Effort(200, 2, 1, ((300, 1),), ("3rps", "five_bar"))
 WAYS = (("plain", "A, as `verify` asks it"), ("all_cases", "B, all numbers, lean"), ("one", "C, one analysis, lean"))
 #: A penalty in the middle of those that `kinetostatics verify` extrapolates from, and its trace of stiffness of free directions.
 LEVEL = (8 * PENALTY, 1e-11)
+#: Elements of a beam for natural frequencies.
+ELEMENTS = 3
 
 
 # ---- OpenSees ------------------------------------------------------------------------------------------------------------
@@ -185,9 +188,53 @@ def single(page: Page, effort: Effort) -> None:
     page.add("single", table(("robot", "twist", "map", "everything", "command"), rows))
 
 
+def modes(page: Page, effort: Effort) -> None:
+    """Three natural frequencies of many poses, and by OpenSees with three elements a beam and consistent masses."""
+    ops, rows = opensees_frames.OpenSees().ops, []
+    for name in effort.robots[:3]:
+        robot, workspace = grids.load(name), grids.WORKSPACES[name]
+        axes = workspace.axes(max(effort.poses // 20, 2))
+        coordinates = grids.mesh(axes)
+        pose, size = grids.assemble(robot, workspace, coordinates), scaling.count_of(axes)
+        own = ks.modes(pose, 3).frequencies.reshape(-1, 3)
+        frames, units = [], []
+        some = np.linspace(0, size - 1, effort.frames).astype(int)
+        for k in some:
+            one = grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()})
+            model = build(one, np.zeros(6), np.zeros(3))
+            scale, total = FrameUnits(model), sum(item.mass for item in model.masses)
+            total += sum(beam.mass * beam.length for beam in model.beams)
+            frames.append({**frame_with_masses(model, scale, total, ELEMENTS), "modes": 3})
+            units.append(np.sqrt(scale.stiffness / total) / (2 * np.pi))
+        best = clocks.interleaved(
+            {
+                "ours": partial(ks.modes, pose, 3),
+                "sweep": partial(_swept, robot, workspace, axes),
+                "theirs": partial(_eigenvalues, ops, frames),
+            },
+            effort.repeats,
+        )
+        theirs = np.sqrt(_eigenvalues(ops, frames)) * np.array(units)[:, None]
+        gap = float(np.max(np.abs(theirs / own[some] - 1)))
+        ours, eigen = best["ours"] / size, best["theirs"] / effort.frames
+        numbers = (f"{1e3 * value:.2f}" for value in (ours, best["sweep"] / size, eigen))
+        rows.append((f"`{name}`", f"{size:,}", *numbers, times(eigen / ours), f"{gap:.0e}"))
+    head = ("robot", "poses", "`ks.modes`", "`ks.sweep`", "OpenSees", "OpenSees : `ks.modes`", "difference")
+    page.add("modes", table(head, rows), clocks.origin())
+
+
+def _eigenvalues(ops: Any, frames: list[Any]) -> list[list[float]]:
+    return [worker.eigenvalues(ops, frame, *LEVEL)["squares"][0] for frame in frames]
+
+
+def _swept(robot: ks.Robot, workspace: grids.Workspace, axes: Any) -> None:
+    ks.sweep(robot, **{workspace.kind: axes}, orientation=workspace.orientation, outputs=(), modes=3, progress=False)
+
+
 TOPICS: dict[str, Callable[[Page, Effort], None]] = {
     "opensees": opensees,
     "pinocchio": pinocchio,
     "sizes": lambda page, effort: scaling.sizes(page, effort.sizes),
     "single": single,
+    "modes": modes,
 }

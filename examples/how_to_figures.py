@@ -73,6 +73,11 @@ def draw_motion(path: Path) -> None:
     plt.close(figure)
 
 
+def draw_frequencies(path: Path) -> None:
+    """Draw the first natural frequency over the tilts."""
+    ks.plot.save(page_names("natural_frequencies")["figure"], path, dpi=200)
+
+
 def draw_sensitivities(path: Path) -> None:
     """Draw what one per cent more of each parameter does."""
     ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
@@ -107,6 +112,7 @@ if __name__ == "__main__":
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_motion(folder / "motion_delta.png")
+    draw_frequencies(folder / "frequency_3rps.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
     draw_tolerances(folder / "tolerances_2pru_upr.png")
     draw_front(folder / "pareto_2pru_upr.png")

@@ -83,3 +83,12 @@ def test_stiffening():
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]
     assert next(iter(s)) == "rod_diameter" and s.effect("rod_diameter")[0] < 0 < s.effect("rod_diameter")[1]
     assert {"rod_1", "rod_2", "rod_3"} == set(s.sources) and "stiffen the first" in str(s)
+
+
+def test_natural_frequencies():
+    """The worst of the page's poses, and the two equal frequencies of the level platform."""
+    names = how_to_figures.page_names("natural_frequencies", **{"20, 41)": "20, 9)"})
+    ds = names["ds"]
+    assert how_to_figures.ks.indices.worst(ds, "first_frequency").value == pytest.approx(78.1376, abs=1e-4)
+    level = ds["frequency"][4, 4]
+    assert level[1] == pytest.approx(float(level[0]), rel=1e-9) and level[0] == ds["frequency"][..., 0].max()

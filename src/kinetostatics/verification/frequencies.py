@@ -56,7 +56,7 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
     found: list[Array] = []
     best: Frequencies | None = None
     for elements in MESHES if model.beams else MESHES[:1]:
-        mesh = _divided(model, scale, total, elements)
+        mesh = frame_with_masses(model, scale, total, elements)
         if not found:
             regularization, levels = _coarsest(mesh, count)
             zero = _zeros(levels)
@@ -139,7 +139,7 @@ def relative_difference(some: Array, other: Array) -> float:
 # ---- masses ----------------------------------------------------------------------------------------------------------------
 
 
-def _divided(model: FrameModel, scale: FrameUnits, total: float, elements: int) -> Frame:
+def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elements: int) -> Frame:
     """Return the frame with masses, in units of the total mass."""
     frame = frame_of(model, scale, [], elements)
 
