@@ -131,7 +131,7 @@ def _limit(meshes: list[Array]) -> Array:
 def relative_difference(some: Array, other: Array) -> float:
     """Return the largest relative difference of positive numbers; infinite ones differ from finite ones alone."""
     known = np.isfinite(some) | np.isfinite(other)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):
         gaps = np.abs(some[known] / other[known] - 1)
     return float(gaps.max(initial=0.0)) if np.all(np.isfinite(gaps)) else float("inf")
 
