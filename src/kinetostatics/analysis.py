@@ -146,8 +146,8 @@ def analyze(
         numbers = np.arange(math.prod(configuration.shape)).reshape(configuration.shape)
         which = np.broadcast_to(numbers, shape).ravel()
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
-    spread = None if errors is None else errors.map(flat)
-    acting = None if on_links is None else on_links.map(flat)
+    flat_errors = None if errors is None else errors.map(flat)
+    flat_loads = None if on_links is None else on_links.map(flat)
     payload_inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
     moved = [] if motion is None else [np.array([np.broadcast_to(one, shape).ravel() for one in rate]) for rate in rates]
     engine = "numpy" if assembly_errors is not None else engine
@@ -156,8 +156,8 @@ def analyze(
         poses = part if isinstance(which, slice) else which[part]
         frames, fields_here = configuration.frames.take(poses), fields[:, part]
         at_o = load_at_o(robot, frames, wrenches[:, part], None if arms is None else arms[:, part], frame)
-        off = None if spread is None else spread.map(lambda array: array[:, part])
-        carried = None if acting is None else acting.map(lambda array: array[:, part])
+        errors_here = None if flat_errors is None else flat_errors.map(lambda array: array[:, part])
+        carried = None if flat_loads is None else flat_loads.map(lambda array: array[:, part])
         applied = () if carried is None else carried.at(frames, fields_here)
         if motion is not None:
             bodies = moving_bodies(robot.solver, moving, _poses(configuration, poses), *(rate[:, part] for rate in moved))
@@ -169,7 +169,7 @@ def analyze(
             applied += (inertial_load(robot.statics, frames, *bodies, carried, payload_inertia),)
 
         def solve(some: slice | Index) -> list[Solution]:
-            mine = None if off is None else off.map(lambda array: array[:, some])
+            mine = None if errors_here is None else errors_here.map(lambda array: array[:, some])
             loads_here = tuple(item.take(some) for item in applied)
             return _solutions(robot.statics, frames.take(some), at_o[:, some], fields_here[:, some], mine, loads_here)
 
@@ -204,7 +204,7 @@ def _solutions(
     assembly_errors: AssemblyErrors | None,
     applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
-    """Solve poses; those at which the rank of a limb differs are solved separately, in their order."""
+    """Return the equilibria of consecutive poses; each pose at which the rank of a limb differs is solved separately."""
     first = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     if not first.doubtful.any() or not frames.take(np.flatnonzero(first.doubtful)).are_finite().any():
         return [first]
@@ -216,9 +216,9 @@ def _solutions(
     for start, end in itertools.pairwise(ends):
         at = slice(start, end)
         here = frames.take(at)
-        off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
-        mine = tuple(item.take(at) for item in applied)
-        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], off, special.get(start), mine))
+        errors = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
+        loads = tuple(item.take(at) for item in applied)
+        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], errors, special.get(start), loads))
     return found
 
 
@@ -236,7 +236,7 @@ def _vector(name: str, value: ArrayLike, size: int) -> Array:
 
 
 def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
-    """Return an external load (6, N) at a point (3, N), both as ``frame`` says, about o in world axes (6, N)."""
+    """Return an external load about o in world axes (6, N); load (6, N) and point (3, N) are given in ``frame``."""
     if frame == "world" and point is None:
         return load
     R, o = robot.mechanism.platform_pose(frames)

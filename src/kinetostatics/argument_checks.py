@@ -23,7 +23,7 @@ _HOME = os.path.dirname(__file__) + os.sep
 
 
 def warn(words: str) -> None:
-    """Issue a warning at the line, outside the package, of the current call."""
+    """Issue a warning that is attributed to the line, outside the package, from which the package was called."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_HOME):
         frame, level = frame.f_back, level + 1

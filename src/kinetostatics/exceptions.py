@@ -59,10 +59,10 @@ class RobotFileError(KinetostaticsError):
 
 
 class PlatformMissingError(RobotFileError):
-    """A robot file does not say which of several links is the platform.
+    """A robot file names none of several possible links as the platform.
 
     Attributes:
-        likely: names of the links that are likely to be meant.
+        likely: names of the most probable links.
     """
 
     def __init__(self, file: str, line: int | None, likely: Iterable[str]) -> None:
@@ -77,7 +77,7 @@ class UnknownNameError(KinetostaticsError, KeyError):
 
     Attributes:
         name: the unknown name.
-        known: the known names.
+        known: all valid names.
     """
 
     def __init__(self, name: object, known: Iterable[object]) -> None:

@@ -27,15 +27,15 @@ def in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
-def waiting(what: str | Callable[[], str], wanted: bool = True, always: bool = False) -> AbstractContextManager[None]:
-    """Write the current task on the terminal; of nested tasks, the innermost.
+def waiting(what: str | Callable[[], str], enabled: bool = True, always: bool = False) -> AbstractContextManager[None]:
+    """Write the current task and the elapsed time on the terminal; of nested tasks, only the innermost.
 
     Args:
         what: the task, such as "verifying", or a function that returns it.
-        wanted: whether to write anything.
+        enabled: whether to write anything.
         always: whether to write even if standard error is not a terminal.
     """
-    if not wanted or not (always or on_terminal()):
+    if not enabled or not (always or on_terminal()):
         return nullcontext()
     since = time.monotonic()
     return _line.showing(lambda: f"{what if isinstance(what, str) else what()} … {time.monotonic() - since:.0f} s")
@@ -55,7 +55,7 @@ class _Line:
 
     @contextmanager
     def showing(self, text: Callable[[], str]) -> Iterator[None]:
-        """Show a text instead of those of the surrounding tasks."""
+        """Show a text instead of the texts of the surrounding tasks."""
         with self._lock:
             self._write("")
             if not self.texts:

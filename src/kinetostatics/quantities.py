@@ -39,7 +39,7 @@ UNITS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Entry:
-    """A quantity.
+    """A quantity of the results of an analysis.
 
     Attributes:
         words: description, with reference point and axes.
@@ -72,8 +72,8 @@ class Entry:
         return UNITS.get(self.unit, self.unit)
 
     @property
-    def said(self) -> str:
-        """Description and units."""
+    def description(self) -> str:
+        """Description and units, as text."""
         return f"{self.words} [{self.units}]"
 
 
@@ -93,12 +93,19 @@ def _actuator_forces(robot: RobotStatics, solution: Solution) -> Array:
 
 
 def _is_usual(robot: RobotStatics, solution: Solution) -> Mask:
-    """Return at which poses (N,) every limb is what it is elsewhere, and nothing is undetermined."""
+    """Return the mask (N,) of poses with determined forces, regular wrench bases and limbs of their usual rank."""
     return ~solution.indeterminate & ~solution.basis_degenerate & ~solution.doubtful
 
 
 def _of_limbs(robot: RobotStatics, solution: Solution, labels: str, pick: Callable[[int], Array]) -> Array:
-    """Return what is picked of each group (k, g, N), limb by limb (Σ k, N); NaN where wrenches are not those of the labels."""
+    """Return a quantity of the wrenches of all limbs (Σ k, N), limb by limb; NaN where the wrench basis differs from the labels.
+
+    Args:
+        robot: the statics of the robot.
+        solution: the equilibrium.
+        labels: attribute of a group of limbs that contains the labels of its wrenches.
+        pick: returns the quantity (k, g, N) of a group, given its number.
+    """
     rows = [np.empty((0, solution.o.shape[1]))]
     for group in robot.groups:
         for limb, mine in zip(group.limbs, getattr(group, labels), strict=True):
@@ -219,7 +226,7 @@ QUANTITIES: Mapping[str, Entry] = {
 COMPUTED: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
     name: entry.of for name, entry in QUANTITIES.items() if entry.of is not None
 }
-#: All that is taken of the equilibrium, each (…components, N).
+#: All functions that compute an array (…components, N) from the equilibrium, by name.
 OF_EQUILIBRIUM: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     **COMPUTED,
     "intensities": _intensities,
@@ -241,14 +248,14 @@ def reported_names(owner: str) -> list[str]:
 
 
 def axes_of(robot: RobotStatics) -> dict[str, tuple[str, ...]]:
-    """Return the labels of the axes of results, those that are the same for all results of a robot."""
+    """Return the labels of those axes of results that are the same for all results of a robot."""
     components = {"component": COMPONENTS, "component_2": COMPONENTS, "axis": COMPONENTS[:3]}
     robots = {"actuator": robot.description.driven, "spring": tuple(robot.description.springs)}
     return {**components, "source": sources_of(robot), **robots}
 
 
 def units_along(robot: RobotStatics) -> dict[str, list[str] | list[list[str]]]:
-    """Return the entries of :data:`UNITS` that are the same for all results of a robot: units along the axes."""
+    """Return the units along those axes of :data:`UNITS` that are the same for all results of a robot."""
     actuators = [robot.mechanism.connections[name].type for name in robot.description.driven]
     return {
         "component_unit": list(TWIST_UNITS),

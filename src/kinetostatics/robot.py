@@ -141,7 +141,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings that apply to all poses, in full sentences: those of :attr:`Result.warnings` that hold at every pose."""
+        """Warnings that apply to all poses, in full sentences; :attr:`Result.warnings` includes them."""
         return late("checks.collect:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property

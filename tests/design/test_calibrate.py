@@ -455,7 +455,7 @@ def test_rows_that_are_given_twice_are_told(cantilever, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ks.calibrate(cantilever, tmp_path / "once.csv", ["rod"])
-    said = r"^\S*twice\.csv:6 has the pose, load and readings of \S*twice\.csv:3, and 1 more do so: .* intervals narrower"
+    said = r"^\S*twice\.csv:6 has the pose, load and readings of \S*twice\.csv:3, and 1 more do so: .* intervals too narrow"
     with pytest.warns(UserWarning, match=said):
         ks.calibrate(cantilever, tmp_path / "twice.csv", ["rod"])
     with pytest.warns(UserWarning, match=r"^measurements, row 1 has the pose, load and readings of measurements, row 0: a"):
@@ -487,7 +487,7 @@ def test_wrong_signs_and_units_are_told(cantilever):
     """F L³ / 3 E I of the rod, with its weight left out: read well, with the wrong sign, and a thousand times too large."""
     diameter, loads = 0.04, np.array([-10.0, -20.0, -30.0])
     sag = loads * 0.8**3 / (3 * 2e11 * np.pi * diameter**4 / 64) * np.array([1.01, 0.99, 1.0])
-    unexplained, odd = "hardly anything of the readings", "rod: more than 100 times off what the file says"
+    unexplained, odd = "residuals are almost as large as the readings", "rod: differs from the file by a factor of more than 100"
     for factor, words in ((1.0, ()), (-1.0, (unexplained,)), (1000.0, (odd,)), (1e-3, (odd,))):
         found = ks.calibrate(cantilever, {"Fz": loads, "dz": factor * sag}, ["rod"], gravity=(0, 0, 0))
         text = " ".join(str(found).split())

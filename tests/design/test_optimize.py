@@ -224,7 +224,7 @@ def test_what_cannot_be_met_is_told(cantilever):
         starts=1,
         **STILL,
     )
-    assert not best.feasible and "NOT feasible" in str(best) and "is broken" in str(best)
+    assert not best.feasible and "NOT feasible" in str(best) and "is violated" in str(best)
     assert best.parameters["diameter"] == pytest.approx(0.06, rel=1e-3)  # what comes nearest
     assert min(item.margin for item in best.requirements) < -1
 

@@ -411,7 +411,7 @@ def test_histogram(legs):
 
 def test_mistakes(cantilever):
     mistakes = {
-        "nothing in it": {},
+        "tolerances is empty": {},
         "did you mean 'diameter'": {"diametre": "1mm"},
         "given in kg, but it is in m": {"diameter": "1kg"},
         "must be a positive number": {"diameter": -1.0},

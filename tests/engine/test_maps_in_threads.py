@@ -40,7 +40,7 @@ def test_threads_are_as_many_as_are_asked_for(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     meeting = threading.Barrier(2, timeout=20)
     assert sorted(in_threads(lambda part: meeting.wait(), range(2))) == [0, 1]  # both at a time
-    assert in_threads(lambda part: threading.get_ident(), range(2), wanted=False) == 2 * [threading.get_ident()]
+    assert in_threads(lambda part: threading.get_ident(), range(2), enabled=False) == 2 * [threading.get_ident()]
     assert in_threads(lambda part: threading.get_ident(), range(2), most=1) == 2 * [threading.get_ident()]
     inner = in_threads(lambda part: (threading.get_ident(), in_threads(lambda _: threading.get_ident(), range(2))), range(2))
     assert all(idents == 2 * [outer] for outer, idents in inner)  # threads start no further ones

@@ -65,7 +65,7 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
         np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12 * np.abs(wanted).max(), err_msg=name)
     sags = ks.indices.quantity(there, "linear_sag")
     np.testing.assert_allclose(sags, np.linalg.norm(displacement, axis=-1), rtol=1e-12)
-    with pytest.raises(ks.ArgumentError, match="about another point than o already"):
+    with pytest.raises(ks.ArgumentError, match="another reference point than o already"):
         ks.indices.at_point(there, tip)
     pytest.importorskip("matplotlib")
     ds.to_netcdf(tmp_path / "map.nc")

@@ -1,9 +1,9 @@
 """Bending stiffness and geometric stiffness of a straight beam by polynomial shape functions.
 
-The deflection v(s) relative to the start is the cubic polynomial of the end's deflection and both slopes, plus five polynomials
-that vanish with their slopes at both ends. The matrices are those of the strain energy ∫ EI v″² ds / 2 and of the work of a
-linearly varying axial force, ∫ N v′² ds / 2 (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter 2). Shear
-deformation is neglected.
+The deflection v(s) relative to the start is the cubic polynomial given by the deflection of the end and both slopes, plus five
+polynomials whose values and slopes vanish at both ends. The matrices are those of the strain energy ∫ EI v″² ds / 2 and of the
+energy ∫ N v′² ds / 2 of a linearly varying axial force N (S. P. Timoshenko and J. M. Gere, Theory of Elastic Stability, chapter
+2). Shear deformation is neglected.
 """
 
 from __future__ import annotations
@@ -12,12 +12,15 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 
-#: Polynomials that vanish at both ends with their slopes: Euler's loads come out to better than 2e-6.
+#: Number of polynomials whose values and slopes vanish at both ends; relative error of Euler's loads below 2e-6.
 INNER = 5
 
 
 def _functions() -> list[np.polynomial.Polynomial]:
-    """Return the cubic polynomials on 0 … 1, and the inner ones, orthonormal in ∫ f″f″; that of a cubic and an inner one is 0."""
+    """Return the cubic polynomials on 0 … 1 and the inner polynomials.
+
+    The inner polynomials are orthonormal in ∫ f″g″, and orthogonal to the cubic ones.
+    """
     P = np.polynomial.Polynomial
     s = P([0, 1])
     legendre = [np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(kind=P) for k in range(INNER)]
@@ -39,16 +42,18 @@ _TENSION = np.einsum("kq,iq,jq->kij", [_WEIGHTS, _WEIGHTS * _POINTS], _SLOPE, _S
 #: Largest eigenvalue of the inner part of ∫ f′f′: 1 / 4π².
 _CLAMPED = float(np.linalg.eigvalsh(_TENSION[0, 3:, 3:])[-1])
 _A, _B = _TENSION[:, :3, 3:]
-#: Matrices of :func:`condensed_tension` for the force at the start, its change along the beam, their squares and product.
+#: Matrices of :func:`condensed_tension`: factors of the force at the start, its change, and the squares and product of both.
 _CONDENSED = np.array([*_TENSION[:, :3, :3], -_A @ _A.T, -_A @ _B.T - _B @ _A.T, -_B @ _B.T])
 
 
 def bending(EI: float, length: Array) -> Array:
-    """Return the stiffness (3, 3, N) [N/m] on the deflection of the end, and the slopes of start and end times the length.
+    """Return the bending stiffness (3, 3, N) [N/m].
+
+    The coordinates are the deflection of the end, and the slopes of start and end multiplied by the length [m].
 
     Args:
         EI: bending stiffness [N·m²].
-        length: (N,) [m].
+        length: (N,) length [m].
     """
     return np.asarray(_BENDING[:, :, None] * (EI / length**3))
 
@@ -56,7 +61,7 @@ def bending(EI: float, length: Array) -> Array:
 def tension(forces: Array, EI: float, length: Array) -> Array:
     """Return the geometric stiffness (8, 8, N) of axial forces (2, N) [N] at start and end, tension positive.
 
-    The first three coordinates are those of :func:`bending`; the stiffness on the others is 1.
+    The first three coordinates are those of :func:`bending`; the others are scaled to a bending stiffness of 1.
     """
     first, last = forces / length
     scale = np.ones((3 + INNER, len(length)))
@@ -65,16 +70,16 @@ def tension(forces: Array, EI: float, length: Array) -> Array:
 
 
 def condensed_tension(forces: Array, EI: float, length: Array) -> Array:
-    """Return a lower bound (3, 3, N) of :func:`tension` plus the inner stiffness 1, for any inner coordinates.
+    """Return a lower bound (3, 3, N) of the matrix of :func:`tension` with the inner coordinates eliminated.
 
-    The inner stiffness is bounded by 1 − β, with β the ratio of the larger pressure to the critical one of a clamped beam; NaN
-    for β ≥ 1.
+    The sum of bending and geometric stiffness of the inner coordinates is at least 1 − β, with the ratio β of the larger
+    compressive force to the critical force of a beam clamped at both ends. The bound is NaN for β ≥ 1.
     """
     first, last = forces / length
-    held = 1 - np.maximum(-forces.min(axis=0), 0.0) * length**2 / EI * _CLAMPED
-    held = length**3 / EI / np.where(held > 0, held, np.nan)
+    least = 1 - np.maximum(-forces.min(axis=0), 0.0) * length**2 / EI * _CLAMPED  # 1 − β
+    flexibility = length**3 / EI / np.where(least > 0, least, np.nan)
     change = last - first
-    factors = np.stack([first, change, held * first**2, held * first * change, held * change**2])
+    factors = np.stack([first, change, flexibility * first**2, flexibility * first * change, flexibility * change**2])
     return np.asarray((_CONDENSED.reshape(5, 9).T @ factors).reshape(3, 3, -1))
 
 

@@ -12,13 +12,13 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, Mask
 
-#: Coordinates that are eliminated together, and the remaining ones coupled with them.
+#: Indices of coordinates that are eliminated together, and of the remaining coordinates coupled with them.
 Front = tuple[list[int], list[int]]
 
 
 @lru_cache(maxsize=64)
 def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
-    """Return the elimination order of n coordinates with given sets of coupled ones."""
+    """Return the elimination order of n coordinates; ``coupled`` are the sets of coordinates with common matrix entries."""
     alike: dict[frozenset[tuple[int, ...]], list[int]] = {}
     for k in range(n):
         alike.setdefault(frozenset(some for some in coupled if k in some), []).append(k)
@@ -35,7 +35,7 @@ def fronts(n: int, coupled: frozenset[tuple[int, ...]]) -> list[Front]:
 
 
 def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
-    """Return where (N,) matrices (n, n, N) are positive definite; they are overwritten."""
+    """Return the mask (N,) of positive definite matrices (n, n, N), which are overwritten."""
     found: Mask = np.ones(matrix.shape[2], dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for own, others in order:

@@ -33,8 +33,8 @@ class Members:
     """The members of a robot.
 
     Attributes:
-        names: the beams of each member, from the base to the platform end, in the order of the file.
-        structure: the robot.
+        names: names of the beams of each member, from the base end to the platform end; members in the order of the file.
+        structure: bodies, joints, beams and coordinates of the robot's small motions.
     """
 
     def __init__(self, model: RobotStatics) -> None:
@@ -46,16 +46,16 @@ class Members:
             name: (frames.point(span.start_body, span.start)[:, 0], frames.point(span.end_body, span.end)[:, 0])
             for name, span in spans.items()
         }
-        pairs = ((a.name, b.name) for a in structure.beams for b in structure.beams if a is not b and self._goes_on(a, b))
+        pairs = ((a.name, b.name) for a in structure.beams for b in structure.beams if a is not b and self._are_in_line(a, b))
         together = joined(model.beams, pairs)
         self.names = tuple(self._in_order(mine) for mine in dict.fromkeys(together[name] for name in model.beams))
 
     def _in_order(self, names: frozenset[str]) -> tuple[str, ...]:
         x = self._x[min(names)]
-        way = sum(np.sign(x @ self._x[name]) for name in names)
-        return tuple(sorted(names, key=lambda name: (float(way or 1.0) * float(x @ sum(self._ends[name])), name)))
+        sense = sum(np.sign(x @ self._x[name]) for name in names)
+        return tuple(sorted(names, key=lambda name: (float(sense or 1.0) * float(x @ sum(self._ends[name])), name)))
 
-    def _goes_on(self, a: BeamEnds, b: BeamEnds) -> bool:
+    def _are_in_line(self, a: BeamEnds, b: BeamEnds) -> bool:
         """Whether two beams are collinear at a body that is neither base nor platform."""
         graph, welded = self.structure.graph, self._welded(self._x[a.name])
         for behind, body in ((1, a.outer), (-1, a.inner)):
@@ -83,9 +83,9 @@ class Members:
         return joined(self.structure.columns, pairs)
 
     def ratios(self, solution: Solution) -> dict[str, Array]:
-        """Return for every beam the ratio (N,) of the forces to those at which its member buckles.
+        """Return for every beam the ratio (N,) of the forces to the critical forces of its member.
 
-        It is 1/λ of the first mode that involves the member; 0 without such a mode, as under tension.
+        It is the largest 1/λ of all buckling modes in which the member takes part; 0 without such a mode, as under tension.
         """
         found = np.zeros((len(self.names), solution.o.shape[1]))
         if self.names:
@@ -95,7 +95,7 @@ class Members:
         return {name: ratio for member, ratio in zip(self.names, found, strict=True) for name in member}
 
     def buckles(self, solution: Solution) -> Mask:
-        """Return whether the robot buckles (N,)."""
+        """Return the mask (N,) of poses at which a member buckles."""
         forces = forces_of(self.structure, solution)
         doubtful = np.flatnonzero(self._estimate(forces, solution.compliance) >= _NO_RISK)
         found = np.zeros(solution.o.shape[1], dtype=bool)
@@ -130,16 +130,18 @@ class Members:
         return tuple(np.concatenate(items, axis=-1) for items in zip(*parts, strict=True))
 
     def _ratios(self, item: Stability) -> Array:
-        """Return the ratios (members, N)."""
+        """Return the ratios (members, N) of forces to critical forces."""
         ratios, modes = item.modes()
         energies = np.array([sum(item.beams[name].of(modes) for name in member) for member in self.names])
         mine = np.where(energies >= _TAKES_PART * energies.max(axis=0), ratios, 0.0)
         return np.where(np.isnan(ratios[:, 0]), np.nan, mine.max(axis=2))
 
     def _estimate(self, forces: Forces, compliance: Array) -> Array:
-        """Return an upper bound (N,) of the largest ratio, assuming that all limbs are as soft as the softest, in one column.
+        """Return an upper bound (N,) of the largest ratio.
 
-        The bound is rigorous without loops; with loops, parts may rotate further, which the margin of ``_NO_RISK`` covers.
+        It is the product of the sums of all moments of forces about joints and beam ends and of all rotational compliances, as if
+        all parts were in series. The bound is rigorous for robots without loops; with loops, parts may rotate further, which the
+        margin of ``_NO_RISK`` covers.
         """
         model, freedoms = self.structure.model, self.structure.freedoms
         lengths = {name: beam.length(forces.frames) for name, beam in model.beams.items()}

@@ -25,24 +25,31 @@ from kinetostatics.statics.small_motions import Follower, PlacedMotions, SmallMo
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs
 
-#: How much stiffer than everything else what keeps loops of joints closed is.
+#: Ratio of the stiffness of closed loops to the largest stiffness of the robot.
 _CLOSING = 1e4
-#: Scaled stiffness below which a motion is one that nothing holds.
+#: Scaled stiffness below which a motion counts as free, such as the spin of a strut between ball joints.
 _FREE = 1e-11
-#: Part of the stiffness that stands for what nothing holds, such as the spin of a strut between ball joints; and of that of loops
-#: that joints close, which is all there is to it but rounding.
-_UNHELD, _UNHELD_CLOSED = 1e-9, 1e-14
-#: Part of the largest factor below which one is rounding.
+#: Stiffness added to all motions, so that free ones do not count as unstable: relative to their own stiffness, and to that of the
+#: loops, whose rounding errors it exceeds.
+_ADDED, _ADDED_LOOPS = 1e-9, 1e-14
+#: Ratio 1/λ, relative to the largest, below which it counts as rounding.
 _ROUNDING = 1e-12
 
 
-#: Blocks (m, m, N) on the diagonal of a matrix, and where they are.
+#: Blocks (m, m, N) on the diagonal of a matrix, and their rows.
 _Blocks = Sequence[tuple[slice, Array]]
 
 
 @dataclass(frozen=True)
 class BeamEnergy:
-    """Strain energy of a beam: blocks of stiffness on motions (m, k, N) of coordinates (k,), and 1 of its inner coordinates."""
+    """Strain energy of a beam as a function of the coordinates.
+
+    Attributes:
+        columns: indices (k,) of the coordinates that move its ends.
+        motions: (m, k, N) motions of its ends per unit of each of them.
+        stiffness: diagonal blocks of the stiffness of these motions.
+        inner: indices of its inner coordinates, whose stiffness is 1.
+    """
 
     columns: tuple[int, ...]
     motions: Array
@@ -57,29 +64,29 @@ class BeamEnergy:
 
 @dataclass(frozen=True)
 class Stability:
-    """A robot at N poses, each with its own forces.
+    """Stiffness and geometric stiffness of a robot at N poses.
 
     Attributes:
-        stiffness: K (N, n, n) of the motions of rigid bodies [N/m]; of the beams' inner coordinates it is 1.
-        geometric: K_G (N, n + b, n + b) of both.
-        unheld: (N, n) stiffness that holds what nothing else does, where only signs are asked for [N/m].
+        stiffness: K (N, n, n) of the n coordinates of small motions [N/m]; that of the b inner coordinates of beams is 1.
+        geometric: K_G (N, n + b, n + b) of all coordinates.
+        added: (N, n) stiffness added for the test of definiteness, so that free motions do not count as unstable [N/m].
         beams: the strain energy of every beam, by name.
-        motions: what the coordinates of rigid bodies stand for.
+        motions: coordinates of the small motions of rigid bodies.
     """
 
     stiffness: Array
     geometric: Array
-    unheld: Array
+    added: Array
     beams: dict[str, BeamEnergy]
     motions: PlacedMotions
 
     def is_stable(self) -> bool:
-        """Whether K + K_G is positive definite at all poses: none of them buckles."""
+        """Whether K + K_G is positive definite at all poses, so that the robot buckles at none of them."""
         total, n = np.array(self.geometric), self.stiffness.shape[1]
         total[:, :n, :n] += self.stiffness
         diagonal = np.einsum("nii->ni", total)
         diagonal[:, n:] += 1.0
-        diagonal[:, :n] += self.unheld
+        diagonal[:, :n] += self.added
         try:
             np.linalg.cholesky(total)
         except np.linalg.LinAlgError:
@@ -87,9 +94,9 @@ class Stability:
         return True
 
     def modes(self) -> tuple[Array, Array]:
-        """Return ratios 1/λ (N, n + b) of forces to those at which the robot buckles, and the modes (N, n + b, n + b).
+        """Return the ratios 1/λ (N, n + b) of forces to critical forces, and the buckling modes (N, n + b, n + b) as columns.
 
-        Motions that nothing holds are left out; where K or K_G are no numbers, so are the ratios.
+        Free motions are left out. The ratios are NaN where K or K_G is not finite.
         """
         n = self.stiffness.shape[1]
         fine = np.all(np.isfinite(self.stiffness), axis=(1, 2)) & np.all(np.isfinite(self.geometric), axis=(1, 2))
@@ -97,8 +104,8 @@ class Stability:
         size = np.sqrt(np.abs(np.einsum("nii->ni", K)))
         size = np.where(size > 0, size, 1.0)
         values, axes = np.linalg.eigh(K / (size[:, :, None] * size[:, None]))
-        held = values > _FREE
-        basis = axes * (held / np.sqrt(np.where(held, values, 1.0)))[:, None] / size[:, :, None]
+        elastic = values > _FREE
+        basis = axes * (elastic / np.sqrt(np.where(elastic, values, 1.0)))[:, None] / size[:, :, None]
         A = np.array(-G)
         A[:, :n] = np.swapaxes(basis, 1, 2) @ A[:, :n]
         A[:, :, :n] = A[:, :, :n] @ basis
@@ -115,12 +122,16 @@ class Forces:
     """All forces on and in a robot at N poses.
 
     Attributes:
-        frames, o, gravity: the poses, the platform's point o (3, N) [m], and the field (3, N) [m/s²].
-        beams: section forces (2, 3, N) at the start and the end of every beam, by name [N].
-        joints: forces (3, J, N) of the predecessor on the successor of every joint of the joint table, and ``centres`` [m].
-        centres: see ``joints``.
-        others: loads and weights on rigid bodies: the body, the wrench (6, N) about o, and where its force acts (3, N).
-        lines: loads (12, N) along beams but their weights, by name, see :class:`kinetostatics.statics.link_loads.AppliedLoad`.
+        frames: frames of all bodies.
+        o: (3, N) position of o [m].
+        gravity: (3, N) gravity, world axes [m/s²].
+        beams: section forces (2, 3, N) at the start and the end of every beam, world axes, by name [N].
+        joints: (3, J, N) forces of the predecessor on the successor of every joint of the joint table, world axes [N].
+        centres: (3, J, N) their points of application [m].
+        others: loads and weights on rigid bodies: the body, the wrench (6, N) about o [N, N·m], and the point of application of
+            its force (3, N) [m].
+        lines: (12, N) loads along beams except their weights, by name, see
+            :class:`kinetostatics.statics.link_loads.AppliedLoad`.
     """
 
     frames: Frames
@@ -133,7 +144,7 @@ class Forces:
     lines: dict[str, Array]
 
     def take(self, poses: Index) -> Forces:
-        """Return those of some poses."""
+        """Return the forces at some of the poses."""
         beams = {name: force[..., poses] for name, force in self.beams.items()}
         others = [(body, wrench[:, poses], point[:, poses]) for body, wrench, point in self.others]
         frames, joints, centres = self.frames.take(poses), self.joints[..., poses], self.centres[..., poses]
@@ -142,7 +153,7 @@ class Forces:
 
 
 def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
-    """Return all forces at the poses of a solution; statically indeterminate ones have one of their possible values."""
+    """Return all forces at the poses of a solution; if they are statically indeterminate, one equilibrium is returned."""
     model, frames, table = structure.model, solution.frames, structure.model.joint_table
     signs = np.array([table.signs[name] for name in table.names])
     lines: dict[str, Array] = {}
@@ -151,7 +162,7 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
         for place, wrench in item.load.wrenches.items():
             if place in structure.body_at and place in item.load.points:
                 others.append((structure.body_at[place], wrench * item.times, item.load.points[place]))
-        for name, line in item.load.lines.items():  # which acts along the beam, not at its ends
+        for name, line in item.load.lines.items():  # without its resultants: the load acts along the beam
             beam, lines[name] = model.beams[name], lines.get(name, 0.0) + line * item.times
             resultants = line_resultants(beam, frames, line)
             for place, wrench, end in zip(model.topology.beam_ends[name], resultants, beam.ends(frames), strict=True):
@@ -165,26 +176,30 @@ def forces_of(structure: SmallMotions, solution: Solution) -> Forces:
 
 
 def stability(structure: SmallMotions, forces: Forces) -> Stability:
-    """Assemble K and K_G."""
+    """Assemble K and K_G of a robot at given poses under given forces."""
     found = _Assembly(structure, forces)
-    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.unheld.T, found.beams, found.motions)
+    return Stability(np.moveaxis(found.K, 2, 0), np.moveaxis(found.G, 2, 0), found.added.T, found.beams, found.motions)
 
 
 def surely_stable(structure: SmallMotions, forces: Forces) -> Mask:
-    """Return where (N,) K + K_G is positive definite, at a small part of the cost; False, too, where a beam nearly buckles alone.
+    """Return the mask (N,) of poses at which K + K_G is certainly positive definite: a sufficient condition, computed quickly.
 
-    Whatever the inner coordinates of a beam, x′(K + K_G)x ≥ u′(B + G)u − |C′u|²/(1 − β), with u the motions of its ends, C what
-    couples both, and β the ratio of its largest pressure to that under which it buckles with both ends clamped. That leaves the
-    motions of rigid bodies, and a matrix with few entries, as limbs meet at the platform alone.
+    For all values of the inner coordinates of a beam, xᵀ(K + K_G)x ≥ uᵀ(B + G)u − |Cᵀu|²/(1 − β), with the motions u of its ends,
+    their bending and geometric stiffness B and G, the geometric stiffness C that couples them with the inner coordinates, and the
+    ratio β of the largest compressive force to the critical force of the beam with clamped ends. The condition is not met for
+    β ≥ 1. The remaining matrix, of rigid-body motions, is sparse because the limbs are connected at the platform only.
     """
     found = _Assembly(structure, forces, condensed=True)
     diagonal = np.einsum("iin->in", found.G)
-    diagonal += found.unheld
+    diagonal += found.added
     return definite_in_order(found.G, fronts(len(found.G), frozenset(found.coupled)))
 
 
 class _Assembly:
-    """K (n, n, N) and K_G (n + b, n + b, N); condensed: K's diagonal (n, N), and what K + K_G exceeds (n, n, N)."""
+    """Assembly of K (n, n, N) and K_G (n + b, n + b, N).
+
+    If ``condensed``, of the diagonal (n, N) of K, and of a lower bound (n, n, N) of K + K_G with inner coordinates eliminated.
+    """
 
     def __init__(self, structure: SmallMotions, forces: Forces, condensed: bool = False) -> None:
         self.structure, self.given, self.condensed = structure, forces, condensed
@@ -197,7 +212,7 @@ class _Assembly:
         self.K, self.G = (zeros_for(shape, self.o) for shape in ((n, N) if condensed else (n, n, N), (total, total, N)))
         self.inner = n
         self.coupled: set[tuple[int, ...]] = set()
-        # of bodies that are rigidly one, by their coordinates: forces and where they act, and directions of beams
+        # for all bodies with the same coordinates: forces with their points of application, and directions of beams
         self.forces: dict[tuple[int, ...], list[tuple[Array, Array]]] = {}
         self.axes: dict[tuple[int, ...], list[Array]] = {}
         for body, wrench, point in forces.others:
@@ -210,17 +225,23 @@ class _Assembly:
             self._bodies()
             own = np.array(self._diagonal(), subok=True)
             self._close_loops(closing)
-            self.unheld = _UNHELD * np.maximum(own, _UNHELD * own.max(axis=0, initial=0.0))
-            self.unheld += _UNHELD_CLOSED * (self._diagonal() - own)
+            self.added = _ADDED * np.maximum(own, _ADDED * own.max(axis=0, initial=0.0))
+            self.added += _ADDED_LOOPS * (self._diagonal() - own)
         for item in structure.followers:
-            self._moved_along(item)
+            self._transfer_follower(item)
 
     def _diagonal(self) -> Array:
         """Return the diagonal (n, N) of K."""
         return self.K if self.condensed else np.einsum("iin->in", self.K)
 
     def _add(self, columns: tuple[int, ...], motions: Array, stiffness: _Blocks = (), geometric: _Blocks = ()) -> None:
-        """Add blocks of matrices on motions (m, k, N) of some coordinates (k,)."""
+        """Add to K and K_G the terms of diagonal blocks on m motions, which are linear in k coordinates.
+
+        Args:
+            columns: (k,) indices of the coordinates.
+            motions: (m, k, N) motions per unit of each coordinate.
+            stiffness, geometric: diagonal blocks of the matrices of these motions.
+        """
         self.coupled.add(columns)
         where, products = list(columns), [_product(blocks, motions) for blocks in (stiffness, geometric)]
         if self.condensed:
@@ -230,7 +251,7 @@ class _Assembly:
             for matrix, product in zip((self.K, self.G), products, strict=True):
                 matrix[np.ix_(where, where)] += np.einsum("ikn,iln->kln", motions, product)
 
-    def _moved_along(self, item: Follower) -> None:
+    def _transfer_follower(self, item: Follower) -> None:
         """Transfer the forces on a dependent coordinate to the coordinate that it follows."""
         for matrix in (self.K, self.G):
             matrix[item.master] += item.times * matrix[item.column]
@@ -265,7 +286,7 @@ class _Assembly:
             motions[3:5], motions[6:8] = local[2, 1:], -local[1, 1:]
             c, along = item.compliances, axes[:, 0]
             pulls = np.einsum("in,ein->en", along, mine)
-            # its mass may lie ahead of the sections that carry it
+            # axial shift of the weight relative to the sections
             pulls += item.line_density(length) * dot(along, self.given.gravity) * dot(along, item.lever(self.frames))
             stretch, twist = 1 / (c[0] * length), 1 / (c[3] * length**3)
             stiffness = [(slice(0, 1), stretch[None, None]), (slice(1, 2), twist[None, None])]
@@ -286,7 +307,7 @@ class _Assembly:
             yield beam.name, BeamEnergy(columns, motions, stiffness, np.arange(self.inner - 2 * INNER, self.inner))
 
     def _springs(self) -> None:
-        """Springs between links: the negative part of their stiffness, under compression, is proportional to the forces."""
+        """Add springs between links: the negative eigenvalues of their stiffness, under compression, belong to K_G."""
         for spring in placed_springs(self.structure.model, self.frames):
             values, axes = np.linalg.eigh(np.nan_to_num(np.moveaxis(spring.tangent, 2, 0)))
             for first, here in spring.places[0].items():
@@ -303,7 +324,7 @@ class _Assembly:
                     self._add(columns, ends[1] - ends[0], *([(slice(0, 3), part)] for part in parts))
 
     def _joints(self) -> None:
-        """Joints: their springs, and the forces that slides pass on where the body that has them turns."""
+        """Add the stiffness of elastic joints, and the geometric stiffness of forces on sliding sides of rotating bodies."""
         structure, one = self.structure, np.ones_like(self.o[:1, None])
         for joint in structure.joints:
             k, bodies = self.places.get(joint.connection.name), (joint.inner, joint.outer)
@@ -330,20 +351,23 @@ class _Assembly:
                 self._add(columns, both, (), [(slice(0, 6), values)])
 
     def _close_loops(self, closing: Array) -> None:
-        """Joints that close loops: a stiffness ``closing`` (N,) [N/m] along their constrained directions."""
+        """Add the stiffness ``closing`` (N,) [N/m] along the constrained directions of joints that close loops."""
         for columns, rows in self.motions.gaps():
             rows *= np.sqrt(closing)
             self._add(columns, rows, [(slice(0, 6), np.broadcast_to(np.eye(6)[:, :, None], (6, 6, len(closing))))])
 
     def _bodies(self) -> None:
-        """Rigid bodies: a force f at an arm r does the work f · (θ × (θ × r)) / 2 when the body turns by θ."""
+        """Add the geometric stiffness of rigid bodies.
+
+        Under a rotation θ, a force f at an arm r does the work f · (θ × (θ × r)) / 2.
+        """
         for columns, mine in self.forces.items():
             turning = tuple(column for column in columns if column in self.structure.turning)
             if not turning:
                 continue
             forces, points = (np.stack(items) for items in zip(*mine, strict=True))
             A = np.einsum("fin,fjn->ijn", forces, points - self.o)
-            S = (A + np.swapaxes(A, 0, 1)) / 2  # without what couples torsion and bending of beams
+            S = (A + np.swapaxes(A, 0, 1)) / 2  # without the coupling of torsion and bending of beams
             axes = self.axes.get(columns, [])
             if axes and all(settles(np.abs(cross(axes[0], other)) < 1e-6) for other in axes):
                 e, f = axes[0], np.einsum("ijn,jn->in", S, axes[0])

@@ -26,8 +26,8 @@ from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
 
-#: Advice where estimates are impossible.
-LOOK_AT = "check the signs of readings, loads and gravity, reference=, and whether unknowns are missing"
+#: Advice in messages about impossible estimates.
+ADVICE = "check the signs of readings, loads and gravity, reference=, and whether unknowns are missing"
 
 
 def calibrate(
@@ -46,10 +46,10 @@ def calibrate(
     closure_tolerance: float = 1e-10,
     **analysis: Keyword,
 ) -> Calibration:
-    """Find stiffnesses, payload and offsets from measured deflections, with confidence intervals and unidentifiable parameters.
+    """Estimate stiffnesses, payload and offsets from measured deflections, with confidence intervals.
 
     Args:
-        robot: the nominal robot, where the search begins.
+        robot: the nominal robot, which gives the initial values.
         measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns are coordinates of the
             platform or of all actuators; the load Fx … Mz; and readings: components of the twist at o in world axes, dx dy dz drx
             dry drz, or gauges by name. Titles may contain units, "z [mm]"; the default is SI. Empty cells are missing readings.
@@ -146,7 +146,7 @@ def calibrate(
             item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
             raise ArgumentError(
                 f"the fit of {item.name} reached {value:.6g} {item.unit}".rstrip()
-                + f", and a further change yields no robot: {model.refused or 'it is another mechanism'}; {LOOK_AT}"
+                + f", and a further change yields no robot: {model.refused or 'it is another mechanism'}; {ADVICE}"
             ) from error
 
     used = np.full(len(measured), True)
@@ -170,7 +170,7 @@ def calibrate(
     estimates = _estimates(looked_for, found, values, covariance, level)
     for one in estimates:
         if one.impossible:
-            warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {LOOK_AT}")
+            warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {ADVICE}")
     mass, moment, _ = looked_for.payload_of(values)
     scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
     return Calibration(

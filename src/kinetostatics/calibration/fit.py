@@ -20,7 +20,7 @@ from kinetostatics.math.linalg import canonical_basis
 UNSEEN = 1e-6
 #: Residuals, relative to the readings, that count as rounding.
 ROUNDING = 1e-9
-#: Probability that any good reading is called an outlier.
+#: Probability that any reading without error is flagged as an outlier.
 FALSE_ALARM = 0.05
 #: Largest number of searches, each in the directions identifiable at the end of the previous one.
 SEARCHES = 3
@@ -43,12 +43,12 @@ class NoDerivativeError(Exception):
 
 @dataclass(frozen=True)
 class Fit:
-    """A solution; n residuals, p unknowns in units of their scales.
+    """Solution of a fit of p unknowns, in units of their scales, with n residuals.
 
     Attributes:
-        x: (p,).
-        residuals: (n,) measured less computed, over sigma.
-        jacobian: (n, p) of the computed readings, over sigma.
+        x: (p,) unknowns.
+        residuals: (n,) measured less computed readings, divided by sigma.
+        jacobian: (n, p) derivatives of the computed readings, divided by sigma.
         seen: (p, r) basis of identifiable changes.
         null: (p, p − r) basis of changes that affect no reading.
         variance: variance of a residual: 1 if sigma is known, else estimated; NaN without degrees of freedom.
@@ -135,7 +135,7 @@ def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged:
 
 
 def determined(J: Array) -> tuple[Array, Array, Array]:
-    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of its row space (p, r) and null space, so scaled."""
+    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of its scaled row space (p, r) and null space."""
     sizes = np.linalg.norm(J, axis=0)
     blind = sizes <= UNSEEN * sizes.max(initial=0.0)
     scale = 1 / np.where(blind, sizes.max(initial=0.0) or 1.0, sizes)
@@ -145,7 +145,7 @@ def determined(J: Array) -> tuple[Array, Array, Array]:
 
 
 def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
-    """Return studentized residuals (n,) and the mask of outliers; outliers are omitted in the judgement of later ones.
+    """Return studentized residuals (n,) and the mask of outliers; each further outlier is sought without those found before.
 
     Args:
         found: the solution.

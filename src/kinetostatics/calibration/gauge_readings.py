@@ -1,4 +1,7 @@
-"""Gauges, from a table or from Python, and their readings of twists: u · d + (a × u) · r of a displacement at a, u · r."""
+"""Gauges, from a table or from Python, and their readings for a twist [d; r] of the platform at o.
+
+A gauge of direction u at the arm a from o reads the displacement u · d + (a × u) · r, or the rotation u · r.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +85,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
 
 
 def number_in(cell: object, unit: str, kind: str, what: str) -> float:
-    """Return the number of a cell in SI; ``unit`` is that of the title, unless the cell has its own.
+    """Return the number of a cell in SI; a cell without a unit has the unit of its column, ``unit``.
 
     Raises:
         ArgumentError: the cell is no number, or has a unit of another kind.
@@ -92,7 +95,7 @@ def number_in(cell: object, unit: str, kind: str, what: str) -> float:
 
 
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
-    """Return the rows (n, 6) that give readings from twists at o, world axes [1, m].
+    """Return the rows (n, 6), whose products with twists at o are the readings, world axes [1, m].
 
     Args:
         gauges: all gauges.

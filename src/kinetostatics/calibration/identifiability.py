@@ -32,7 +32,7 @@ def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifi
 
 
 def _sparse(null: Array) -> Array:
-    """Return a sparse basis of the same space by elimination, with largest entries 1."""
+    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k), by elimination; the largest entries are 1."""
     rest = np.array(null)
     pivots: list[int] = []
     for k in range(rest.shape[1]):

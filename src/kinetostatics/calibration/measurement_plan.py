@@ -61,7 +61,7 @@ def plan_measurements(
     closure_tolerance: float = 1e-10,
     **analysis: object,
 ) -> MeasurementPlan:
-    """Choose the poses and loads whose measurements determine the unknowns best.
+    """Choose the poses and loads of n measurements with the largest determinant of the information matrix (D-optimality).
 
     Args:
         robot: the nominal robot.
@@ -193,7 +193,10 @@ def log_det(blocks: Array) -> float:
 
 
 def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
-    """Return the numbers (n,) of the measurements out of (N, k, r) whose information has the largest determinant."""
+    """Return the indices (n,) of measurements out of ``blocks`` (N, k, r) whose information matrix has the largest determinant.
+
+    The blocks are Jacobians of the k readings of each measurement; ``rng`` draws the random starts of the exchange.
+    """
     r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
     starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]
     ridge = 1e-12 * np.trace(every.sum(axis=0)) * np.eye(r)  # until all unknowns are determined

@@ -31,9 +31,9 @@ class Measurements:
     """Measurements, row by row; SI units.
 
     Attributes:
-        coordinates: (N,) coordinates of the platform or the actuators, by name; empty: the zero pose.
-        load: (N, 6) loads.
-        readings: (N,) readings by gauge; NaN if missing.
+        coordinates: (N,) coordinates of the platform or the actuators, by name [m, rad]; empty: the zero pose.
+        load: (N, 6) loads [N, N·m].
+        readings: (N,) readings by gauge [m, rad]; NaN if missing.
         rows: (N,) line of the file, or index of the row.
         places: name of each row in messages.
     """
@@ -61,12 +61,12 @@ class Measurements:
 
 
 def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) -> Measurements:
-    """Return measurements.
+    """Read a table of measurements.
 
     Args:
         robot: the robot.
-        given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one a row; or an xarray Dataset,
-            whose variables and coordinates are the columns. Titles may have units in brackets; without them numbers are SI.
+        given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one for each row; or an xarray
+            Dataset, whose variables and coordinates are the columns. Titles may have units in brackets; the default is SI.
         gauges: the available gauges.
 
     Raises:

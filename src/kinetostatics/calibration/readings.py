@@ -175,7 +175,7 @@ class Model:
         return np.asarray(found)
 
     def predict(self, values: Array) -> Array:
-        """Return the readings (n,); NaN if the values yield no robot."""
+        """Return the readings (n,) [m, rad]; NaN if the robot is invalid with these values."""
         if any(item.kind == "stiffness" and not v > 0 for item, v in zip(self.unknowns.items, values, strict=True)):
             return np.full(len(self.readings.rows), np.nan)
         try:
@@ -193,7 +193,7 @@ class Model:
         return np.asarray(self.readings.which == list(self.readings.gauges).index(gauge), dtype=float)
 
     def jacobian(self, values: Array) -> Array:
-        """Return the derivatives (n, unknowns) of readings by unknowns, for a stiffness by its compliance factor."""
+        """Return the derivatives (n, p) of the readings by the unknowns; for a stiffness, by its compliance factor."""
         key = tuple(map(float, values))
         if self._derived is None or self._derived[0] != key:
             self._derived = key, self._jacobian(values)
@@ -227,7 +227,7 @@ class Model:
         return np.stack(columns, axis=-1)
 
     def _by_argument(self, values: Array, k: int, result: Result) -> Array:
-        """Return the derivative by an argument of the file: exact if the pose does not change, else by central differences."""
+        """Return the derivatives (n,) by an argument of the file; by central differences if the pose changes with it."""
         item = self.unknowns.items[k]
 
         def changed(by: float) -> RobotDescription:

@@ -88,7 +88,7 @@ class Unknowns:
 
     @property
     def names(self) -> list[str]:
-        """Scales of all unknowns."""
+        """Names of all unknowns."""
         return [item.name for item in self.items]
 
     @property
@@ -148,13 +148,13 @@ class Unknowns:
         scale = abs(number.value) or (1.0 if name in arguments else self.robot.length)
         return Unknown(name, "argument", "" if number.unit == "1" else number.unit, number.value, scale)
 
-    # ---- what they make -----------------------------------------------------------------------------------------------
+    # ---- robot, errors and payload for values of the unknowns ---------------------------------------------------------
 
     def described(self, values: Array) -> RobotDescription:
         """Return the robot with values of the unknowns, a compliance factor for each stiffness.
 
         Raises:
-            RobotFileError: the file is wrong with them.
+            RobotFileError: the robot is invalid with these values.
         """
         pairs = list(zip(self.items, map(float, values), strict=True))
         found = self._robots.description({item.name: value for item, value in pairs if item.kind == "argument"})
@@ -170,7 +170,7 @@ class Unknowns:
         return together([error for error, _ in found], np.array([[value] for _, value in found])) if found else {}
 
     def payload_of(self, values: Array) -> tuple[float, Array, Array]:
-        """Return mass and first moment (3,) of the payload, and the derivative of the moment by the mass (3,)."""
+        """Return mass [kg] and first moment (3,) [kg·m] of the payload, and the derivative of the moment by the mass (3,) [m]."""
         known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
         mass = known.get("mass", float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0))
         arm, moment = np.array(self.payload.center, dtype=float), np.zeros(3)

@@ -34,7 +34,7 @@ TABLES = (
 
 
 def _analyze(args: argparse.Namespace) -> int:
-    """Print the analysis of a pose or a path, and write that of a path to files."""
+    """Print the analysis of a pose or a path; the analysis of a path may also be written to files."""
     with waiting("analyzing"):
         options, tool = loads_of(args), value_of("tool", args)
         warnings: list[str] = []
@@ -110,7 +110,7 @@ analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0
 
 
 def _verify(args: argparse.Namespace) -> int:
-    """Print both sides and the verdict."""
+    """Print the results of both methods and the verdict."""
     with waiting("verifying"):
         options = {**loads_of(args), **given_of(("modes", "within"), args)}
         configuration, warnings = pose_of(load_robot(args), args)

@@ -83,7 +83,7 @@ def print_warnings(warnings: Iterable[str]) -> None:
 
 
 def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
-    """Print an error or a warning to standard error, in one line, and below it commands to be pasted."""
+    """Print an error or a warning to standard error, in one line, followed by suggested commands."""
     if sys.stderr is not None:
         begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), wants_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"

@@ -49,7 +49,7 @@ def _calibrate(args: argparse.Namespace) -> int:
 
 
 def _loads(cases: list[str]) -> list[list[float]]:
-    """Return the loads of ``--load-case``; without any, none."""
+    """Return the loads of ``--load-case``, each as six numbers [N, N·m]; by default a zero load."""
     kinds = ["force"] * 3 + ["moment"] * 3
     found = []
     for text in cases or ["0 0 0 0 0 0"]:

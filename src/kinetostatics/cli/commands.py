@@ -91,8 +91,8 @@ class Command:
         )
         options = Options(parser, self.grid, self.required)
         either = parser.add_mutually_exclusive_group() if self.exclusive else None
-        for argument, meant in self.options.items():
-            options.add(argument, meant, either if argument in self.exclusive else None)
+        for key, argument in self.options.items():
+            options.add(key, argument, either if key in self.exclusive else None)
         parser.set_defaults(run=self.run, arguments=self.options)
 
 

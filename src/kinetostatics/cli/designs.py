@@ -18,7 +18,7 @@ from kinetostatics.progress import waiting
 
 
 def _tolerances(args: argparse.Namespace) -> int:
-    """Print the tables."""
+    """Print the effects of the tolerances and the random variation, and write figures."""
     with waiting("computing effects of tolerances"):
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("tolerances", "rank_by", "samples", "distribution", "seed", "tool"), args)}
@@ -75,7 +75,7 @@ tolerances 3rps --tolerance 'rod_*.outer_diameter=0.1mm' --what prismatic_1 --ou
 
 
 def _sensitivities(args: argparse.Namespace) -> int:
-    """Print the tables."""
+    """Print the sensitivities of parameters and parts, and write figures."""
     with waiting("changing parameters one by one"):
         check_files(args.out, FIGURES)
         options = {**loads_of(args), **given_of(("by", "outputs", "tool"), args)}
@@ -113,7 +113,7 @@ sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 
 
 def _optimize(args: argparse.Namespace) -> int:
-    """Print the optimum, or the front."""
+    """Print the optimum, or the Pareto front, and write robots, tables and figures."""
     with waiting("optimizing"):
         front = args.pareto is not None
         check_files(args.out, ("csv", *FIGURES) if front else ("urdf",))

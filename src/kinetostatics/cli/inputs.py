@@ -108,7 +108,7 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
 
 
 def swept_coordinates(robot: Robot, args: argparse.Namespace) -> tuple[str, dict[str, str], dict[str, float]]:
-    """Return "--platform" or "--actuators", whichever ``--sweep`` varies, its items, and the constant coordinates.
+    """Return the option whose coordinates ``--sweep`` varies, "--platform" or "--actuators"; these coordinates; and the others.
 
     Raises:
         ArgumentError: coordinates of both vary, or a coordinate is given twice.
@@ -138,7 +138,7 @@ def loads_of(args: argparse.Namespace) -> dict[str, Keyword]:
 
 
 def payload_of(args: argparse.Namespace) -> dict[str, Keyword]:
-    """Return the payload that is given as :func:`kinetostatics.analyze` takes it."""
+    """Return the given payload as an argument of :func:`kinetostatics.analyze`; empty without a payload."""
     mass, center = value_of("payload", args), value_of("payload_center", args)
     if mass is not None:
         from kinetostatics.description.loads import Payload

@@ -1,5 +1,5 @@
 # PYTHON_ARGCOMPLETE_OK
-"""The command ``kinetostatics``: parses, runs one of the commands, and turns errors into one line and an exit code."""
+"""The command ``kinetostatics``: parses the command line and runs one of the commands; an error is one line and an exit code."""
 
 from __future__ import annotations
 
@@ -59,13 +59,13 @@ class Parser(argparse.ArgumentParser):
 
 
 class Version(argparse.Action):
-    """Print the version, which is looked up on demand."""
+    """Print the version of the package, which is determined only for this option."""
 
     def __init__(self, option_strings: Sequence[str], dest: str, **_more: Keyword) -> None:
         super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
 
     def __call__(self, parser: argparse.ArgumentParser, *_more: object) -> NoReturn:
-        """Print it, and end."""
+        """Print the version and exit."""
         import kinetostatics
 
         print(f"kinetostatics {kinetostatics.__version__}")
@@ -105,7 +105,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complete() -> int:
-    """Answer a shell's request for completions of the line."""
+    """Print the completions that a shell has requested."""
     from kinetostatics.cli.completion import complete
 
     complete(make_parser(COMMANDS))
@@ -160,7 +160,7 @@ def _fail(message: str) -> int:
 
 
 def _offer(error: PlatformMissingError, arguments: list[str]) -> int:
-    """Print an error and the same command with each link that is likely to be the platform; of a second robot there is none."""
+    """Print an error, and the same command with each probable platform link; for a second robot, the error only."""
     place = arguments.index(error.file) if error.file in arguments else None
     if place is None or "--compare" in arguments[:place] or "--platform-link" in arguments:
         return _fail(str(error))

@@ -16,12 +16,12 @@ FIGURES = ("svg", "pdf", "png")
 
 
 def option_of(name: str, argument: Argument) -> str:
-    """Return the option of an argument, such as ``--platform-link``; positional ones have no dashes."""
+    """Return the option of an argument, such as ``--platform-link``; the name of a positional argument has no dashes."""
     return argument.option or f"--{name.replace('_', '-')}"
 
 
 class Options:
-    """Adds options to a parser: those of one group under a common heading."""
+    """Adds options to a parser; options of one group have a common heading in the help."""
 
     def __init__(self, parser: argparse.ArgumentParser, grid: bool = False, required: Iterable[str] = ()) -> None:
         self.parser, self.grid, self.required = parser, grid, frozenset(required)

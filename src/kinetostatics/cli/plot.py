@@ -85,7 +85,7 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
 
 
 def checked_map(path: str) -> xr.Dataset:
-    """Open a map lazily.
+    """Open a workspace map, whose arrays are read on demand.
 
     Raises:
         ArgumentError: the file is not a map, or a library to read it is not installed.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _report(args: argparse.Namespace) -> int:
-    """Write the page."""
+    """Write the page on a robot."""
     with waiting("writing the report"):
         from kinetostatics.layout.html import html_path
 
@@ -46,7 +46,7 @@ def _report(args: argparse.Namespace) -> int:
 
 
 def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
-    """Return the map over the coordinates of ``--sweep``; the others are those of the pose."""
+    """Return the workspace map over the coordinates of ``--sweep``; the other coordinates are those of the pose."""
     from kinetostatics.kinematics.coordinate_choices import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep

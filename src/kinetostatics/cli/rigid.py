@@ -1,4 +1,4 @@
-"""Advice for a robot in which nothing is elastic: commands that make it elastic, tried before they are printed."""
+"""Advice for a robot without elastic parts: commands that make it elastic, tested before they are printed."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from kinetostatics.exceptions import KinetostaticsError
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
-#: Options of ``new`` that make all elastic that the file suggests, in the order in which they are tried.
+#: Options of ``new`` for suggested elastic parts, in the order in which they are tried.
 SUGGESTIONS = (("elastic", "joint_stiffness"), ("elastic",), ("joint_stiffness",))
 
 
 def rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
-    """Return the commands that make a robot elastic and analyse it as ``args`` say, as a warning; none of an elastic robot.
+    """Return a warning with commands that make a rigid robot elastic and repeat the analysis of ``args``; none if it is elastic.
 
-    They have been tried, at the same pose and under the same loads, but for the writing of the file: the platform yields.
+    The commands are tested, without writing the file, at the same pose and under the same loads: the compliance must not be zero.
     """
     if robot.description.beams or robot.description.joint_stiffness:
         return []

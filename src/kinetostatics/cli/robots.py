@@ -53,7 +53,7 @@ check panda.urdf --platform-link panda_hand               # a plain URDF, as it 
 
 
 def _export(args: argparse.Namespace) -> int:
-    """Write the files and say which."""
+    """Write the files, and print their names and sizes."""
     if args.with_respect_to and not args.jacobian:
         raise ArgumentError("--by names the inputs of derivatives; name the outputs to differentiate with --jacobian")
     with waiting("recording the robot"):
@@ -132,7 +132,7 @@ export 3rps --platform z rx ry --near z=0.6 rx=0 ry=5deg --out controller
 
 
 def _robots(args: argparse.Namespace) -> int:
-    """Print the list, or copy."""
+    """Print the list of robots, or copy their files."""
     if args.copy:
         copies = [path.as_posix() for path in copy_robots(args.copy)]
         if args.json:

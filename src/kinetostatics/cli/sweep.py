@@ -30,7 +30,7 @@ INTEGER = re.compile(r"[-+]?\d+")
 
 
 def _sweep(args: argparse.Namespace) -> int:
-    """Sweep, and print a summary."""
+    """Compute the map, and print a summary."""
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
@@ -54,7 +54,7 @@ def _sweep(args: argparse.Namespace) -> int:
 
 
 def _map(args: argparse.Namespace) -> xr.Dataset:
-    """Return the map."""
+    """Compute the workspace map of the command line."""
     from kinetostatics.workspace.sweep_arguments import need
 
     need("xarray")
@@ -71,7 +71,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 
 def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
-    """Return the robot with the first values of all parameters, for the units of its actuators."""
+    """Return the robot with the first values of all parameters, which determines the units of the actuators."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 

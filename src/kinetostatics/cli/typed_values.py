@@ -84,7 +84,7 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
 
 
 def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
-    """Return one value, or those of ``FROM:TO:COUNT`` or of a list ``A,B,C``.
+    """Return one value, or the values of ``FROM:TO:COUNT`` or of a list ``A,B,C``, SI.
 
     Raises:
         ArgumentError: the text has another form.

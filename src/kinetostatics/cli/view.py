@@ -83,7 +83,7 @@ def _page(args: argparse.Namespace) -> int:
 
 
 def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> tuple[Result | UnloadedPose, list[str]]:
-    """Return the result, and warnings; a robot that cannot be analysed is shown without loads, and the reason is a warning."""
+    """Return the result, and warnings; if the robot cannot be analysed, its pose without loads, and the reason as a warning."""
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
     from kinetostatics.viewer.unloaded import UnloadedPose
@@ -112,7 +112,7 @@ def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
 
 
 def _no_result(error: KinetostaticsError, option: str, args: argparse.Namespace) -> KinetostaticsError:
-    """Return the error that there is no result to show, and which command shows a robot that nothing holds."""
+    """Return an error for a missing result, with the command that shows a singular robot without loads."""
     if not isinstance(error, StaticsError):
         return error
     return StaticsError(
@@ -201,7 +201,10 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
 
 
 def _start(robot: Robot, args: argparse.Namespace) -> tuple[Configuration | Robot, str | None, list[str]]:
-    """Return the pose that is asked for, or else the closed zero pose or the robot alone and why, and warnings."""
+    """Return the given pose, the reason for which it cannot be shown (or None), and warnings.
+
+    If the pose cannot be assembled, it is replaced by the closed zero pose, or by the robot if its loops cannot be closed.
+    """
     try:
         pose, found = pose_of(robot, args)
     except (AssemblyError, CoordinatesError) as error:
@@ -218,7 +221,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     """Return the poses of ``--sweep``."""
     import numpy as np
 
-    option, swept, held = swept_coordinates(robot, args)
+    option, swept, constant = swept_coordinates(robot, args)
     kind = functools.partial(coordinate_kind, robot, option)
     ranges = {name: parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
@@ -226,7 +229,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
     count = counts.pop() if counts else POSES
     values: dict[str, object] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
-    for name, value in held.items():
+    for name, value in constant.items():
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
         values[name] = value

@@ -1,4 +1,4 @@
-"""Broyden's method for the pose to be commanded, on arrays of numbers or of recorded ones.
+"""Broyden's method for the pose to be commanded, on arrays of floats or of recorded numbers.
 
 The unknowns are the coordinates u commanded to the unloaded robot. The pose of the loaded platform is that of u displaced by the
 twist; it must have the target coordinates. The first step subtracts the sag at the target pose. The sag at the new pose differs
@@ -22,8 +22,8 @@ from kinetostatics.math.orientation import Orientation
 
 #: Error [m, and rad times the characteristic length; relative for robots above 1 m] that counts as corrected, and the goal.
 CORRECTED, EXACT = 1e-12, 1e-15
-#: The same if actuator coordinates are prescribed instead of platform coordinates.
-LED = 1e-9
+#: Error that counts as corrected if actuator coordinates are prescribed instead of platform coordinates.
+BY_ACTUATORS = 1e-9
 #: Largest number of corrections, and of successive ones that do not halve the error.
 MOST, STALE = 40, 4
 
@@ -35,7 +35,7 @@ def error_tolerance(length: float) -> float:
 
 def arrival_tolerance(robot: RobotKinematics) -> float:
     """Return the position error [m] of a pose assembled from actuator coordinates, limited by the closure of loops."""
-    return LED * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
+    return BY_ACTUATORS * max(1.0, robot.length) + 10 * robot.length * robot.closing_error
 
 
 class ScaledCoordinates:
@@ -48,14 +48,17 @@ class ScaledCoordinates:
     """
 
     def __init__(self, names: Sequence[str], orientation: Orientation, length: float) -> None:
-        """Take coordinates by their names; ``length`` [m] is the robot's."""
+        """Select coordinates of a convention by name; ``length`` is the robot's characteristic length [m]."""
         self.names, self.orientation = tuple(names), orientation
         known = orientation.pose_names
         self._rows = [known.index(name) for name in names]
         self.scale = np.array([1.0 if name in "xyz" else length for name in names])[:, None]
 
     def of(self, frame: tuple[Array, Array], near: Array | None = None) -> Array:
-        """Return the coordinates (n, N) of a rotation (3, 3, N) and a position (3, N), the angles near others (3, N)."""
+        """Return the scaled coordinates (n, N) [m] of a frame: rotation (3, 3, N) and position (3, N).
+
+        Of angles that differ by full turns, those nearest to ``near`` (3, N) are returned.
+        """
         both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=near)])
         found: Array = both[self._rows] * self.scale
         return found
@@ -66,10 +69,10 @@ class BroydenSearch:
     """State of the search at N poses.
 
     Attributes:
-        u: (n, N) scaled coordinates that are commanded.
-        step: (n, N) the last step that led to them.
+        u: (n, N) scaled commanded coordinates.
+        step: (n, N) last change of u.
         inverse: (n, n, N) approximate inverse Jacobian.
-        error: (n, N) error of the loaded platform before that step.
+        error: (n, N) error of the loaded platform before this change.
         size: (N,) magnitude of the error.
         stale: (N,) number of successive steps that did not halve it.
         going: (N,) whether to continue.
@@ -84,7 +87,7 @@ class BroydenSearch:
     going: Mask
 
     @classmethod
-    def begun(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
+    def started(cls, u: Array, inverse: Array, error: Array) -> BroydenSearch:
         """Return the first step from the target pose (n, N), with an inverse Jacobian (n, n, N) and the error there (n, N)."""
         size = _size(error)
         still, never = zeros_for(u.shape, u), zeros_for(size.shape, size)
@@ -95,9 +98,9 @@ class BroydenSearch:
         step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
         return replace(self, u=self.u + step, step=step)
 
-    def learnt(self, error: Array, tolerance: float) -> BroydenSearch:
-        """Return the search with the error (n, N) that was found after the last step, and the next step."""
-        inverse = _learnt(self.inverse, self.step, error - self.error, self.going)
+    def updated(self, error: Array, tolerance: float) -> BroydenSearch:
+        """Return the search after an update with the error (n, N) at the present ``u``, and after the next step."""
+        inverse = _broyden_update(self.inverse, self.step, error - self.error, self.going)
         smaller = _size(error) < self.size / 2
         stale = np.where(smaller, 0.0, self.stale + 1.0)
         size = np.where(self.going, _size(error), self.size)
@@ -105,7 +108,7 @@ class BroydenSearch:
         return BroydenSearch(self.u, self.step, inverse, error, size, stale, going).moved()
 
 
-def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
+def _broyden_update(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
     """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the resulting changes."""
     moved = apply(inverse, change)
     along = dot(step, moved)

@@ -1,4 +1,4 @@
-"""Corrected actuator positions on the full model: assemble, analyze, compare, correct until the target is met."""
+"""Corrected actuator positions: the pose of the loaded platform, by :func:`kinetostatics.analyze`, equals its target."""
 
 from __future__ import annotations
 
@@ -44,18 +44,18 @@ def compensate(
     tool: ArrayLike | None = None,
     **analysis: Keyword,
 ) -> Compensation:
-    """Find actuator positions at which the loaded platform is at its target pose, and the forces to feed forward.
+    """Find actuator positions at which the loaded platform is at its target pose, and the actuator forces there.
 
-    As many coordinates of the platform as the robot has freedoms reach their targets. The error left in the others is
-    :attr:`Compensation.residual_error`; no actuator can correct it.
+    As many coordinates of the platform as its mobility reach their targets. The error in the others, which no actuator can
+    correct, is :attr:`Compensation.residual_error`.
 
     Args:
         configuration: the target of the loaded platform: a pose or a batch of poses.
         load: (…, 6) external wrench on the platform [N, N·m], see :func:`kinetostatics.analyze`.
-        gravity: (…, 3) [m/s²].
+        gravity: (…, 3) gravity, world axes [m/s²].
         controlled: names of the platform's coordinates that are to reach their targets, as many as the mobility, such as
-            ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the best conditioned set at the
-            first pose.
+            ``("z", "rx", "ry")``; default: those from which the pose was assembled, else the best conditioned set at the first
+            pose.
         orientation: convention of the orientation coordinates among them, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`; default: as in the pose.
@@ -73,7 +73,7 @@ def compensate(
         ArgumentError: an argument has an invalid value or shape.
         CoordinatesError: the coordinates are unknown, or do not determine the pose; or actuators cannot set those of the
             tool's tip.
-        AssemblyError: the pose that would have to be commanded is out of reach.
+        AssemblyError: the unloaded robot cannot reach the pose to be commanded.
         StaticsError: no actuator positions were found, or the analysis fails at the target pose.
 
     Examples:
@@ -166,7 +166,7 @@ class _Problem:
         self.load, self.gravity, self.analysis, self.closure_tolerance = load, gravity, analysis, closure_tolerance
         self._loops = loops_for(analysis)
         frame = target_frame(target, tool)
-        self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
+        self._target, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
         """Return the analysis at the corrected actuators; poses without a correction count as not reached.
@@ -176,15 +176,15 @@ class _Problem:
         """
         pose, found = self.target, uncorrected
         u, least = self.commanded.of(target_frame(self.target, None)), error_tolerance(self.robot.length)
-        search = BroydenSearch.begun(u, self._first_inverse(u), self._error(found))
+        search = BroydenSearch.started(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
             if not np.any(search.going):
                 break
             pose = self._commanded(search.u, pose)
             found = self._analyzed(pose)
-            search = search.learnt(self._error(found), least)
+            search = search.updated(self._error(found), least)
         reached = pose.reached & self.target.reached & (search.size <= least)
-        reached &= self._is_led_there(pose, reached)
+        reached &= self._is_reached_by_actuators(pose, reached)
         if raising and not np.all(reached):
             self._complain(search.u, pose, bool(np.all(search.size <= least)))
         if np.all(reached == pose.reached):
@@ -205,7 +205,7 @@ class _Problem:
         for k in range(n):
             by = step * np.eye(n)[:, k : k + 1]
             ends = (target_frame(self._commanded(u + sign * by, self.target), self.tool) for sign in (1, -1))
-            sides = [(self.controlled.of(end, self._angles) - self._asked) / step for end in ends]
+            sides = [(self.controlled.of(end, self._angles) - self._target) / step for end in ends]
             one, other = sides[0], -sides[1]
             both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
             columns.append(both)  # one-sided if the other side is out of reach
@@ -223,10 +223,10 @@ class _Problem:
         inverse[np.flatnonzero(known)[regular]] = np.linalg.inv(jacobian[known][regular])
         return np.moveaxis(inverse, 0, 2)
 
-    def _is_led_there(self, pose: Configuration, which: Mask) -> Mask:
-        """Return the mask (N,) of poses that the actuators reach when moved straight from the target pose.
+    def _is_reached_by_actuators(self, pose: Configuration, which: Mask) -> Mask:
+        """Return the mask (N,) of poses reached on a straight line of the actuators from the target pose.
 
-        Beyond a singular pose the robot has other assembly modes at the same actuators.
+        The line must not pass a singular pose, beyond which there are other assembly modes at the same actuator coordinates.
         """
         if not np.any(which):
             return which
@@ -273,4 +273,4 @@ class _Problem:
 
     def _error(self, result: Result) -> Array:
         """Return the scaled errors (n, N) in the coordinates of the loaded platform."""
-        return self.controlled.of(loaded_frame(result, self.tool), self._angles) - self._asked
+        return self.controlled.of(loaded_frame(result, self.tool), self._angles) - self._target

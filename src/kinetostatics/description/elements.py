@@ -86,7 +86,8 @@ class Link(ShortRepr):
 
     Attributes:
         name: its name.
-        mass: [kg], at ``center_of_mass`` [m] in the link's frame; zero and the origin without ``<inertial>``.
+        mass: mass [kg]; zero without ``<inertial>``.
+        center_of_mass: position (3,) of the centre of mass [m] in the link's frame; the origin without ``<inertial>``.
         inertia: about the centre of mass.
         has_inertial: whether it has an ``<inertial>``, as all links with a mass do.
         extra: XML of further elements, which are preserved: visuals and collisions.
@@ -162,7 +163,7 @@ class Loop(ShortRepr):
 
     Attributes:
         name: its name.
-        type: one of the eight types on the page on robot files.
+        type: one of the eight joint types that can close a loop, see :mod:`kinetostatics.description.joint_types`.
         predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
         axis: in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once validated.
         lower, upper: limits [rad or m] of a joint with one freedom, infinite without limits.
@@ -320,7 +321,7 @@ class Beam(ShortRepr):
 
     @property
     def poisson_ratio(self) -> float:
-        """ν, given or for an isotropic material, E / 2G − 1; 0 if no isotropic material has such moduli."""
+        """ν as given, else E / 2G − 1 of an isotropic material, or 0 if this is outside (−1, 0.5]."""
         material = self.material
         if material.poisson_ratio is not None:
             return material.poisson_ratio

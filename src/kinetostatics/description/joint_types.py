@@ -156,5 +156,5 @@ JOINT_TYPES = {
 
 
 def names_of(condition: str) -> tuple[str, ...]:
-    """Return the names of the types that meet a condition, one of the yes-or-no attributes of :class:`JointType`."""
+    """Return the names of the types for which ``condition``, a boolean attribute of :class:`JointType`, is true."""
     return tuple(name for name, item in JOINT_TYPES.items() if getattr(item, condition))

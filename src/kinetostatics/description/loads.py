@@ -49,7 +49,7 @@ class Motion(ShortRepr):
 
     Attributes:
         velocities: (…) by the name of the platform's coordinate, or of the actuator [m/s, rad/s]; those left out are zero.
-        accelerations: the same [m/s², rad/s²].
+        accelerations: likewise [m/s², rad/s²].
     """
 
     velocities: Mapping[str, ArrayLike] = field(default_factory=dict)

@@ -81,7 +81,7 @@ def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint
 
 @dataclass(frozen=True, repr=False)
 class RobotDescription(Reported, builder="reports.robot:description_report"):
-    """A whole robot.
+    """Description of a robot: links, joints, loops, beams, springs, stiffnesses, platform and base.
 
     Attributes:
         name: name of the robot.

@@ -89,12 +89,12 @@ _POWERS = {"²": 2, "³": 3, "⁴": 4}
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit.
+    """A unit of measurement: its size in SI and its dimension.
 
     Attributes:
-        ten: its size in SI is this power of ten,
-        degrees: times this power of π/180.
-        dimension: its dimension.
+        ten: exponent of the power of ten in its size in SI.
+        degrees: exponent of the factor π/180 in its size in SI.
+        dimension: exponents of m, kg, s, K and rad.
     """
 
     ten: int = 0
@@ -109,7 +109,7 @@ class Unit:
 
     @property
     def size(self) -> float:
-        """The unit in SI."""
+        """Size of the unit in SI, as 0.001 of mm."""
         return self.in_si(1.0)
 
     def in_si(self, value: float) -> float:
@@ -184,7 +184,7 @@ def sized_name(text: str) -> tuple[str, str | None]:
 
 
 def sized_example(name: str, unit: str) -> str:
-    """Return a quantity that takes a force or moment, in ``unit``, with an example of its size, as text."""
+    """Return an example of a quantity with a size in ``unit``, such as ``deflection_any_direction(500 N)``."""
     return f"{name}({500 if unit == KINDS['force'] else 20} {unit})"
 
 

@@ -1,8 +1,8 @@
 """Monte Carlo simulation of thousands of robots with random deviations at one pose, by one record of loops and equilibrium.
 
-The constants of the robots are inputs of the record; every robot is a column of one batch. They are interpolated between a few
-robots, several for each parameter, whose constants are computed from the description. Logarithms are interpolated, which is exact
-for products of powers such as 1/(EI). For every robot the loops are closed by Newton's method and the equilibrium is solved.
+Every robot is a column of one batch, whose inputs are the constants of the robot. These constants are computed from the
+description for a few robots, several for each parameter, and interpolated between them. Logarithms are interpolated, which is
+exact for products of powers such as 1/(EI). For every robot, Newton's method closes the loops, and the equilibrium is solved.
 
 Records are evaluated by NumPy. Compiled code would save nothing: 10,000 robots of the 3RPS, the 2PRU-UPR and ANYmal (4, 3 and 28
 parameters) take 2.0, 1.3 and 15 s of processor time. Of this the evaluation takes 0.3, 0.3 and 1.3 s, and compiling the
@@ -65,17 +65,18 @@ def random_robots(
     deviation: float,
     tool: Array | None,
 ) -> tuple[dict[str, Array], float]:
-    """Return twist, stiffness and actuator forces (N, …) of robots, and the difference from single analyses of some of them.
+    """Return twist, stiffness and actuator forces (N, …) of N robots, and their largest difference from single analyses.
 
     Args:
         nominal: the analysis of the nominal robot.
-        derivatives: its derivatives; None: all robots are analysed one by one.
+        derivatives: derivatives of this analysis; None: all robots are analysed one by one.
         family: the parametric robot.
-        numbers, errors: the varied parameters.
-        linear: (errors, …) effects per unit of assembly errors, which are superposed.
-        values: (numbers + errors, N) deviations.
+        numbers: the varied numbers of parts and arguments of the file.
+        errors: the varied assembly errors.
+        linear: (errors, …) effects per unit of each assembly error, by quantity; they are superposed.
+        values: (numbers + errors, N) deviations from the nominal values, SI.
         analysis: arguments of :func:`kinetostatics.analyze`.
-        deviation: standard deviation of the displacement, the unit of the difference.
+        deviation: standard deviation of the displacement [m]; the difference is relative to it.
         tool: reference point of twist and stiffness; None: o.
     """
     N, own = values.shape[1], numbers_of(nominal.configuration, nominal, tool, WANTED)
@@ -98,7 +99,7 @@ def random_robots(
             try:
                 off = {item.name: float(by) for item, by in zip(numbers, by_numbers[:, k], strict=True)}
                 one = _analysed(family.off(off), nominal, errors, by_errors[:, [k]], analysis, tool)
-            except KinetostaticsError:  # the values yield no robot
+            except KinetostaticsError:  # the values are invalid
                 continue
         if done < len(checked):
             apart = float(np.linalg.norm((one["twist"] - found["twist"][k])[:3]))
@@ -117,10 +118,10 @@ def _analysed(
     analysis: Mapping[str, Keyword],
     tool: Array | None,
 ) -> dict[str, Array]:
-    """Return the quantities of one robot with assembly errors by amounts (errors, 1).
+    """Return the quantities of one robot with assembly errors of given amounts (errors, 1).
 
     Raises:
-        KinetostaticsError: the values yield no robot.
+        KinetostaticsError: the description is invalid, or the pose cannot be analysed.
     """
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     found = numbers_of(pose, analyze(pose, **{**analysis, "on_failure": "nan"}), tool, WANTED)
@@ -155,7 +156,7 @@ class Constants:
         """Return the values (N,) of those constants of ``which`` that change.
 
         Args:
-            parts: (changes, N) the changes, relative to the largest.
+            parts: (changes, N) changes relative to the largest change of each parameter.
             which: indices of constants.
         """
         weights = _lagrange(parts)
@@ -168,7 +169,7 @@ class Constants:
         return found
 
     def of(self, parts: Array, which: Sequence[int]) -> list[float | Array]:
-        """Return all constants as inputs of a record: scalars, or (N,) for those of ``which`` that change."""
+        """Return all constants as inputs of a record: arrays (N,) for changing constants among ``which``, else scalars."""
         found: list[float | Array] = self.nominal.tolist()
         for number, row in self.at(parts, which).items():
             found[number] = row

@@ -1,4 +1,4 @@
-"""Optimization of the parameters of a robot under requirements that hold at every pose of a workspace.
+"""Optimization of the parameters of a robot under requirements at every pose of a workspace.
 
 Every requirement at every pose is a constraint of a nonlinear program; :mod:`kinetostatics.design.search` solves it.
 """
@@ -80,7 +80,7 @@ def optimize(
             "least_translational_stiffness" refer; default: o. The point of application of ``load`` is ``point``.
         closure_tolerance: largest gap of a closed loop [m, rad], see :meth:`Robot.assemble`.
         analysis: arguments of :func:`kinetostatics.analyze`: ``load``, ``gravity``, …. With several loads (…, 6), each acts at
-            every pose, and the requirements must hold under all of them.
+            every pose, and the requirements must be met under all of them.
 
     Returns:
         Parameters, objective, requirements with their worst poses, and the active requirements.
@@ -137,13 +137,13 @@ class Search:
     minimize: str
 
     def optimum(self, problem: Problem, begin: Mapping[str, float], starts: int) -> Optimum:
-        """Return the optimum, with the first search from parameters ``own``."""
+        """Return the optimum; the first of the searches begins at the parameters ``begin``."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
         best = min(ends, key=lambda found: rank(problem.at(found)))
         return _optimum(problem, self.ranges, self.choices, best, ends, searched, self.own, self.minimize)
 
     def described(self, problem: Problem, parameters: dict[str, float]) -> Optimum:
-        """Return an optimum at given values from lists."""
+        """Return the optimum with given parameters, without a search."""
         return _optimum(problem, self.ranges, self.choices, parameters, [parameters], "listed values", self.own, self.minimize)
 
 
@@ -192,7 +192,7 @@ def prepare(
 
 
 def _odd_ranges(sizes: VariedNumbers, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
-    """Warn of ranges of lengths without a unit that are probably in millimetres."""
+    """Return hints at ranges of lengths without a unit that are probably in millimetres."""
     tried = [(item.name, item.low, item.units) for item in ranges]
     for choice in choices:
         rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)

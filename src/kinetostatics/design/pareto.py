@@ -129,7 +129,7 @@ def pareto(
 
 
 def _second(problem: Problem, found: Optimum) -> float:
-    """Return the second quantity of a design, from the last requirement of the problem."""
+    """Return the worst value of the second quantity of a design; the last requirement of ``problem`` is its limit."""
     return float(np.nanmax(problem.at(found.parameters).values[-1]))
 
 
@@ -142,11 +142,11 @@ def _limits(most: float, least: float, points: int) -> Array:
 
 def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
     """Return the feasible designs that no other one dominates."""
-    held = [item for item in every if problem.at(item).feasible]
-    if not held:
+    feasible = [item for item in every if problem.at(item).feasible]
+    if not feasible:
         raise StaticsError("none of the listed values meet all requirements: optimize lists the violated ones")
-    both = np.array([[problem.at(item).objective, float(np.nanmax(problem.at(item).values[-1]))] for item in held])
-    return [held[k] for k in _undominated(both)]
+    both = np.array([[problem.at(item).objective, float(np.nanmax(problem.at(item).values[-1]))] for item in feasible])
+    return [feasible[k] for k in _undominated(both)]
 
 
 def _undominated(both: Array) -> list[int]:

@@ -28,9 +28,9 @@ class Evaluation:
     """One robot, analysed at all poses under all load cases.
 
     Attributes:
-        objective: value of the objective, SI; infinite without a robot.
-        margins: margins of all requirements at all poses, flat.
-        result: the analysis (P, …), None without a robot; the axes of load cases follow that of the poses.
+        objective: value of the objective, SI; infinite if the parameters are invalid.
+        margins: margins of all requirements at all poses, as one axis.
+        result: the analysis (P, …), None if the parameters are invalid; the axes of load cases follow that of the poses.
         values: values (N, k) of each requirement at the N entries of the result.
     """
 
@@ -41,7 +41,7 @@ class Evaluation:
 
     @property
     def violation(self) -> float:
-        """Largest violation of a requirement, relative to its limit; infinite without a robot."""
+        """Largest violation of a requirement, relative to its limit; infinite if the parameters are invalid."""
         return math.inf if self.result is None else max(0.0, -float(self.margins.min(initial=0.0)))
 
     @property
@@ -83,7 +83,7 @@ class Problem:
     count: int = 0
 
     def at(self, parameters: Mapping[str, float]) -> Evaluation:
-        """Return the robot with these parameters."""
+        """Return the analysis of the robot with these parameters: objective and margins."""
         key = tuple(sorted(parameters.items()))
         if key not in self.known:
             self.known[key] = self._evaluate(parameters)
@@ -116,7 +116,7 @@ class Problem:
 
 
 def _rows(values: Array) -> Array:
-    """Return the numbers of all poses and load cases (N, k)."""
+    """Return values (P, …, k) with one axis for all poses and load cases (N, k)."""
     return values.reshape(-1, values.shape[-1])
 
 
@@ -161,5 +161,5 @@ def assembled(
 
 
 def rank(point: Evaluation) -> tuple[bool, float]:
-    """Return the sort key of points: feasible ones first, by objective, then infeasible ones by violation."""
+    """Return the sort key of evaluations: feasible designs first, by objective; then infeasible designs, by violation."""
     return (not point.feasible, point.objective if point.feasible else point.violation)

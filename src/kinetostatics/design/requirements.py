@@ -38,7 +38,7 @@ class Requirable:
 
 
 def _measured(measure: Measure) -> Requirable:
-    """Return the quantities computed from the twist or compliance of the tool's tip."""
+    """Return a measure of the twist or compliance at the tool's tip as a quantity that may be required or minimized."""
 
     def found(result: Result, tip: Result, size: float) -> Array:
         array = np.asarray(getattr(tip, measure.of))

@@ -1,9 +1,9 @@
 """Nonlinear programming over ranges, and enumeration of listed values.
 
 Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
-starts, with central differences of whole analyses as gradients: these agree with exact derivatives to 4e-8, in a third of the
-time (one parameter, two dozen poses). Values from lists and catalogues are enumerated. With ranges as well, only values near the
-optimum of the relaxed problem (listed values continuous) are enumerated.
+starts. Gradients are central differences of whole analyses, which agree with exact derivatives to 4e-8 and take a third of their
+time (one parameter, two dozen poses). Values from lists and catalogues are enumerated; if there are ranges as well, only the
+values near the optimum of the relaxed problem, in which listed values are continuous.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
         return np.array([point.objective / scale, *point.margins])
 
     def slopes(u: Array) -> Array:
-        """Return the gradients (1 + m, n) of objective and margins."""
+        """Return the gradients (1 + m, n) of the scaled objective and the m margins with respect to u (n,)."""
         columns = []
         for k in range(len(u)):
             ends = [np.array(u), np.array(u)]

@@ -32,9 +32,8 @@ from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensi
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
-#: Step of central differences, relative to the parameter (if zero: to 1; for a placement: to the characteristic length). Errors
-#: by
-#: truncation and rounding are then about equal, some 1e-8 of the quantity.
+#: Step of central differences, relative to the parameter (to 1 if it is zero; for a placement, to the characteristic length).
+#: Errors by truncation and by rounding are then about equal, some 1e-8 of the quantity.
 STEP = 3e-5
 #: Relative change of a quantity, for a change of a parameter by its whole value, that counts as rounding.
 NOTHING = 1e-7
@@ -115,11 +114,11 @@ def sensitivities(
             found[number.name] = _sensitivity(number, slopes, exact, result, asked)
             continue
         except ArgumentError as error:
-            said = str(error)
+            reason = str(error)
         except RobotFileError as error:
-            said = f"{number.name}: a small change of it yields no robot: {error}"
-        lost += [ArgumentError(said)] if pattern == number.name else []
-        skipped[number.name] = said
+            reason = f"{number.name}: a small change of it yields no robot: {error}"
+        lost += [ArgumentError(reason)] if pattern == number.name else []
+        skipped[number.name] = reason
     if lost and not found:
         raise lost[0]
     sources: dict[str, Array] = {}
@@ -160,13 +159,13 @@ def slopes_by(
     tool: Array | None,
     asked: Sequence[str],
 ) -> tuple[dict[str, Array], bool]:
-    """Return the derivatives of quantities by one number, batch axes first, and whether they are exact except for constants.
+    """Return the derivatives of quantities with respect to one number, batch axes first, and whether they are exact.
 
-    The last axis of derivatives of actuator quantities are the actuators. If not all poses have exact derivatives, whole analyses
-    are differenced.
+    Exact derivatives are those with differences only of the constants of the robot. If they do not exist at all poses, whole
+    analyses are differenced. The last axis of actuator quantities is that of the actuators.
 
     Raises:
-        ArgumentError, RobotFileError: a small change of the number yields no robot.
+        ArgumentError, RobotFileError: a small change of the number makes the robot invalid.
     """
     if derivatives is not None:
         with contextlib.suppress(ArgumentError):  # the change yields another mechanism, or none (negative mass)
@@ -195,7 +194,7 @@ def quantities_of(
     """Return the requested quantities of another robot at the same pose, batch axes first, actuators last.
 
     Raises:
-        KinetostaticsError: there is no such robot.
+        KinetostaticsError: the description is invalid, or the pose cannot be analysed.
     """
     pose = same_pose(nominal.configuration, Robot(description), loops_for(analysis))
     result = None if set(asked) <= OF_POSES else analyze(pose, **{**analysis, "on_failure": "nan"})

@@ -176,7 +176,7 @@ def _check_keywords(analysis: Mapping[str, Keyword]) -> None:
 def _read_tolerances(
     family: ParametricRobot, tolerances: Mapping[str, object] | None
 ) -> tuple[list[RobotNumber], list[ErrorParameter], dict[str, float]]:
-    """Return parameters, arguments of the file first, assembly errors, and all tolerances.
+    """Return the varied numbers, arguments of the file first; the assembly errors; and the tolerances by name.
 
     Raises:
         ArgumentError: a tolerance is invalid.
@@ -264,8 +264,8 @@ def _by_errors(
     """Return the effects of single assembly errors, and the forces of their self-stress, at constant tangent stiffness.
 
     Raises:
-        StaticsError: an error is incompatible with rigid parts; if only errors with an effect are wanted, it is omitted with a
-            warning.
+        StaticsError: an error is incompatible with rigid parts. With ``only_effective``, such an error is omitted with a warning
+            instead, unless all are incompatible.
     """
     if not errors:
         return {}
@@ -276,10 +276,10 @@ def _by_errors(
     is_possible = np.all(np.isfinite(twists), axis=1)
     if not np.all(is_possible):
         bad = [item.name for item, possible in zip(errors, is_possible, strict=True) if not possible]
-        said = f"{bad[0]} contradicts rigid parts, which cannot deform"
+        reason = f"{bad[0]} contradicts rigid parts, which cannot deform"
         if not only_effective or not np.any(is_possible):
-            raise StaticsError(f"{said}: give those parts some elasticity (<beam>, <joint_stiffness>)")
-        warn(f"{said}, and is left out{f', as {len(bad) - 1} others are' if len(bad) > 1 else ''}")
+            raise StaticsError(f"{reason}: give those parts some elasticity (<beam>, <joint_stiffness>)")
+        warn(f"{reason}, and is left out{f', as {len(bad) - 1} others are' if len(bad) > 1 else ''}")
     wrenches = np.stack([parts["assembly_errors"] for parts in result.joint_contributions.values()], axis=1)
     twists = np.where(is_possible[:, None], twists, 0.0)
     wrenches = np.where(is_possible[:, None, None], wrenches, 0.0)
@@ -290,23 +290,23 @@ def _by_errors(
     forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # rounding of moments
     stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
     size = np.maximum(shifts, turns * robot.length)
-    # rounding errors are judged by the forces under unit loads
+    # scale of rounding errors: the largest stiffness times the displacement
     stiff = float(np.max(np.abs(np.nan_to_num(nominal.stiffness)), initial=0.0))
-    locks = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
+    stresses = stress > max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(size)))
     joints, driven, found = list(result.joint_contributions), robot.description.driven, {}
-    listed = locks | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
+    listed = stresses | (size > _NO_EFFECT * float(np.max(size))) if only_effective else np.ones(len(errors), dtype=bool)
     for k in np.flatnonzero(listed).tolist():
         worst = first_largest(forces[k])
-        on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if locks[k] else 0.0 for name in driven]
+        on_actuators = [result.actuator_contributions[name]["assembly_errors"][k] if stresses[k] else 0.0 for name in driven]
         arrays = {"twist": twists[k], "stiffness": np.zeros((6, 6)), "actuator_forces": np.array(on_actuators)}
-        at = joints[worst] if locks[k] and forces[k, worst] else ""
-        moment = float(moments[k].max()) if locks[k] else 0.0
+        at = joints[worst] if stresses[k] and forces[k, worst] else ""
+        moment = float(moments[k].max()) if stresses[k] else 0.0
         found[errors[k].name] = _effect(arrays, driven, float(forces[k, worst]) if at else 0.0, at, moment)
     return found
 
 
 def _ordered(effects: Mapping[str, Effect], ranked_by: str) -> dict[str, Effect]:
-    """Return the effects from the largest to the smallest; forces that are equal in print are ordered by moment."""
+    """Return the effects from the largest to the smallest; effects with equal forces (within 1e-4) are ordered by moment."""
     names = list(effects)
     for measure in ("moment", "force") if ranked_by == "force" else (ranked_by,):
         names = [names[k] for k in ranked([float(getattr(effects[name], measure)) for name in names], 1e-4)]

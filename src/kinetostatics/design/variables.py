@@ -25,7 +25,10 @@ Vary: TypeAlias = "Mapping[str, object] | Mapping[tuple[str, ...], object] | Map
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter between two values in SI, with their given units; the logarithm is varied if both are positive."""
+    """A parameter between two values, SI; its logarithm is varied if both are positive.
+
+    ``units`` are those given with the values.
+    """
 
     name: str
     low: float
@@ -49,7 +52,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Choice:
-    """Parameters that take values from one of several rows, SI, with their given units."""
+    """Parameters that take their values from one of several rows, SI; ``units`` are the units given with these values."""
 
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
@@ -118,7 +121,7 @@ def _values(what: str, value: object) -> Choice:
 
 
 def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
-    """Return the rows of a catalogue; titles of its columns are the parameters' names, or the sizes at the end of these."""
+    """Return the rows of a catalogue, whose columns have the names of the parameters, or the dimensions that end these names."""
     path = str(files("kinetostatics.design") / f"{name}.csv") if name in CATALOGUES else name
     example = "a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least"
     table = read_csv(path, example, least=2)
@@ -150,7 +153,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
 
 
 def _size(name: str) -> str:
-    """Return the size at the end of a name, or the name: outer_diameter for tube_diameter."""
+    """Return the dimension that ends a name, such as outer_diameter for tube_diameter; otherwise the name."""
     for size in ("inner_diameter", "outer_diameter", "diameter", "wall"):
         if f"_{name}".endswith(f"_{size}"):
             return "outer_diameter" if size == "diameter" else size

@@ -31,7 +31,7 @@ class VariedNumbers:
 
     @property
     def are_own(self) -> bool:
-        """Whether the robot of the file has such values: numbers with a common value may differ in the file."""
+        """Whether all numbers of each pattern are equal in the file, so that its robot is a possible design."""
         return all(len({item.value for item in several}) == 1 for several in self.alike.values())
 
     def unit(self, name: str) -> str:
@@ -43,7 +43,7 @@ class VariedNumbers:
         """Return the robot with these values; expressions of the file are evaluated with them.
 
         Raises:
-            RobotFileError: the values yield no robot.
+            RobotFileError: the robot is invalid with these values.
         """
         return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
 

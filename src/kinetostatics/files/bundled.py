@@ -23,15 +23,14 @@ LIBRARY = "library"
 
 INDEX = Path("share", "ament_index", "resource_index", "packages")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
-#: Folder of the robots and the library of xacro macros, the value of ``$(find kinetostatics)``: in an installed package beside
-#: the
-#: folder of this file, in a source checkout at its top.
+#: Folder of the robots and the library of xacro macros, the value of ``$(find kinetostatics)``: in an installed package it is
+#: beside the folder of this file, in a source checkout at the top.
 OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 OWN_NAME = "kinetostatics"
 #: Names on PyPI of known packages. Other names are not suggested, because anybody may register one.
 ON_PYPI = {"example-robot-data": "example-robot-data"}
 
-#: The first sentence of a file's first comment.
+#: First sentence of the first comment of a file, the description of its robot.
 _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
 
 

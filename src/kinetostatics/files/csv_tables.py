@@ -33,7 +33,7 @@ class CsvTable:
 def read_csv(
     path: str | os.PathLike[str], example: str, known: Collection[str] | None = None, needed: Sequence[str] = (), least: int = 1
 ) -> CsvTable:
-    """Read a CSV file.
+    """Read a CSV table with column names and units.
 
     Args:
         path: path of the file.

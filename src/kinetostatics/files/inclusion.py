@@ -1,4 +1,4 @@
-"""The text of a xacro that includes a file unchanged and adds elements to it."""
+"""Text of a xacro that includes another file unchanged and adds elements."""
 
 from __future__ import annotations
 

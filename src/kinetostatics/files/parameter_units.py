@@ -68,7 +68,9 @@ def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> 
 
 
 def parameter_hints(path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]) -> list[str]:
-    """Return hints at parameters of a robot's file that are lengths [m] far beyond the file's own; those below 1 are left out.
+    """Return hints at lengths [m] among the parameters of a robot's file that far exceed the file's own values.
+
+    Values below 1 are not examined.
 
     Args:
         path, parameters, links: see :func:`kinetostatics.files.reader.read_robot_file`.

@@ -12,17 +12,17 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError, PlatformMissingError, near_names
 from kinetostatics.files.xml import XmlElement
 
-#: How many names a message lists, and how many platforms are offered.
+#: Largest numbers of names in a message, and of platforms suggested.
 LISTED, OFFERED = 8, 3
 
 
 def listed(names: Collection[str]) -> str:
-    """Return names in a row, the first of them if there are many."""
+    """Return names as text, separated by commas; of many, only the first."""
     return ", ".join(map(repr, list(names)[:LISTED])) + (", …" if len(names) > LISTED else "")
 
 
 def file_name(root: XmlElement, path: str, warnings: list[str]) -> str:
-    """Return a name for a robot without one: its file's, without its ending."""
+    """Return the name of the file without its ending, as a name for a robot without one."""
     stem = re.sub(r"\W+", "_", os.path.basename(path).partition(".")[0]).strip("_")[:100] or "robot"
     warnings.append(f"{root.place}: <robot> has no name; it is called {stem!r}, like its file.")
     return stem
@@ -40,18 +40,19 @@ def known_link(argument: str, name: str, links: Collection[str], path: str) -> s
 
 
 def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> list[str]:
-    """Return the links of a tree that may be its platform: those at its ends that move, and hands; the likely ones first.
+    """Return the links of a tree that may be its platform, the most probable first: moving end links, and hands.
 
-    From a hand several branches go on that have fewer joints than the way to it, as a gripper's fingers. Links fixed to it come
-    before its fingers, and of several that are fixed to each other the last one, which in arms is the tool's frame.
+    A hand is a link with several moving branches that have fewer joints than the path from the root to it, such as the fingers of
+    a gripper. Links fixed to a hand precede its fingers. Of several links fixed to one another, the last one comes first; in arms
+    it is the frame of the tool.
     """
     above = {joint.child: joint for joint in joints.values()}
 
     def upwards(link: str) -> list[str]:
-        way = [link]
-        while way[-1] in above:
-            way.append(above[way[-1]].parent)
-        return way
+        path = [link]
+        while path[-1] in above:
+            path.append(above[path[-1]].parent)
+        return path
 
     moved = {link for link, joint in above.items() if not JOINT_TYPES[joint.type].is_fixed}
     depth = {link: sum(other in moved for other in upwards(link)) for link in links}
@@ -75,12 +76,13 @@ def likely_platforms(links: Collection[str], joints: Mapping[str, Joint]) -> lis
 
 
 def chosen_platform(root: XmlElement, links: Collection[str], joints: Mapping[str, Joint], warnings: list[str]) -> str:
-    """Return the platform of a file without loops that does not name it: the only link at an end of its tree.
+    """Return the platform of a robot without loops whose file names none: the only moving end link of its tree.
 
     Args:
         root: the robot's element.
-        links, joints: of the robot.
-        warnings: what is said is added to them.
+        links: names of all links.
+        joints: all joints, by name.
+        warnings: list to which a warning that names the platform is added.
 
     Raises:
         PlatformMissingError: there are several, or nothing moves.

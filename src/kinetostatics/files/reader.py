@@ -116,7 +116,7 @@ def _read(
 def validate(description: RobotDescription) -> RobotDescription:
     """Validate a description created or changed in Python by the rules of robot files.
 
-    It is converted to the elements of a robot file, which are then read, so that the rules are the same.
+    The description is converted to the elements of a robot file, which are then read.
 
     Args:
         description: the description; returned unchanged if valid already.
@@ -135,8 +135,8 @@ def validate(description: RobotDescription) -> RobotDescription:
     root = robot_element(description)
     new_name(root)  # in files it is optional
     found = describe(root, description.path, [])
-    said = {warning.partition(": ")[2] for warning in description.file_warnings}
-    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
+    known = {warning.partition(": ")[2] for warning in description.file_warnings}
+    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
     warnings = (*description.file_warnings, *new)
     return known_valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
 

@@ -78,7 +78,7 @@ def plain_transmission(joint: str, place: Place) -> XmlElement:
 
 
 def extra_of_robot(root: XmlElement, known: Iterable[str]) -> str:
-    """Return the text of elements of ``<robot>`` other than ``known`` ones and plain transmissions; transmissions last."""
+    """Return the text of all elements of ``<robot>``, transmissions last, except ``known`` elements and plain transmissions."""
     kept = [child for child in root.children if child.tag not in (*known, "transmission")]
     for child in root.named("transmission"):
         names = [entry.attributes.get("name", "") for entry in child.named("joint")]
@@ -92,7 +92,7 @@ def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
         own = getattr(item, key, None)
         if own != name:
             place = getattr(item, "place", Place())
-            raise place.error(shortened(f"what is kept as {name!r} has the {key} {own!r}; the two must agree"))
+            raise place.error(shortened(f"the entry {name!r} has the {key} {own!r}; the two must agree"))
     return list(table.values())
 
 
@@ -115,7 +115,7 @@ def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]
 
 
 def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
-    """Return the transmissions of ``driven``, in this order: suitable ``known`` ones, otherwise plain ones."""
+    """Return the transmissions of the joints ``driven``, in their order, from ``known`` if suitable, otherwise plain."""
     joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
     of_joint = {name: number for number, names in enumerate(joints) for name in names}
     result: list[XmlElement] = []

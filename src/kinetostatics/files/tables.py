@@ -37,7 +37,7 @@ STIFFNESSES = Kind(values.stiffnesses, "numbers")
 
 @dataclass(frozen=True)
 class Row:
-    """An attribute.
+    """An attribute of an XML element.
 
     Attributes:
         attribute: name of the attribute.
@@ -73,11 +73,11 @@ PARTS: dict[str, Callable[..., Keyword]] = {
 
 @dataclass(frozen=True)
 class ElementTable:
-    """An element.
+    """An XML element of robot files.
 
     Attributes:
-        tag: its name.
-        rows: its attributes, and those of its child elements by their path, such as ``predecessor/origin``.
+        tag: name of the element.
+        rows: its attributes, and those of its child elements, by their path, such as ``predecessor/origin``.
         children: further allowed child elements.
         open: paths of elements in which unknown attributes and children are ignored.
     """
@@ -155,7 +155,7 @@ class ElementTable:
         inside[""] += more
         for path, rows in reversed(list(self.rows.items())):
             texts: dict[str, str] = {}
-            says = path in always or bool(inside[path]) or not path
+            is_written = path in always or bool(inside[path]) or not path
             for row in rows:
                 value = given.get(row.field, NEEDED)
                 if value is NEEDED:
@@ -169,11 +169,11 @@ class ElementTable:
                 except ArgumentError as error:
                     raise place.error(shortened(f"{row.field.rpartition('.')[2]} of {label} {error}")) from None
                 if text != row.default_text:
-                    says = True
+                    is_written = True
                 elif not (row.must or row.default is NEEDED):
                     continue
                 texts[row.attribute] = text
-            if says:
+            if is_written:
                 head, _, tag = path.rpartition("/")
                 element = XmlElement(tag or self.tag, texts, tuple(inside[path]), place, label)
                 if not path:

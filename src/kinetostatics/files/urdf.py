@@ -81,7 +81,7 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
 
 
 def other_children(element: XmlElement, *children: str) -> str:
-    """Return the text of the child elements of ``element`` that are not called one of ``children``."""
+    """Return the text of the child elements of ``element`` whose tags are not among ``children``."""
     return "".join(to_text(child, header=False) for child in element.children if child.tag not in children)
 
 
@@ -164,7 +164,7 @@ def _joint(element: XmlElement, links: Mapping[str, Link], warnings: list[str]) 
 
 
 def _check_joint(element: XmlElement, joint: Joint, warnings: list[str]) -> None:
-    """Check a joint by itself."""
+    """Check a joint independently of other joints and links."""
     kind, axis = JOINT_TYPES[joint.type], element.child("axis")
     if kind.has_limits and element.child("limit") is None:
         raise element.error(

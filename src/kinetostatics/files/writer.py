@@ -1,4 +1,4 @@
-"""Writing of robots to files that load as the same robots."""
+"""Writing of robots to files, from which they are read with exactly equal numbers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Described(Protocol):
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
-    """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
+    """Write a robot to a plain URDF file, from which the robot is read with exactly equal numbers.
 
     Elements that the package does not use are written too: visuals and collisions, inertias, materials, dynamics, transmissions.
     Comments, xacro macros and unknown attributes are not. Relative names of meshes are adapted to the new file.

@@ -168,7 +168,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
 
 
 def _where(traceback: TracebackType | None) -> tuple[Place | None, list[Place]]:
-    """Return the place of the element that xacro was working on, and of the macro calls around it."""
+    """Return the place of the element that xacro was expanding, and those of the macro calls that contain it."""
     place: Place | None = None
     calls: list[Place] = []
     while traceback is not None:

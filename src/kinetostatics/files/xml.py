@@ -46,7 +46,7 @@ class XmlElement:
 
     @property
     def label(self) -> str:
-        """How messages call the element: ``<joint> 'j1'``, ``<beam> of link 'rod'`` or ``<origin>``."""
+        """Name of the element in messages: ``<joint> 'j1'``, ``<beam> of link 'rod'`` or ``<origin>``."""
         if self.attributes.get("name"):
             return f"<{self.tag}> {self.attributes['name']!r}"
         for what in ("link", "joint"):
@@ -130,7 +130,7 @@ class _DocumentBuilder(expatbuilder.ExpatBuilder):
 
 
 class _NamespaceBuilder(_DocumentBuilder, expatbuilder.ExpatBuilderNS):
-    """The same with XML namespaces, which xacro's documents have."""
+    """A :class:`_DocumentBuilder` with XML namespaces, for documents that use xacro."""
 
 
 def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Document, bool]:

@@ -258,12 +258,12 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         pose = _pose(stands)
         asked, angles = wanted.of(pose), orientation.coordinates(pose[0])
         error = wanted.of(loaded(*pose, twist), angles) - asked
-        return _flat(wanted, asked, angles, BroydenSearch.begun(asked, np.eye(n)[:, :, None], error))
+        return _flat(wanted, asked, angles, BroydenSearch.started(asked, np.eye(n)[:, :, None], error))
 
     def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
         asked, angles, search = _unflat(now, n)
         error = wanted.of(loaded(*_pose(stands), twist), angles) - asked
-        return _flat(wanted, asked, angles, search.learnt(error, least))
+        return _flat(wanted, asked, angles, search.updated(error, least))
 
     def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
         return [pose_error(_pose(asked), loaded(*_pose(stands), twist))]

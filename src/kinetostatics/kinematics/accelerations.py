@@ -1,8 +1,8 @@
-"""Velocities and accelerations of all bodies where prescribed coordinates move and loops stay closed.
+"""Velocities and accelerations of all bodies for given rates of the prescribed coordinates, with closed loops.
 
-Velocities follow from the gradients of the loops (:mod:`kinetostatics.kinematics.velocities`). Of accelerations the part by the
-velocities is the derivative of velocities along a straight line of the coordinates, through poses at which the loops are closed
-anew, by central differences of the eighth order.
+Velocities follow from the gradients of the loop equations (:mod:`kinetostatics.kinematics.velocities`). Accelerations are linear
+in the accelerations of the coordinates, except for a part that is quadratic in their velocities. This part is the derivative of
+the velocities along a straight line of the coordinates: central differences of the eighth order between closed poses.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 
-#: Largest step of the differences, in rad and characteristic lengths, and their weights.
+#: Largest motion of a freedom in the differences, in rad and characteristic lengths, and the weights of the differences.
 _STEP = 5e-3
 _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 
 
 def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[PrescribedCoordinates, Array, Array]:
-    """Return which coordinates move, and their velocities and accelerations (n, …).
+    """Return the coordinates of a motion, their velocities (n, …) [m/s, rad/s] and accelerations (n, …) [m/s², rad/s²].
 
     Raises:
-        ArgumentError: a rate is no number, or the shapes do not fit one another.
+        ArgumentError: a rate is not a number, or the shapes cannot be broadcast.
         CoordinatesError: the coordinates are unknown, or do not determine the pose.
     """
     robot, rates = configuration.robot, (motion.velocities, motion.accelerations)
@@ -39,8 +39,8 @@ def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[Pre
     if set(given) <= set(robot.description.driven):
         prescribed, names = robot.actuator_coordinates, robot.actuator_names
     else:
-        held = configuration.prescribed if set(given) <= set(configuration.prescribed) else given
-        prescribed, names = platform_coordinates(robot, dict.fromkeys(held, 0.0), configuration.orientation.name)
+        chosen = configuration.prescribed if set(given) <= set(configuration.prescribed) else given
+        prescribed, names = platform_coordinates(robot, dict.fromkeys(chosen, 0.0), configuration.orientation.name)
     numbers = [[finite_numbers(f"the rate of {name}", item.get(name, 0.0)) for name in names] for item in rates]
     try:
         shape = np.broadcast_shapes(configuration.shape, *(array.shape for item in numbers for array in item))
@@ -53,20 +53,22 @@ def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[Pre
 def moving_bodies(
     solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, velocity: Array, acceleration: Array
 ) -> tuple[Array, Array, Array]:
-    """Return twists (6, B, N) of all bodies about the world's origin [m/s, rad/s], their derivatives by time, and local freedoms.
-
-    The latter, unit motions (6, B, k, N) that leave the prescribed coordinates and closed loops as they are, are at rest in both.
+    """Return the motion of all B bodies at N closed poses, with local freedoms at rest.
 
     Args:
-        solver: of the loops.
-        prescribed: which coordinates move.
-        poses: N poses at which the loops are closed.
-        velocity: (n, N) of the coordinates [m/s, rad/s].
-        acceleration: (n, N) [m/s², rad/s²].
+        solver: solver of the loops.
+        prescribed: the moving coordinates.
+        poses: closed poses.
+        velocity: (n, N) velocities of the coordinates [m/s, rad/s].
+        acceleration: (n, N) accelerations of the coordinates [m/s², rad/s²].
+
+    Returns:
+        The twists (6, B, N) of the bodies at the world's origin, world axes [m/s, rad/s]; their time derivatives; and unit
+        motions (6, B, k, N) of the bodies in the local freedoms, which change neither loops nor prescribed coordinates.
     """
     target = solver.values(prescribed, poses)
-    both = _twists(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
-    twists, derivative = both[:, :, 0], np.array(both[:, :, 1])
+    linear = _twists(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
+    twists, derivative = linear[:, :, 0], np.array(linear[:, :, 1])
     scale = np.where(solver.tree.column_rotates, 1.0, 1 / solver.length)[:, None]
     rates = _rates(solver, prescribed, poses, target, velocity[:, None])[:, 0]
     fastest = np.max(np.abs(rates) * scale, axis=0, initial=0.0)
@@ -103,7 +105,7 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> dict[str, Ar
 
 
 def _local(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-    """Return the unit motions (6, B, k, N) of the local freedoms, such as the spin of a strut between ball joints."""
+    """Return the unit motions (6, B, k, N) of all bodies in local freedoms, such as the spin of a strut between ball joints."""
     idle, k = list(prescribed.fixed_dofs), prescribed.local_dofs
     v = np.zeros((solver.tree.nv, len(idle) + k, poses.x.shape[1]))
     v[idle, range(len(idle))] = solver.column_scale[idle, None]

@@ -26,12 +26,12 @@ from kinetostatics.math.orientation import Orientation, orientation_named, orien
 #: Gap of a loop [m, rad] that always counts as closed.
 SURELY_CLOSED = 1e-9
 
-#: Says which solver closes the loops of a robot at given coordinates of so many poses.
+#: Function that returns the solver of the loops for a robot, prescribed coordinates and a number of poses.
 SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int], Solver]
 
 
 def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, poses: int) -> Solver:
-    """Return the solver by NumPy."""
+    """Return the robot's solver that uses NumPy, for any coordinates and number of poses."""
     return robot.solver
 
 
@@ -96,7 +96,11 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: fl
 
 
 def _start(robot: RobotKinematics, near: Configuration, shape: tuple[int, ...]) -> SolverState:
-    """Return the pose or poses from which straight lines start."""
+    """Return the poses (one, or one per target) at which the straight lines start.
+
+    Raises:
+        ArgumentError: ``near`` is not a configuration of this robot, or has another batch shape.
+    """
     if not isinstance(near, Configuration):
         raise ArgumentError(f"near= needs a Configuration or values of joints, got {near!r}; robot.assemble(…) creates one")
     if near.robot is not robot:
@@ -118,19 +122,28 @@ def closed_pose(
     solved: tuple[Solver, PrescribedCoordinates, Array] | None = None,
     names: tuple[str, ...] = (),
 ) -> Configuration:
-    """Return poses with where they put everything, and which of them are reached.
+    """Return a configuration of solved poses; poses with open loops are marked as not reached.
+
+    Poses with unusually large residuals are corrected once more.
 
     Args:
         robot: the robot.
-        poses, placed: the poses, and where they put everything.
-        shape, convention, closure_tolerance, names: see :class:`Configuration`.
-        arrived: which of them are what was asked for, if their loops are closed.
-        raising: whether the first that is not reached is an error.
-        solved: the solver that has found them, by which coordinates (n, N).
+        poses: the solved poses.
+        placed: their Pinocchio coordinates, frames and residuals.
+        shape: batch shape.
+        arrived: (N,) mask of poses at the target coordinates.
+        convention: convention for orientations.
+        closure_tolerance: largest gap of a closed loop [m, rad].
+        raising: whether to raise an error if a pose is not reached.
+        solved: solver, prescribed coordinates and target (n, N) of the poses; None for poses given by ``q``.
+        names: names of the prescribed platform coordinates.
+
+    Raises:
+        AssemblyError: a pose is not reached, and ``raising`` is set.
     """
     q, frames, residual = placed
     if solved is not None:
-        # the last correction of some poses was larger than expected
+        # one more correction where the last one left a large residual
         worst = np.abs(residual).max(axis=0, initial=0.0)
         doubtful = arrived & (worst > robot.rough_residual)
         if doubtful.any():
@@ -189,7 +202,7 @@ def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dic
 def platform_coordinates(
     robot: RobotKinematics, platform: Mapping[str, object], orientation: str | None
 ) -> tuple[PrescribedCoordinates, list[str]]:
-    """Return the prescribed coordinates of the platform for the solver, and their names in the same order.
+    """Return the prescribed coordinates of the platform for the solver, and their names in the order of the solver.
 
     Raises:
         CoordinatesError: they are unknown, too few or too many, or do not determine the pose.

@@ -37,7 +37,7 @@ class LimitExceeded:
     Attributes:
         joint: name of the joint.
         value: (…) coordinate, or angle of a cone [m, rad].
-        lower, upper: the limits.
+        lower, upper: limits of the joint [m, rad].
         where: (…) mask of the poses at which a limit is exceeded.
     """
 
@@ -59,6 +59,15 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     Created by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
 
     Attributes:
+        robot: the robot.
+        shape: batch shape (…); empty for one pose.
+        orientation: convention of the orientation coordinates.
+        poses: coordinates of the N poses for the solver.
+        model_q: (nq, N) Pinocchio's coordinates; NaN where the pose is not reached.
+        frames: frames of all bodies, world axes.
+        loop_residual: (closures, N) residuals of the loops [m, rad].
+        reached: (N,) mask of poses with closed loops at the given coordinates.
+        prescribed: names of the platform coordinates from which the pose was assembled, if any.
         closure_tolerance: largest gap of a closed loop [m, rad], also for poses computed from this one.
     """
 
@@ -70,7 +79,6 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     frames: Frames
     loop_residual: Array
     reached: NDArray[np.bool_]
-    #: Names of the prescribed platform coordinates, if the pose was assembled from them.
     prescribed: tuple[str, ...] = ()
     closure_tolerance: float = CLOSING
 
@@ -101,7 +109,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     def data(self) -> pin.Data:
         """A ``pin.Data`` of :attr:`model` with the frames of all links and joints, and the joint Jacobians, at this single pose.
 
-        Its world is the root link of the file's tree.
+        Its world frame is that of the root link of the file's tree.
 
         Raises:
             ArgumentError: as for :attr:`model`.

@@ -45,10 +45,10 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
 
 
 def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> tuple[str, ...]:
-    """Return the coordinates that determine the platform's motions best at one pose; of nearly equal sets, the first.
+    """Return the set of coordinates with the largest measure at one pose; of nearly equal measures, the first set.
 
-    The measure is the smallest singular value of the map from the platform's motions, scaled to lengths, to the coordinates. The
-    result is empty if no coordinates determine the pose.
+    The measure is the smallest singular value of the map from the platform's motions, with translations relative to the
+    characteristic length, to the rates of the coordinates. The result is empty if no coordinates determine the pose.
     """
     R, _ = robot.mechanism.platform_pose(robot.equations.forward(pose.x))
     rates = orientation.rates(orientation.coordinates(R))[:, :, 0]

@@ -37,7 +37,7 @@ class FrameCorrection:
 
     Attributes:
         joint: the joint or loop with this origin.
-        is_loop: whether it is a loop.
+        is_loop: whether ``joint`` is a loop.
         link: the link in which the origin is given; ``shift`` and ``turn`` are in its axes.
         shift: (3,) displacement of the origin [m].
         turn: (3,) rotation vector of the frame about its origin [rad].
@@ -50,7 +50,7 @@ class FrameCorrection:
     turn: Array
 
     def is_motion_of(self, mechanism: Mechanism) -> bool:
-        """Whether it only changes the zero of the joint along its own freedom."""
+        """Whether the correction is a motion along the joint's own freedom, so that it only changes the joint's zero."""
         joint = mechanism.description.joints.get(self.joint)
         if joint is None or not JOINT_TYPES[joint.type].is_single:
             return False
@@ -78,10 +78,10 @@ class _Candidates:
     """N possibly wrong frames.
 
     Attributes:
-        names: name of joint or loop, whether it is a loop, and the link in which the origin is given.
-        rotation: (3, 3, N) orientation of these links.
-        origin: (3, N) the frames' origins [m].
-        carried: (2K, N) whether the frames on both sides of the K loops move with it: predecessors first.
+        names: for each frame, name of the joint or loop, whether it is a loop, and the link in which the origin is given.
+        rotation: (3, 3, N) orientations of these links at zero, world axes.
+        origin: (3, N) origins of the frames [m].
+        carried: (2K, N) whether the frame on a side of a loop moves with the possibly wrong frame: K predecessors, K successors.
     """
 
     names: list[tuple[str, bool, str]]
@@ -142,11 +142,11 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
         size: its size [m], the scale for gaps.
     """
     closures, sides, links, candidates = _at_zero(mechanism)
-    above = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
+    parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
     found = []
     for n, (name, is_loop, link) in enumerate(candidates.names):
         child = None if is_loop else mechanism.description.joints[name].child
-        targets = [other for other in links if other != link and (child is None or not _hangs_on(above, other, child))]
+        targets = [other for other in links if other != link and (child is None or not _descends_from(parents, other, child))]
         moves = np.array([links[other] for other in targets]).reshape(-1, 4, 4) @ np.linalg.inv(links[link])
         moved = np.where(candidates.carried[:, n, None, None], moves[:, None] @ sides, sides)
         residual, _ = closures.evaluate(Frames(moved[..., :3, :3].transpose(2, 3, 1, 0), moved[..., :3, 3].transpose(2, 1, 0)))
@@ -208,10 +208,10 @@ def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _
     return Closures(free), np.array(sides), links, _candidates(mechanism, links, sides)
 
 
-def _hangs_on(above: dict[str, str], link: str, root: str) -> bool:
-    """Whether a link equals ``root`` or descends from it in the tree; ``above`` are the parents of the links."""
-    while link != root and link in above:
-        link = above[link]
+def _descends_from(parents: dict[str, str], link: str, root: str) -> bool:
+    """Whether a link equals ``root`` or descends from it in the tree; ``parents`` maps each link to its parent."""
+    while link != root and link in parents:
+        link = parents[link]
     return link == root
 
 
@@ -220,14 +220,14 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
     description = mechanism.description
     loops = list(description.loops.values())
     at = [loop.predecessor for loop in loops] + [loop.successor for loop in loops]
-    above = {joint.child: joint.parent for joint in description.joints.values()}
+    parents = {joint.child: joint.parent for joint in description.joints.values()}
     names: list[tuple[str, bool, str]] = []
     origins, carried = [], []
 
     for joint in description.joints.values():
         names.append((joint.name, False, joint.parent))
         origins.append((links[joint.parent] @ joint.origin.matrix)[:3, 3])
-        carried.append([_hangs_on(above, link, joint.child) for link in at])
+        carried.append([_descends_from(parents, link, joint.child) for link in at])
     for side in range(2):
         for k, loop in enumerate(loops):
             number = side * len(loops) + k
@@ -247,7 +247,15 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
 def _closed(
     closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
 ) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return rotation (3, 3, N) and shift (3, N) [m] of each candidate that close the loops best, and whether they do (N,)."""
+    """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate with the smallest gaps, and the mask (N,) of closure.
+
+    Args:
+        closures: the loops.
+        sides: (2K, 4, 4) frames of both sides of the loops at zero.
+        candidates: the possibly wrong frames.
+        columns: components that may change: of the shift 0 to 2, of the rotation 3 to 5.
+        size: size of the robot [m].
+    """
     N, count = candidates.origin.shape[1], len(closures.loops)
     start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)
     start_position = np.repeat(sides[:, :3, 3].T[..., None], N, axis=2)
@@ -277,5 +285,5 @@ def _closed(
 
 
 def _are_closed(closures: Closures, residual: Array, size: float) -> NDArray[np.bool_]:
-    """Return whether all loops are closed (N,), within rounding of the other numbers of the file."""
+    """Return the mask (N,) of poses at which all loops are closed within :data:`CLOSES`."""
     return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

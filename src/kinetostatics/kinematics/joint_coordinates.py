@@ -25,7 +25,10 @@ class JointCoordinates:
         self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
 
     def at(self, q: Array, frames: Frames) -> dict[str, Array]:
-        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; leaders of mimic joints count full turns."""
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad].
+
+        Angles of continuous joints that others mimic include full turns.
+        """
         result: dict[str, Array] = {}
         by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
         for name, body in self.solver.mechanism.body_of_joint.items():
@@ -60,6 +63,6 @@ class JointCoordinates:
 
 
 def _widened(lower: float, upper: float) -> Array:
-    """Return the limits (2,), widened by rounding."""
+    """Return the limits (2,) [m, rad], each moved outwards by a margin for rounding."""
     slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
     return np.array([lower - slack, upper + slack])

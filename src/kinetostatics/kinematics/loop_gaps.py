@@ -44,7 +44,7 @@ def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, fl
 
 
 def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
-    """Return all gaps as text, loops with equal gaps together."""
+    """Return all gaps as text; loops with equal gaps share one phrase."""
     alike: dict[str, list[str]] = {}
     for name, (metres, radians) in gaps.items():
         sizes = [f"{metres:.4g} m"] if metres > CLOSED else []

@@ -122,7 +122,7 @@ class Couplings:
         return np.array(given, dtype=np.intp)
 
     def moving_with(self, column: int) -> list[tuple[int, float]]:
-        """Return a freedom and those of its followers, with their rates per unit rate of the freedom."""
+        """Return a freedom and the freedoms of its followers, each with its rate per unit rate of the former."""
         followers = [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
         return [(column, 1.0), *followers]
 

@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.screws import move_twist
 
-#: Scaled motions of freedoms that count as rounding.
+#: Largest scaled gradient of a freedom that counts as rounding, so that it affects no equation.
 IDLE = 1e-13
 
 
@@ -80,17 +80,18 @@ class MobilityAnalysis:
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def with_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return coordinates that determine the platform, with the remaining freedoms at generic poses.
+        """Return prescribed coordinates that determine the platform, completed by the remaining freedoms at generic poses.
 
-        Freedoms that change neither loops nor prescribed coordinates, such as spins of rods, are fixed too. The others are local.
+        Freedoms of single joints that change neither loops nor prescribed coordinates, such as spins of rods, become fixed; the
+        number of the other remaining freedoms becomes ``local_dofs``.
         """
         if prescribed not in self._with_dofs:
             gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]
             columns = self.solver.free_columns(prescribed)
             idle = columns[np.max(gradients, axis=(0, 1), initial=0.0)[: columns.size] < IDLE]
-            held = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
-            left = min(self._free_motions(held, pose).shape[1] for pose in self.poses)
-            self._with_dofs[prescribed] = replace(held, local_dofs=left)
+            completed = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
+            local = min(self._free_motions(completed, pose).shape[1] for pose in self.poses)
+            self._with_dofs[prescribed] = replace(completed, local_dofs=local)
         return self._with_dofs[prescribed]
 
     def platform_motions(self, pose: SolverState) -> Array:
@@ -99,7 +100,7 @@ class MobilityAnalysis:
         return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
 
     def free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> tuple[Array, Array]:
-        """Return a basis (6, k) of the twists of the platform at o [m, rad] that prescribed coordinates leave free at one pose.
+        """Return a basis (6, k) of the platform's twists at o [m, rad] with fixed prescribed coordinates, at one pose.
 
         Also returned are the corresponding rates (nv, k) of the tree's freedoms, of smallest norm.
         """
@@ -113,7 +114,10 @@ class MobilityAnalysis:
         return twists * np.repeat([solver.length, 1.0], 3)[:, None], rates
 
     def motions_at(self, poses: SolverState) -> Array:
-        """Return these bases (N, 6, n) at many poses, n the mobility; NaN at poses with another mobility or rank of the loops."""
+        """Return the bases of :meth:`platform_motions` (N, 6, n) at N poses, n being the mobility.
+
+        They are NaN at poses with another mobility or another rank of the loop equations.
+        """
         N, none = poses.x.shape[1], PrescribedCoordinates()
         gradient = np.moveaxis(self.solver.system(none, poses, np.zeros((0, N)))[1], 2, 0)
         first = self.solver.tree.nv - self.mobility.platform - self.mobility.local
@@ -131,7 +135,7 @@ class MobilityAnalysis:
         return self._platform_maps(pose)[:, :, 0]
 
     def _platform_maps(self, poses: SolverState) -> Array:
-        """Return these maps (6, nv, N) at N poses."""
+        """Return the maps (6, nv, N) of :meth:`_platform_map` at N poses."""
         solver = self.solver
         frames = solver.equations.forward(poses.x)
         twists = solver.tree.twists(frames) * solver.platform_signs[:, None]

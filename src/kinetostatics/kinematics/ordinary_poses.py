@@ -1,7 +1,7 @@
 """Ordinary poses: the zero pose, and those reached by moving each actuator alone, within all limits.
 
-Ranks are decided at generic poses, near the zero pose and without symmetry. Ordinary poses are those commonly analysed, at which
-choices made once per robot must be valid. They depend on the actuators only, not on frames, axes and cut loops of the file.
+Ranks are decided at generic poses, near the zero pose and without symmetry. Ordinary poses are those commonly analysed;
+choices made once per robot must be valid there. They depend on the actuators only, not on frames, axes and cut loops of the file.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
         return zero
     prescribed = robot.mobility_analysis.with_dofs(robot.actuator_coordinates)
     start = robot.zero_origin(prescribed)[0]
-    ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
-    poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
+    travel = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
+    poses = robot.zero_poses.take(np.zeros(travel.shape[1], dtype=np.intp))
     found = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
-        poses, good = robot.solver.newton(prescribed, poses, start + part * ways)
-        poses, ways = poses.take(good), ways[:, good]
+        poses, good = robot.solver.newton(prescribed, poses, start + part * travel)
+        poses, travel = poses.take(good), travel[:, good]
         found.append(robot.model_q(poses))
     reached = configuration_at(robot, np.hstack(found[1:]).T, np.inf, "nan")
     return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])

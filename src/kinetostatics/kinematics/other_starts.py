@@ -1,4 +1,4 @@
-"""Closed poses from values of joints: other starts of the line to a pose than the closed zero pose, which may be singular."""
+"""Closed poses near given values of joints: alternatives to the closed zero pose, which may be singular, as starts of lines."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.mechanism.tree import TreeJoint
 
-#: Angles [rad] of passive joints with which other starts are looked for.
+#: Angles [rad] of passive joints at which the search for other starts begins.
 _BENT = (1.0, -1.0, 0.5, -0.5)
 
 
 def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverState:
-    """Return the closed pose nearest to given values of some joints [m, rad], the others being at zero.
+    """Return a closed pose near given values of some joints [m, rad] and zero of the others.
 
     Raises:
-        CoordinatesError: there is no joint of one freedom of a name.
-        AssemblyError: no pose near them closes the loops.
+        CoordinatesError: a name is not that of a joint with one freedom, or a value is not a finite number.
+        AssemblyError: no pose near these values closes the loops.
     """
     joints, q = _joints(robot), robot.mechanism.tree.neutral[:, None].copy()
     for name, value in values.items():
@@ -47,9 +47,10 @@ def closed_near(robot: RobotKinematics, values: Mapping[str, float]) -> SolverSt
 
 
 def tried_start(robot: RobotKinematics, prescribed: PrescribedCoordinates, target: Array) -> str:
-    """Say from where coordinates (n, 1) are reached, or the platform's zero where those of actuators are not.
+    """Return an advice for ``near=``, as text: a start from which a straight line reaches the coordinates (n, 1).
 
-    Empty if no start was found that works.
+    For coordinates of actuators that no start reaches, it is a start from which zero coordinates of the platform are reached.
+    The text is empty if no start is found.
     """
     for values, pose in _starts(robot):
         near = " ".join(f"{name}={value:g}" for name, value in values.items())
@@ -73,7 +74,7 @@ def _joints(robot: RobotKinematics) -> dict[str, TreeJoint]:
 
 
 def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverState]]:
-    """Yield closed poses near passive joints that are bent, but those that carry the platform, and these joints."""
+    """Yield values of passive hinges, except the platform's, all bent by the same angle, and a closed pose near them."""
     description = robot.description
     bent = [
         name
@@ -92,7 +93,7 @@ def _starts(robot: RobotKinematics) -> Iterator[tuple[dict[str, float], SolverSt
 
 
 def _arrives(robot: RobotKinematics, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> bool:
-    """Whether the line from a pose arrives at the target, at a pose that the actuators hold."""
+    """Whether the line from a pose arrives at the target, and the actuators determine the platform's pose there."""
     analysis = robot.mobility_analysis
     poses, arrived, _ = follow(robot.solver, prescribed, start, target)
     return bool(arrived[0]) and analysis.fixes_platform_at(analysis.with_dofs(robot.actuator_coordinates), poses)

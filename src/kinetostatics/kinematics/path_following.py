@@ -15,9 +15,8 @@ from kinetostatics.math.threads import in_threads
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Smallest step, relative to the largest; where it fails, the line ends.
 _SHORTEST = 1e-3
-#: Largest length of a line, in largest rotations and in reaches of the robot: every rotation takes a step, and at more reaches
-#: the
-#: floating-point resolution does not suffice for the closure of loops.
+#: Largest length of a line, in steps of :data:`LONGEST_TURN` and in reaches of the robot. It limits the number of steps; and for
+#: longer displacements, the floating-point resolution is insufficient for the closure of loops.
 MOST_TURNED, FARTHEST = 1e3, 1e8
 #: Beyond this multiple of the robot's reach from its start, steps are this fraction of the distance covered: the robot is small
 #: compared with it, and only prismatic joints move.
@@ -35,13 +34,14 @@ def follow(
 
     Args:
         solver: closes the loops.
-        prescribed: which coordinates are given.
+        prescribed: the prescribed coordinates.
         start: one pose, or as many as there are targets.
-        target: (n, N) coordinates.
-        origin: what :meth:`Solver.origin` says of the start, if that is known already.
+        target: (n, N) coordinates at the ends of the lines [m, rad].
+        origin: result of :meth:`Solver.origin` for the start, if computed already.
 
     Returns:
-        The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
+        The last pose on each line, the mask (N,) of lines followed to their end, and the fraction (N,) of each line, 0 to 1, that
+        was followed.
     """
     N = target.shape[1]
     if len(chunks(N)) == 1:
@@ -69,7 +69,7 @@ def _follow_chunk(
     origin: tuple[Array, Array] | None,
 ) -> tuple[SolverState, NDArray[np.bool_], Array]:
     N = target.shape[1]
-    # angles of free rotations are known except for full turns: take the shorter way
+    # angles of free rotations are known except for full turns: take the shorter line
     first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
     state = SolverState(for_each(start.x, N), c)
     strides = _strides(solver, prescribed, first, target)
@@ -96,8 +96,8 @@ def _follow_chunk(
         here = state if active.size == N else state.take(active)
         guess, before = here, None
         if np.any(leaping := stride[active] > usual[active]):
-            way = (trial - gone[active]) * (target[:, active] - first[:, active])
-            guess, before = _predicted(solver, prescribed, here, way, leaping)
+            changes = (trial - gone[active]) * (target[:, active] - first[:, active])
+            guess, before = _predicted(solver, prescribed, here, changes, leaping)
         moved, good = _step(solver, prescribed, here, goal, guess, before, trial < 1)
         if np.all(good) and np.all(trial == 1) and active.size == N:
             return moved, good, trial
@@ -109,7 +109,7 @@ def _follow_chunk(
         calm = arrived[steady[arrived]]
         stride[calm] = np.where(longest[calm] > usual[calm], longest[calm], np.minimum(2 * stride[calm], longest[calm]))
         stride[active[~good]] /= 2
-        steady[active] = good  # after a step that was too long the next is not doubled at once
+        steady[active] = good  # the stride is not doubled directly after a failed step
         active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * usual[active])]
     return state, gone >= 1, gone
 
@@ -122,14 +122,14 @@ def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverS
 
 
 def _strides(solver: Solver, prescribed: PrescribedCoordinates, first: Array, target: Array) -> Array:
-    """Return the lengths of lines (n, N) in largest steps; zero without unknowns."""
+    """Return the lengths (n, N) of lines along each coordinate, relative to the largest step; zero without unknowns."""
     with np.errstate(over="ignore", invalid="ignore"):
-        ways = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
-        return ways if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * ways
+        lengths = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
+        return lengths if solver.free_columns(prescribed).size or prescribed.unknown_angles else 0 * lengths
 
 
 def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) -> tuple[Array, Array]:
-    """Return the largest rotations and displacements (N,) of lines (n, N), in largest steps."""
+    """Return the largest rotation and the largest displacement (N,) of each line, relative to the largest steps."""
     turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     return most_turned, most_shifted
@@ -148,7 +148,17 @@ def _step(
     before: Array | None = None,
     passing: NDArray[np.bool_] | None = None,
 ) -> tuple[SolverState, NDArray[np.bool_]]:
-    """Return poses at ``goal``, corrected from ``here`` or a ``guess``, and the mask of those reached without a singular pose."""
+    """Return poses at ``goal``, and the mask (N,) of those reached without passing a singular pose.
+
+    Args:
+        solver: closes the loops.
+        prescribed: the prescribed coordinates.
+        here: present poses on the lines.
+        goal: (n, N) coordinates at the end of the step.
+        guess: initial poses for Newton's method; None: the present ones.
+        before: (N,) sizes of the steps from ``here`` to ``guess``, see :meth:`Solver.newton`.
+        passing: (N,) mask of intermediate poses, whose loops need not close accurately.
+    """
     moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
     if not prescribed.local_dofs and np.all(good):
         good = solver.on_one_side(prescribed, here, moved, goal)
@@ -158,11 +168,14 @@ def _step(
 
 
 def _predicted(
-    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, way: Array, which: NDArray[np.bool_]
+    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: NDArray[np.bool_]
 ) -> tuple[SolverState, Array]:
-    """Return poses, some of them moved linearly by changes (n, N), and the step sizes (N,), infinite for the others."""
+    """Return poses and step sizes (N,): some poses are moved to first order in ``changes`` (n, N) of the coordinates.
+
+    The other poses are unchanged; their step sizes are infinite.
+    """
     guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
-    some, shift = poses.take(which), way[:, which]
+    some, shift = poses.take(which), changes[:, which]
     step = np.einsum("ijn,jn->in", solver.predictors(prescribed, some, np.zeros_like(shift)), shift)
     moved, before[which] = solver.advance(prescribed, some, step), np.maximum(solver.size(prescribed, step), 1e-3)
     guess.x[:, which], guess.c[:, which] = moved.x, moved.c
@@ -178,7 +191,7 @@ def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
 
 
 def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> NDArray[np.bool_]:
-    """Return which of the prescribed coordinates (n,) are angles."""
+    """Return the mask (n,) of prescribed coordinates that are angles."""
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]
     return np.array(turns + [False] * len(prescribed.positions) + [True] * len(prescribed.angles), dtype=bool)

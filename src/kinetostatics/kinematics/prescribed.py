@@ -20,10 +20,11 @@ class PrescribedCoordinates:
         loops: prescribed driven loops, as indices in ``LoopEquations.loops``.
         positions: indices of prescribed coordinates among x, y, z.
         angles: indices of prescribed orientation coordinates.
-        orientation: their convention.
-        fixed_dofs: freedoms of the tree that are kept constant.
-        local_dofs: number of freedoms that do not move the platform; they stay as they are.
-    The targets are (n, N): columns, loops, positions, angles in that order.
+        orientation: convention of the orientation coordinates.
+        fixed_dofs: freedoms of the tree that remain constant.
+        local_dofs: number of further freedoms that do not move the platform; steps have no component along them.
+
+    Targets (n, N) contain columns, loops, positions and angles, in this order.
     """
 
     columns: tuple[int, ...] = ()
@@ -53,7 +54,7 @@ class PrescribedCoordinates:
 
     @cached_property
     def unknown_angles(self) -> tuple[int, ...]:
-        """The orientation coordinates that are unknowns, if any others are prescribed."""
+        """Indices of the orientation coordinates that are unknown; empty if no orientation coordinate is prescribed."""
         return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
 
 
@@ -67,8 +68,8 @@ def line_start(
 ) -> tuple[Array, Array]:
     """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) at the starts of lines to targets.
 
-    They are those of ``origin``, except for full turns of the platform for the ``shorter`` way, and except where the axes of two
-    rotations coincide, so that only their sum is determined.
+    They are those of ``origin``, except for full turns of the platform if the ``shorter`` line is taken, and except for two
+    rotations with coincident axes, of which only the sum is determined.
     """
     first, c = (for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:

@@ -1,4 +1,4 @@
-"""How far straight lines of coordinates can be followed: up to a joint's limit, a singular pose, or where the loops open."""
+"""Ends of straight lines of coordinates: at a joint limit, at a singular pose, or beyond which the loops cannot be closed."""
 
 from __future__ import annotations
 
@@ -12,21 +12,22 @@ from kinetostatics.kinematics.assembly import SolverChoice, assemble, by_numpy
 from kinetostatics.kinematics.configuration import Configuration, taken
 from kinetostatics.math.arrays import Array
 
-#: Parts into which each line is cut at first, and then what is left between its last good pose and its first bad one.
+#: Number of intervals of each line in the first search, and of the interval with its end in each further search.
 FIRST, NEXT = 32, 24
-#: Part of a line to which its end is found.
+#: Accuracy of the end, as a fraction of the line.
 FINE = 6e-5
 
 
 @dataclass(frozen=True)
 class End:
-    """Where a line of coordinates ends.
+    """The end of a line of coordinates.
 
     Attributes:
-        part: of the line that is good, 0 … 1.
-        reason: "limit" of a joint; "singular", where the locked actuators would not hold the platform; "loops", which cannot be
-            closed from there on; or "" where nothing is in the way.
-        joint: whose limit, or cone, it is, and that ``limit`` [m, rad].
+        part: admissible fraction of the line, 0 to 1.
+        reason: "limit": a joint limit is exceeded beyond it; "singular": a pose is singular with locked actuators; "loops": the
+            loops cannot be closed; "": the whole line is admissible.
+        joint: name of the joint with the limit or cone, for the reason "limit".
+        limit: this limit [m, rad].
     """
 
     part: float
@@ -41,26 +42,27 @@ def find_ends(
     ways: Mapping[str, Array],
     orientation: str | None = None,
     chosen: SolverChoice = by_numpy,
-    go_on: Callable[[], bool] = lambda: True,
+    proceed: Callable[[], bool] = lambda: True,
 ) -> list[End]:
-    """Return where straight lines of coordinates end, which all start at a pose.
+    """Return the ends of L straight lines of coordinates that start at one pose.
 
-    All lines are searched at once, coarsely and then finer. Limits that the pose itself exceeds do not count, and from a singular
-    pose the actuators' singular poses do not.
+    All lines are divided into intervals at once; the interval with the end is divided again until it is short. Joint limits
+    exceeded at the start are ignored; singular poses of the actuators are ignored if the start is one.
 
     Args:
-        pose: one pose.
-        kind: "platform" or "actuators".
-        ways: how far (L,) each line leads along each of the coordinates that determine the pose [m, rad].
+        pose: the start, a single pose.
+        kind: kind of the coordinates: "platform" or "actuators".
+        ways: changes (L,) of each coordinate along the lines [m, rad], by name of the coordinate; the coordinates must determine
+            the pose.
         orientation, chosen: as in :func:`.assembly.assemble`.
-        go_on: asked before each search; where it says no, nothing is returned.
+        proceed: called before each division; if it returns False, the result is an empty list.
     """
     present = pose.platform_coordinates(orientation) if kind == "platform" else pose.actuators
     count = next((len(way) for way in ways.values()), 0)
     low, high, ends = np.zeros(count), np.ones(count), [End(1.0)] * count
     near, parts = pose, FIRST
     while count and np.max(high - low) > FINE:
-        if not go_on():
+        if not proceed():
             return []
         along = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, parts + 1)
         given = {name: float(present[name]) + along * way[:, None] for name, way in ways.items()}
@@ -78,7 +80,7 @@ def find_ends(
 
 
 def _reasons(found: Configuration, pose: Configuration) -> list[list[End | None]]:
-    """Return what is wrong with each pose (L, n) along lines, None where nothing is."""
+    """Return, for each pose (L, n) on the lines, the reason for which it is inadmissible; None if it is admissible."""
     robot, (count, n) = pose.robot, found.shape
     reasons: list[End | None] = [None] * (count * n)
     prescribed = robot.actuator_coordinates

@@ -1,7 +1,4 @@
-"""The kinematics of a robot: its size, closed zero pose, generic poses, mobility and solver of the loops.
-
-Everything is computed on first use.
-"""
+"""The kinematics of a robot: size, closed zero pose, generic poses, mobility and solver of the loops, computed on first use."""
 
 from __future__ import annotations
 
@@ -30,7 +27,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
-#: Residual of a loop [m, rad] above which a pose gets one correction more, of a robot whose loops close exactly.
+#: Residual of a loop [m, rad] above which a pose is corrected once more, for a robot whose loops close exactly.
 _ROUGH = 1e-13
 
 
@@ -39,10 +36,10 @@ class RobotKinematics:
 
     Attributes:
         name: its name in the file.
-        description: what the file says.
+        description: contents of the robot file.
         mechanism: bodies and connections.
-        topology: limbs, and what is attached to base and platform.
-        equations: of the loops.
+        topology: limbs, and the bodies attached to base and platform.
+        equations: equations of the loops.
     """
 
     def __init__(self, mechanism: Mechanism, topology: Topology) -> None:
@@ -78,7 +75,7 @@ class RobotKinematics:
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
-        """An error if no pose near zero closes the loops, else None."""
+        """The error of a robot whose loops no pose near zero closes, else None."""
         best, residual = self._closed_zero
         if residual <= zero_pose.OPEN:
             return None
@@ -124,7 +121,7 @@ class RobotKinematics:
 
     @cached_property
     def actuators_outside_limbs(self) -> tuple[str, ...]:
-        """Names of the driven joints outside the limbs: they only move open branches."""
+        """Names of the driven joints outside the limbs, which only move open branches."""
         in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
         return tuple(name for name in self.description.driven if name not in in_limbs)
 
@@ -151,10 +148,11 @@ class RobotKinematics:
         return AssemblyError(text, self.zero_loop_gaps, self.mobility.platform)
 
     def accepts(self, closure_tolerance: float) -> bool:
-        """Whether a tolerance [m, rad] is admissible: it must not hide errors in the file.
+        """Whether a closure tolerance [m, rad] is admissible.
 
-        If no motion of the joints closes the loops and the gaps at zero exceed rounding, the loops may almost close elsewhere, as
-        those of another machine. The tolerance must then cover the gaps at zero, which may not exceed ``zero_pose.ACCEPTED``.
+        If no motion of the joints closes the loops and the gaps at zero exceed rounding, the file is probably wrong, although the
+        loops may almost close at another pose. The tolerance must then be at least as large as the gaps at zero, which may not
+        exceed ``zero_pose.ACCEPTED``.
         """
         if not self.has_wrong_zero:
             return True
@@ -184,7 +182,7 @@ class RobotKinematics:
 
     @cached_property
     def rough_residual(self) -> float:
-        """Residual of a loop [m, rad] above which a pose gets one correction more."""
+        """Residual of a loop [m, rad] above which a pose is corrected once more."""
         return _ROUGH + 2 * self.length * self.closing_error
 
     @property
@@ -199,7 +197,7 @@ class RobotKinematics:
 
     @cached_property
     def mobility_analysis(self) -> MobilityAnalysis:
-        """Mobility analysis of the loops, with coordinates prescribed or not."""
+        """Mobility analysis of the loops, with or without prescribed coordinates."""
         return MobilityAnalysis(self.solver, self.generic_poses, self.rank_tolerance)
 
     @property
@@ -211,7 +209,7 @@ class RobotKinematics:
 
     @cached_property
     def actuator_names(self) -> list[str]:
-        """The driven joints in the order in which they are prescribed: those of the tree, then loops."""
+        """Names of the driven joints in the order of the solver: joints of the tree, then loops."""
         loops = [loop.name for loop in self.equations.loops]
         return sorted(self.description.driven, key=lambda name: name in loops)
 
@@ -260,14 +258,14 @@ class RobotKinematics:
         return joint_coordinates.JointCoordinates(self.solver)
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
-        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; see :meth:`JointCoordinates.at`."""
         return self._coordinates.at(q, frames)
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits, and where it is within them (N,) of every joint and loop of one freedom, and cone."""
+        """Yield name, value (N,), limits, and mask (N,) within them, for every one-freedom joint or loop and every cone."""
         return self._coordinates.limited(q, frames)
 
-    # ---- what stands where at zero ----------------------------------------------------------------------------------------
+    # ---- beams and weights ------------------------------------------------------------------------------------------------
 
     @cached_property
     def beams(self) -> Mapping[str, BeamModel]:
@@ -276,5 +274,5 @@ class RobotKinematics:
 
     @cached_property
     def weights(self) -> Weights:
-        """All weights."""
+        """Weights of all links and beams."""
         return Weights(self.mechanism, self.topology, self.beams)

@@ -39,7 +39,7 @@ class SolverState(ShortRepr):
 
 @dataclass(frozen=True, repr=False)
 class Correction(ShortRepr):
-    """Poses corrected once.
+    """Result of one Newton correction of N poses.
 
     Attributes:
         poses: the poses; those whose corrections do not decrease are unchanged.
@@ -79,12 +79,12 @@ class Solver:
 
     @cached_property
     def _free(self) -> dict[tuple[tuple[int, ...], ...], NDArray[np.intp]]:
-        """Result of :meth:`free_columns`."""
+        """Cache of :meth:`free_columns`, by prescribed and fixed freedoms."""
         return {}
 
     @cached_property
     def _scales(self) -> dict[tuple[tuple[int, ...], ...], tuple[Array, Array]]:
-        """Result of :meth:`_factors`."""
+        """Cache of :meth:`_factors`, by prescribed and fixed freedoms."""
         return {}
 
     @cached_property
@@ -189,13 +189,15 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
-        """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses."""
+        """Return the scaled steps (f, n, N) of free columns and unknown angles per change of each coordinate, at solved poses."""
         gradient, rates = self.rates(prescribed, poses, target)
         return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return the derivatives of scaled residuals with respect to scaled steps (m, free columns and unknown angles, N), and to
-        each prescribed coordinate (m, n, N)."""
+        """Return the derivatives of the m scaled residuals with respect to scaled steps and to prescribed coordinates.
+
+        Those with respect to the steps of the f free columns and unknown angles are (m, f, N), the others (m, n, N).
+        """
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
@@ -217,7 +219,7 @@ class Solver:
         return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
-        """Return the factors of scaled free columns in the rows of loops (count, f, 1), and in the platform's motion (f, 1)."""
+        """Return signed scale factors of free columns in the loop equations (closures, f, 1) and the platform's twist (f, 1)."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
             free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
@@ -266,15 +268,18 @@ class Solver:
         before: Array | None = None,
         passing: NDArray[np.bool_] | None = None,
     ) -> tuple[SolverState, NDArray[np.bool_]]:
-        """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
+        """Solve for ``target`` from nearby ``poses``; also return the mask (N,) of poses that converged steadily.
 
-        ``before`` (N,) are the sizes of
-        the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to
-        others, as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
+        A pose counts as converged only if the corrections decrease from the first one on, at ratios that do not grow, as they do
+        when Newton's method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the
+        solution belongs to the branch of the starting pose.
 
-        A pose counts as converged only if the corrections shrink at once and never less than before, as they do when Newton's
-        method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the solution
-        belongs to the branch of the starting pose.
+        Args:
+            prescribed: prescribed coordinates.
+            poses: starting poses.
+            target: (n, N) values of the prescribed coordinates [m, rad].
+            before: (N,) sizes of the scaled steps by which the starting poses were predicted; None or infinite: not predicted.
+            passing: (N,) mask of intermediate poses on a path, which are solved only to :data:`ROUGHLY`; None: no pose is one.
         """
         N = poses.x.shape[1]
         result = SolverState(np.array(poses.x), np.array(poses.c))
@@ -286,8 +291,8 @@ class Solver:
         for _ in range(MOST_CORRECTIONS):
             everyone = active.size == N
             here = result if everyone else result.take(active)
-            on_the_way = None if passing is None else passing[active]
-            found = self.correct(prescribed, here, target if everyone else target[:, active], before, shrunk, on_the_way)
+            passing_here = None if passing is None else passing[active]
+            found = self.correct(prescribed, here, target if everyone else target[:, active], before, shrunk, passing_here)
             if everyone:
                 result = found.poses
             else:
@@ -299,9 +304,9 @@ class Solver:
         return result, good
 
     def in_one_go(self, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> SolverState | None:
-        """Return the pose at coordinates (n, 1) near one pose, as :meth:`newton` and :meth:`on_one_side` do, in one call.
+        """Return the pose at coordinates (n, 1) near one pose by :meth:`newton` and :meth:`on_one_side` in a single call.
 
-        None if the result is not certain, or if there is no faster implementation.
+        None if the result is uncertain, or if the solver has no such call.
         """
         return None
 
@@ -314,7 +319,7 @@ class Solver:
         shrunk: Array,
         passing: NDArray[np.bool_] | None,
     ) -> Correction:
-        """Correct poses that contain the prescribed coordinates once; see :meth:`newton`.
+        """Correct poses once; their prescribed coordinates have been imposed already. See :meth:`newton`.
 
         ``shrunk`` (N,) is the ratio of the last correction to the previous one.
         """
@@ -340,7 +345,7 @@ class Solver:
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
-        """Return whether no singular pose (N,) lies between two poses: the determinants of their gradients have equal signs."""
+        """Return the mask (N,) of pairs of poses without a singular pose between: gradients with determinants of one sign."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 

@@ -1,4 +1,4 @@
-"""The zero pose: as in the file, with closed loops, and errors of the file that prevent closure."""
+"""The zero pose: with all joints at zero, and with closed loops; and errors of the file that prevent the closure."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def written_zero(equations: LoopEquations) -> SolverState:
 
 
 def closed_zero(solver: Solver, actuators: PrescribedCoordinates) -> tuple[SolverState, float]:
-    """Return the pose with closed loops nearest to zero, and its scaled residual.
+    """Return the closed pose near zero, found by damped least squares, and its scaled residual.
 
-    The actuators remain at zero if possible.
+    The actuators remain at zero if the loops can be closed so.
     """
     equations, tree = solver.equations, solver.tree
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
@@ -130,7 +130,7 @@ def _missing_axes(mechanism: Mechanism) -> str:
 
 
 def _other_links_text(mechanism: Mechanism, size: float) -> str:
-    """Return joints and loops that would close all loops at zero if attached to another link, as text."""
+    """Return, as text, the joints and loops that would close all loops at zero if they were attached to another link."""
     found = other_links(mechanism, size)
     shown = ", or ".join(map(str, found[:_SHOWN]))
     return f". Or a link is wrong: all would close with {shown}, its numbers as they are" if found else ""

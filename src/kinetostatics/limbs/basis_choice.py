@@ -91,7 +91,10 @@ def _moved(J: Array, twists: Array, scale: Array) -> Array:
 def _columns(
     group: LimbGroup, part: Sequence[Candidate], twists: list[Array], known: list[Array], geometry: LimbGeometry
 ) -> list[Array]:
-    """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
+    """Return the wrenches (6, g, N) of candidates and of their completion.
+
+    The latter are reciprocal to ``twists``, and independent of the wrenches ``known`` and of one another.
+    """
     scale = _scale(group)
     length = group.model.length
     wrenches = CandidateWrenches(geometry, length, PARALLEL)
@@ -179,7 +182,7 @@ def _chosen(
     independent: Array,
     known: list[Array],
 ) -> tuple[Candidate, ...]:
-    """Choose candidates one by one, reciprocal to given twists and independent of the previous ones and ``known``.
+    """Choose candidates one by one: reciprocal to given twists, and independent of ``known`` and of those already chosen.
 
     Args:
         group: the limb.

@@ -1,7 +1,7 @@
 """A straight elastic beam: end compliance, sag under its own weight, and deflection line.
 
-All in beam axes: x along the beam from its base end (clamped) to its platform end, wrenches ``[f; m]`` and twists
-``[d; r]`` about the platform end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
+All quantities are in beam axes: x along the beam from its clamped base end to its platform end; wrenches ``[f; m]`` and twists
+``[d; r]`` are about the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
 the method page, section 5. Arrays are ``(6, …)``, batch axes last.
 """
@@ -69,7 +69,8 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
     """Return the twists (6, …) of the section at ``s`` [m] from the base end, about that section's centre.
 
     Args:
-        c, length: as above.
+        c: (6, …) section compliances.
+        length: (…) length [m].
         wrench: (6, …) wrench at the platform end.
         load: (6, …) uniform load, force and moment per length [N/m, N].
         s: (…) distance from the base end [m].
@@ -111,8 +112,9 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
     """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 7).
 
     Args:
-        c, length: as above.
-        section: the section wrenches (6, k, …) at distances (k, …) from the base end.
+        c: (6, …) section compliances.
+        length: (…) length [m].
+        section: function that returns the section wrenches (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
     """
     points, weights = _GAUSS
     w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
@@ -121,19 +123,19 @@ def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) ->
 
 
 def turned_forces(c: Array, length: Array, wrench: Array, load: Array, lever: Array) -> Array:
-    """Return B (9, 9, N) of the second-order work zᵀ B z of the forces in a loaded beam under motions z of its ends.
+    """Return B (9, 9, N) of the second-order potential energy zᵀ B z of the forces in a loaded beam under motions z of its ends.
 
     z consists of the rotation of the base end, and of displacement and rotation of the platform end relative to rigid-body motion
-    with the base end; in between the beam bends as under a wrench at the platform end. Section force F and moment M rotate with
-    the beam: ∫ F · (θ × γ) + ½ M · (θ × κ) − ½ F · (θ × (θ × e_x)) ds with the strains γ, κ; the lever arm of the weight rotates
-    with its section.
+    with the base end; in between the beam bends as under a wrench at the platform end. With the section force F and moment M, the
+    rotation θ, the strains γ and κ of this bending, and the weight q per length at the lever arm r, the energy is
+    −∫ F · (θ × γ) + ½ M · (θ × κ) + ½ F · (θ × (θ × e_x)) + ½ q · (θ × (θ × r)) ds.
 
     Args:
         c: (6, 1) section compliances.
         length: (N,) length [m].
         wrench: (6, N) wrench at the platform end.
         load: (6, N) uniform load, force and moment per length [N/m, N].
-        lever: (3, N) vector from the beam to the line of its mass [m].
+        lever: (3, N) vector from the beam's axis to the line of its mass [m].
     """
     N = length.shape[0]
     units, none = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), np.zeros((6, 1, N))

@@ -22,7 +22,7 @@ from kinetostatics.math.screws import move_twist, move_wrench, rotate
 #: Compliance, relative to the sum of absolute contributions, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
 #: Limits for the fast split: smallest eigenvalue of the compliance along soft wrenches, and largest residue.
-_GIVES, _NOTHING_LEFT = 1e-6, 1e-13
+_SOFT, _RESIDUE = 1e-6, 1e-13
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
 
     Args:
         linear, angular: (3, 3, g) compliances [m/N], [rad/(N·m)].
-        wrench: (6, …, g, N).
+        wrench: (6, …, g, N) wrenches in the joint frames [N, N·m].
     """
     parts = (linear, wrench[:3]), (angular, wrench[3:])
     return np.concatenate([np.einsum("ijg,j...gn->i...gn", *part) for part in parts])
@@ -173,11 +173,11 @@ def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
     inverse, couples = inverse_of(factor), scaled[np.ix_(gives, rest)]
     follows = np.einsum("ab...,bc...->ac...", inverse, couples)
     left = np.einsum("aa...->a...", scaled[np.ix_(rest, rest)]) - np.einsum("ab...,ab...->b...", couples, follows)
-    sure = np.sum(np.abs(left), axis=0) <= _NOTHING_LEFT
+    sure = np.sum(np.abs(left), axis=0) <= _RESIDUE
     if gives:
-        sure = sure & (factor.smallest_eigenvalue() > _GIVES)
+        sure = sure & (factor.smallest_eigenvalue() > _SOFT)
     rigid = zeros_for((n, len(rest), *C.shape[2:]), C)
-    rigid[gives] = -np.where(np.abs(follows) > _NOTHING_LEFT, follows, 0.0)
+    rigid[gives] = -np.where(np.abs(follows) > _RESIDUE, follows, 0.0)
     rigid[rest, range(len(rest))] = 1.0
     give = zeros_for(C.shape, C)
     give[np.ix_(gives, gives)] = inverse
@@ -196,8 +196,7 @@ def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
 
 
 def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
-    """Choose ``count`` of n wrenches that span the range of the compliance (n, n, poses), the softest first, each
-    with the previous ones fixed (Cholesky pivots)."""
+    """Choose ``count`` of n wrenches that span the range of the compliance (n, n, poses), by Cholesky pivots, largest first."""
     finite = np.all(np.isfinite(C), axis=(0, 1))
     scaled = np.moveaxis(correlation(np.moveaxis(C[..., finite], 2, 0))[0], 0, 2)
     chosen: list[int] = []

@@ -76,7 +76,7 @@ def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[
     Args:
         model: the robot.
         drives: all elastic actuators.
-        freedoms: of every limb, the joints of its freedoms, inboard ones first.
+        freedoms: for every limb, the names of the joints of its freedoms, inboard ones first.
     """
     rows = []
     for joints in freedoms:

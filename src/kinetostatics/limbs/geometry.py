@@ -127,8 +127,8 @@ class LimbSkeleton:
         if np.any(self._centred):
             beam_levers = np.where(self._centred, self._beam_centres.points(frames) - (beam_starts + beam_ends) / 2, beam_levers)
         z = self._limb_z(beam_axes, centres)
-        follow = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
-        y = normalize(follow - z * dot(z, follow))
+        reference = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
+        y = normalize(reference - z * dot(z, reference))
         return LimbGeometry(
             axes=axes,
             twists=twists,
@@ -167,8 +167,8 @@ class LimbSkeleton:
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.compound_of):
                 kind = self._compounds[k].type
-                wanted = kind.turns is turns and kind.slides is not Axes.ACROSS
-                if wanted and self.passive[f] == passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
+                suitable = kind.turns is turns and kind.slides is not Axes.ACROSS
+                if suitable and self.passive[f] == passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                     return "axis", f
         return "world", -1
 
@@ -207,7 +207,7 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
 
 
 def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
-    """Return the signs (k, g) that orient the axes of g limbs by their lines in space, independent of the file.
+    """Return the signs (k, g) of the axes of g limbs that give each axis a sense independent of the file.
 
     At the closed zero pose an axis points upwards along the world's z axis; if it is horizontal, anticlockwise about that axis;
     if it intersects that axis, along x, else along y. Parallel axes of a limb have the same sense.

@@ -111,7 +111,7 @@ class LimbGroup:
         rigid_directions: int = 0,
         soft: tuple[int, ...] = (),
     ) -> LimbGroup:
-        """Return the same limbs with the decisions made at generic poses; ``bases`` are those of every limb."""
+        """Return the same limbs with the decisions made at generic poses; ``bases`` contains the basis of each limb."""
         group = copy.copy(self)
         group.elimination, group.rigid_directions, group.soft = elimination, rigid_directions, soft
         if bases:
@@ -125,7 +125,7 @@ class LimbGroup:
         return self._again(self.model, [position])
 
     def on(self, model: StaticModel) -> LimbGroup:
-        """Return the same limbs of a slightly different robot, with the same decisions."""
+        """Return the corresponding limbs of a slightly different robot, with the decisions of this group."""
         return self._again(model, range(len(self.numbers)))
 
     def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
@@ -224,7 +224,7 @@ class LimbGroup:
 
     @property
     def places(self) -> set[str]:
-        """Places of loads that affect the limbs: those of the limbs, and of other open branches moved by their actuators."""
+        """Places of loads that affect the limbs: on the limbs, and on other open branches that their actuators move."""
         elsewhere = {place for drive in self.drives for row in drive.branches for joint in row for place in joint.edge.outboard}
         return elsewhere.union(*(limb.places for limb in self.limbs))
 
@@ -334,7 +334,7 @@ class LimbGroup:
 
     @property
     def joint_pattern(self) -> NDArray[np.bool_]:
-        """Mask (k, 6 M) of the coefficients of these equations that are not zero everywhere."""
+        """Mask (k, 6 M) of the coefficients of :meth:`joint_equations` that are not zero everywhere."""
         return np.repeat(self.dof_cut_signs[self.passive] != 0, 6, axis=1)
 
     @property

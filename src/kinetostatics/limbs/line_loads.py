@@ -31,8 +31,8 @@ def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
 
     Args:
         c: (6, …) section compliances.
-        length: (…) [m].
-        load: (12, …).
+        length: (…) length [m].
+        load: (12, …) force and moment per length at both ends [N/m, N].
     """
     free = _displacement(c, length, load, np.zeros_like(load[:6]), length)
     units = np.broadcast_to(np.eye(6).reshape(6, 6, *(1,) * (load.ndim - 1)), (6, *free.shape))

@@ -91,10 +91,10 @@ def limb_statics(
 
     Args:
         group: the limbs.
-        frames: of all bodies.
+        frames: frames of all bodies, world axes.
         o: (3, N) reference point [m].
         weights: (6, W, N) wrenches of all weights about o [N, N·m].
-        gravity: (3, N) [m/s²].
+        gravity: (3, N) gravity, world axes [m/s²].
         assembly_error: (6, elements, g, N) twists of outboard sides due to assembly errors of elements, about o; None: none.
     """
     geometry = group.geometry(frames, o)
@@ -109,7 +109,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 
     Args:
         group: the limbs.
-        frames: of all bodies.
+        frames: frames of all bodies, world axes.
         o: (3, N) reference point [m].
         wrenches: (6, N) wrenches about o, by place [N, N·m].
     """
@@ -120,7 +120,12 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 
 
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
-    """Return limbs under their weights plus loads: ``parts`` are statics under single loads with factors (N,)."""
+    """Return the statics of limbs under their weights and several loads, by superposition.
+
+    Args:
+        statics: statics under the weights.
+        parts: statics under each load alone, with the factor (N,) of this load.
+    """
 
     def total(name: str) -> Array:
         pick = operator.attrgetter(name)
@@ -159,21 +164,21 @@ def _statics(
     else:
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
-        gram, lean = strains(group, geometry, columns, particular, loads)
+        gram, drift = strains(group, geometry, columns, particular, loads)
         gram = np.where(_straining(group, geometry, columns, gram), gram, 0.0)
         gain, loose = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
         cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
-        particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, lean[n:])
+        particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, drift[n:])
         error = assembly_error_strains(group, self_stress, assembly_error)
         stress = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
         before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
         C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
         rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
         C = np.where(rounding[:, None] | rounding[None], 0.0, C)
-        contradict = _rings_contradict(group, loose, assembly_error)
-        error = np.where(contradict, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
-        stress = np.where(contradict, np.nan, stress)
+        incompatible = _errors_are_incompatible(group, loose, assembly_error)
+        error = np.where(incompatible, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
+        stress = np.where(incompatible, np.nan, stress)
     return LimbStatics(
         group=group,
         J_c=found.J_c,
@@ -206,7 +211,7 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:
-    """Return the mask (g, N) of limbs whose rigid directions may differ from the usual ones (only limbs without beams)."""
+    """Return the mask (g, N) of limbs whose rigid directions may differ from those at generic poses, except limbs with beams."""
     if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
         return np.full(C.shape[2:], group.only_springs)
     return ~split_rigid(C, group.soft).sure
@@ -242,7 +247,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
     return gain, np.where(soft[:, None], 0.0, vectors) * unit[:, :, None]
 
 
-def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
+def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
     """Return the mask (g, N) of incompatible assembly errors, which do work on self-stresses without compliance."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)

@@ -30,7 +30,7 @@ class CandidateWrenches:
     """The wrenches of candidates; directions are computed once and used at all points of application."""
 
     def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
-        """Prepare for some poses.
+        """Set the geometry and the smallest angles.
 
         Args:
             geometry: geometry at these poses.
@@ -228,7 +228,10 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
 
 
 def _candidate_axes(group: LimbGroup) -> list[int]:
-    """Return the freedoms whose axes are features of the limb: single joints before universal ones, platform side first."""
+    """Return the freedoms whose axes are features of the limb.
+
+    Rotations of single-axis joints come first, then universal joints, then translations; within each, the platform side first.
+    """
     rotates, joints = group.rotates, [group.compounds[0][k] for k in group.compound_of]
     free = [int(f) for f in np.flatnonzero(group.passive)[::-1] if joints[f].has_axis(bool(rotates[f]))]
     single = [f for f in free if joints[f].type.turns is not Axes.BOTH]

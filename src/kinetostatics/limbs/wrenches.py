@@ -64,7 +64,7 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
 
 
 def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array, loaded: bool) -> LimbWrenches:
-    """Return the wrenches of serial limbs: the wrench of the single cut joint is that of the platform on the limb.
+    """Return the wrenches of serial limbs, whose single cut joint transmits the wrench of the platform on the limb.
 
     Args:
         group, geometry: the limbs and their geometry.
@@ -107,7 +107,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
 
 
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
-    """Return the mask (g, N) of limbs with possibly dependent twists of the platform joint (never those of one joint unit)."""
+    """Return the mask (g, N) of limbs whose platform joint has possibly dependent twists; a single compound joint never has."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
@@ -116,7 +116,7 @@ def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
 
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
-    """Return the wrenches of limbs with several cut joints by the force method; ``demand`` as for serial ones."""
+    """Return the wrenches of limbs with several cut joints by the force method; ``demand`` as in :func:`_of_serial`."""
     assert group.elimination is not None
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]

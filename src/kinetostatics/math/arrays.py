@@ -27,31 +27,34 @@ def frozen(array: Array) -> Array:
 
 
 def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return an uninitialized array for results computed from others: of floats, or of recorded numbers if those are."""
+    """Return an uninitialized array for results computed from ``sources``: of recorded numbers if a source has them."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.empty(shape) if kind is None else np.empty_like(kind, shape=shape)
 
 
 def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
-    """Return zeros, some of which are replaced by results computed from ``sources``; see :func:`empty_for`."""
+    """Return an array of zeros for results computed from ``sources``; see :func:`empty_for`."""
     kind = next((source for source in sources if source.dtype == object), None)
     return np.zeros(shape) if kind is None else np.zeros_like(kind, shape=shape)
 
 
 def is_filled(array: Array) -> Mask:
-    """Return the mask of nonzero entries; for recorded numbers, the mask of computed ones."""
+    """Return the mask of nonzero entries; recorded results count as nonzero."""
     if array.dtype != object:
         return array != 0
     return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
 
 
 def everywhere(condition: Mask) -> bool:
-    """Return whether a condition holds everywhere, so that a calculation can be skipped; always False in a record."""
+    """Return whether a condition is true everywhere, so that a calculation can be skipped; always False in a record."""
     return condition.dtype != object and bool(np.all(condition))
 
 
 def settles(condition: Mask) -> bool:
-    """Return whether a condition holds everywhere; in a record, at the example (then it becomes a guard if True)."""
+    """Return whether a condition is true everywhere.
+
+    In a record, it is evaluated at the example pose; if true there, it becomes a condition of validity (guard) of the record.
+    """
     found = np.all(condition)
     return bool(getattr(found, "value", True)) and bool(found)
 

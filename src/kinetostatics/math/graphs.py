@@ -42,7 +42,10 @@ def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[No
 def blocks(
     edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
 ) -> list[tuple[Node, Node, list[Edge]]]:
-    """Return the parts between articulation points on the way from ``start`` to ``goal``: inner node, outer node, edges."""
+    """Return the subgraphs between the articulation points of all paths from ``start`` to ``goal``, in series.
+
+    Each is given as its first node, its last node and its edges.
+    """
     at: dict[Node, list[Node]] = {}
     for edge in edges:
         for one, other in (ends(edge), ends(edge)[::-1]):
@@ -70,7 +73,7 @@ class Paths(Generic[Key, Node]):
 
     Args:
         edges: the two nodes of every edge, by key.
-        start, goal: where the paths begin and end.
+        start, goal: first and last node of the paths.
     """
 
     def __init__(self, edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> None:

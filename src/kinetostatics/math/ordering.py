@@ -12,7 +12,7 @@ NOTHING = 1e-9
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
-    """Return the position of the first value that is not smaller than the largest one, of values (n,) of 0 and more.
+    """Return the position of the first of the largest values, within a margin, of non-negative values (n,).
 
     Args:
         values: at least one value.
@@ -23,7 +23,7 @@ def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
 
 
 def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
-    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equal values keep their order.
+    """Return the positions of non-negative values (n,), from the largest to the smallest; equal values keep their order.
 
     Values that are rounding errors relative to the largest count as equal.
     """
@@ -39,7 +39,7 @@ def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
 
 
 def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
-    """Return the unit vectors (3, …) among x, y and z that are farthest from unit vectors (3, …); the first of equals."""
+    """Return, for each unit vector (3, …), the axis x, y or z (3, …) with the largest angle to it; of equals, the first."""
     sizes = np.abs(np.asarray(directions, dtype=np.float64))
     with np.errstate(invalid="ignore"):
         farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)
@@ -47,7 +47,7 @@ def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
 
 
 def across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,): of z those are x and y."""
+    """Return two unit vectors that complete the unit vector ``axis`` (3,) to a right-handed frame; x and y for the axis z."""
     second = np.cross(axis, axis_across(axis))
     second /= np.linalg.norm(second)
     return np.cross(second, axis), second

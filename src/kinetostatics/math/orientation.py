@@ -37,7 +37,7 @@ class Orientation:
 
     @property
     def pose_names(self) -> tuple[str, ...]:
-        """Names of all coordinates of a pose: those of o, then its own."""
+        """Names of all coordinates of a pose: x, y, z of o, then the orientation coordinates."""
         return ("x", "y", "z", *self.names)
 
     @property

@@ -1,4 +1,4 @@
-"""Twists and wrenches: unit ones, change of reference point and of axes.
+"""Twists and wrenches: unit screws, change of reference point, change of axes.
 
 A twist is ``[d; r]``: linear displacement [m] of the body point at the reference point, then rotation [rad]. A wrench is
 ``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
@@ -89,19 +89,19 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
 
     Args:
         kind: kind of the quantity.
-        array: twists or wrenches (6, …), stiffness or compliance (6, 6, …): a stiffness gives wrenches, a compliance twists, and
-            so do their transposes.
-        shift: its further axes are the last of those of the array.
+        array: twists or wrenches (6, …), or stiffness or compliance matrices (6, 6, …); rows and columns of a stiffness are moved
+            as wrenches, those of a compliance as twists.
+        shift: vector [m] to the new reference point; its axes (…) are the last axes of ``array``.
         components_last: whether components are the last axes of all three, as in results, instead of the first.
     """
-    way = move_twist if kind in ("twist", "compliance") else move_wrench
+    moved = move_twist if kind in ("twist", "compliance") else move_wrench
     count = 2 if kind in ("stiffness", "compliance") else 1
     first, last = tuple(range(count)), tuple(range(-count, 0))
     if components_last:
         array, shift = np.moveaxis(array, last, first), np.moveaxis(shift, -1, 0)
-    array = way(array, shift)
+    array = moved(array, shift)
     if count == 2:
-        array = np.swapaxes(way(np.swapaxes(array, 0, 1), shift), 0, 1)
+        array = np.swapaxes(moved(np.swapaxes(array, 0, 1), shift), 0, 1)
     return np.moveaxis(array, first, last) if components_last else array
 
 

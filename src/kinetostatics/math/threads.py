@@ -24,7 +24,7 @@ _turns: list[float] = []  # Python's own interval, once for each active pool
 
 @contextmanager
 def _short_turns() -> Iterator[None]:
-    """Let threads take turns more often than usual, as long as there is a pool."""
+    """Shorten Python's interval between switches of threads to :data:`TURN` as long as a pool is active."""
     with _lock:
         _turns.append(_turns[0] if _turns else sys.getswitchinterval())
         sys.setswitchinterval(min(TURN, _turns[0]))
@@ -46,18 +46,18 @@ def threads() -> int:
 
 
 def in_threads(
-    function: Callable[[Part], Found], parts: Iterable[Part], wanted: bool = True, most: int | None = None
+    function: Callable[[Part], Found], parts: Iterable[Part], enabled: bool = True, most: int | None = None
 ) -> list[Found]:
     """Return the results of a function for all parts, in order. Threads started here start no further ones.
 
     Args:
         function: called with each part.
-        parts: of the batch.
-        wanted: whether to use threads.
+        parts: the parts of the batch.
+        enabled: whether to use threads.
         most: largest number of threads, including those that the function starts; None: see :func:`threads`.
     """
     parts = list(parts)
-    apart = wanted and len(parts) > 1 and not getattr(_here, "alone", False)
+    apart = enabled and len(parts) > 1 and not getattr(_here, "alone", False)
     number = min(most or threads(), len(parts)) if apart else 1
     if number < 2:
         before = getattr(_here, "alone", False)

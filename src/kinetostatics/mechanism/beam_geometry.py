@@ -62,7 +62,7 @@ def beam_error(beam: Beam, reason: str) -> RobotFileError:
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
-    """Return the links with a single, moving joint, except base and platform, and these joints."""
+    """Return (link, joint) of every link whose only joint is a moving one, except base and platform."""
     description = mechanism.description
     return [
         (link, here[0].name)
@@ -216,7 +216,7 @@ class SpanFinder:
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
         if len(found) != 1:
             which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
-            reason = f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"'
+            reason = f'{which} from link {beam.link!r} towards the {where}; name the joint by {attribute}="…"'
             for link, joint in ends_nowhere(self.mechanism)[:1]:
                 reason = (
                     f"link {link!r} ends nowhere, as {joint!r} is its only joint: is a <parent> wrong, or a <loop> missing? "

@@ -34,7 +34,7 @@ class BeamModel(ShortRepr):
         axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
         compliances: (6,) section compliances.
         mass_per_length: mass per length [kg/m], or None if the total ``mass`` is given.
-        mass: total mass [kg], distributed uniformly over the length at every pose, or None.
+        mass: total mass [kg] if ``mass_per_length`` is None, distributed uniformly over the length at every pose; else 0.
         centre: (3,) centre of ``mass`` in the carrier body [m]: the mass is distributed along a shifted parallel line, rigidly
             connected to the sections. None: along the beam.
     """
@@ -48,12 +48,12 @@ class BeamModel(ShortRepr):
     centre: Array | None
 
     def length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m] at given frames."""
+        """Return the length (N,) [m]: component along the beam's x axis of the vector from start to end."""
         start, end = self.ends(frames)
         return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
     def ends(self, frames: Frames) -> tuple[Array, Array]:
-        """Return start and end (3, N) [m]."""
+        """Return the positions of start and end (3, N) [m], world axes."""
         return frames.point(self.span.start_body, self.span.start), frames.point(self.span.end_body, self.span.end)
 
     def world_axes(self, frames: Frames) -> Array:
@@ -66,7 +66,7 @@ class BeamModel(ShortRepr):
         return self.span.start_body != self.span.end_body
 
     def remaining_length(self, frames: Frames) -> Array:
-        """Return the length (N,) [m] with sign: negative if a telescopic beam is retracted beyond zero length."""
+        """Return the length (N,) [m], negative if a telescopic beam is retracted beyond zero length, and 0 within rounding."""
         length = self.length(frames)
         rounding = ROUNDING * np.max(np.abs(np.stack(self.ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
@@ -122,7 +122,7 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
     """Compute the data of all beams; ``zero`` are the frames of a closed pose, which orients telescopic beams.
 
     Raises:
-        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or y_axis is.
+        RobotFileError: a prismatic joint of a telescopic beam is not parallel to the beam, or the ``y_axis`` of a beam is.
     """
     models = {}
     middles: dict[str, tuple[float, Array]] = {}
@@ -163,7 +163,9 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
 def _with_spread_mass(
     mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], middles: dict[str, tuple[float, Array]]
 ) -> BeamModel:
-    """Return a beam without density with its share, by length, of the link's mass; the shares have the link's centre of mass.
+    """Return a beam; without density, it gets a share of its link's mass in proportion to its length.
+
+    The centre of mass of all shares is that of the link.
 
     Args:
         mechanism: the robot.

@@ -45,7 +45,7 @@ class DirectedEdge:
 def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) -> list[DirectedEdge]:
     """Return all edges of one component, depth first from the base (from the platform, if it does not touch the base).
 
-    An edge that ends at the platform, or at a body with other incoming edges, follows the edges that lead to it.
+    Every edge comes after the edges on the tree's path to its inner body.
 
     Args:
         edges: all edges that touch the component's bodies, or an edge directly between base and platform.
@@ -72,15 +72,15 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
         outer = edge.other(inner[edge])
         if outer is not platform:
             reached_by.setdefault(outer, edge)
-    live = dict.fromkeys([root, *(end for edge in inner for end in edge.ends)])
-    seen = set(live)
+    on_paths = dict.fromkeys([root, *(end for edge in inner for end in edge.ends)])
+    seen = set(on_paths)
     # dead ends are directed away from the other edges
-    for body in reachable(live, lambda body: [edge.other(body) for edge in at[body]]):
+    for body in reachable(on_paths, lambda body: [edge.other(body) for edge in at[body]]):
         for edge in at[body]:
             other = edge.other(body)
             if edge not in inner:
                 inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring of a dead end
-                if _in_ring(edge, at, live):
+                if _in_ring(edge, at, on_paths):
                     both_ways.add(edge)
             if other not in seen:
                 seen.add(other)
@@ -88,9 +88,9 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
     return list(_depth_first(root, edges, inner, reached_by, both_ways))
 
 
-def _in_ring(edge: BodyEdge, at: _Edges, live: Iterable[RigidBody]) -> bool:
+def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
     """Whether an edge of a dead end is part of a ring: both its ends are reached without it."""
-    found = reachable(live, lambda body: [item.other(body) for item in at[body] if item is not edge])
+    found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
     return all(end in found for end in edge.ends)
 
 

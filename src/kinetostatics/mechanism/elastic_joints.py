@@ -36,7 +36,7 @@ class ElasticJoint:
 
 @dataclass(frozen=True)
 class Drive:
-    """An elastic actuator; it deforms under its own force plus those of joints that mimic it times their multipliers.
+    """An elastic actuator, deformed by its own force plus the forces of joints that mimic it, times their multipliers.
 
     Attributes:
         joint: name of the joint.

@@ -19,7 +19,7 @@ from kinetostatics.mechanism.tree import Frames
 class Freedom:
     """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
 
-    ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint is directed against the file.
+    ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
     ``passive``: neither driven nor sprung; ``stiffness`` [N/m, N·m/rad] is that of a spring, if given.
     """
 
@@ -51,7 +51,7 @@ class Freedoms:
 
 
 def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> tuple[Freedom, ...]:
-    """Return the freedoms of a joint or loop from base to platform; driven and sprung ones are not passive."""
+    """Return the freedoms of a joint or loop, from base to platform; driven and elastic freedoms are not passive."""
     kind, stiffness = connection.type, mechanism.description.joint_stiffness.get(connection.name)
     here, frame, there, other = (
         *(connection.predecessor_body, connection.predecessor_frame),

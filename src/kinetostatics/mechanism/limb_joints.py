@@ -20,10 +20,10 @@ class CompoundJoint:
     """A joint of a limb; consecutive revolutes with a common point form one universal or spherical joint.
 
     Attributes:
-        type: its type, ``universal`` or ``spherical`` of runs.
+        type: its type; for two or three revolutes with a common point ``universal`` or ``spherical``.
         label: its name in reports.
         joints: names of its joints.
-        passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
+        passive: whether at least one of its freedoms is passive (neither driven nor elastic).
         dofs: its freedoms, base to platform.
         edge: index of its last joint among the limb's edges.
         has_centre: whether its centre is a point of the machine; otherwise it is an arbitrary point of the axis in the file.
@@ -69,7 +69,7 @@ def compound_joints(
     Args:
         mechanism: the mechanism.
         limb: the limb.
-        together: the groups of joints that form one, if decided before.
+        together: names of the joints of each compound joint, if these are known from another pose; None: found here.
     """
     steps: list[tuple[int, Edge, Connection]] = []
     compounds: list[CompoundJoint] = []
@@ -113,7 +113,7 @@ class Element:
         cut_joints: signs of the cut-joint wrenches in it, by index.
         compound: index of the compound joint, None for a beam or a fixed joint.
         is_beam: whether it is a beam.
-        turned: whether it is passed in both directions and directed against the file.
+        turned: whether paths from base to platform pass it in both directions, and its direction is opposite to the file's.
     """
 
     edges: tuple[int, ...]

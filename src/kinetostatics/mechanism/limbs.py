@@ -62,7 +62,7 @@ class LimbSegment:
     Attributes:
         keys: keys of its edges, inboard ones first.
         start, end: names of links of its first and its last body.
-        is_serial: whether it is a single chain.
+        is_serial: whether its edges are a single chain.
     """
 
     keys: tuple[str, ...]
@@ -82,9 +82,9 @@ class Limb(ShortRepr):
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
-        ends: whether a weight, or more than the next edge, is directly outboard of the k-th edge.
+        ends: for each edge, whether it is a cut joint, or its outboard body has a weight or a number of edges other than two.
         to_platform: for each cut joint, whether it ends at the platform.
-        on_platform: whether it is attached to the platform alone, the root of the spanning tree.
+        on_platform: whether it is attached to the platform alone, which is then the root of its spanning tree.
         parts: its parts in series from base to platform, divided at bodies that all paths pass (a frame under the robot, a serial
             wrist); otherwise one.
     """
@@ -158,5 +158,5 @@ class Topology(ShortRepr):
 
     @property
     def branch_edges(self) -> tuple[Edge, ...]:
-        """The edges of all open branches: those of limbs, and those on base or platform."""
+        """The edges of all open branches, on limbs, base and platform."""
         return (*(edge for limb in self.all_limbs for edge in limb.branches), *self.base.edges, *self.platform.edges)

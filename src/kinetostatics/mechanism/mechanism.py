@@ -47,7 +47,7 @@ class Connection:
         driven: whether it is locked in the statics; joints that mimic a driven one are locked with it.
         is_loop: whether it closes a loop of the file's tree.
         place: file and line.
-        mimic: the driven joint that it follows, if any; only joints without one get an actuator force.
+        mimic: the driven joint that it mimics, if any; only driven joints without it have an actuator force.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Connection:
         return self.successor if link == self.predecessor else self.predecessor
 
     def axis_on(self, predecessor_side: bool) -> Array:
-        """Return the axis (3,) in the body of one side; the two agree in every pose of a turning or sliding joint."""
+        """Return the axis (3,) in the body of one side; revolute and prismatic joints have one axis in both bodies."""
         frame = self.predecessor_frame if predecessor_side else self.successor_frame
         return np.asarray(frame[:3, :3] @ self.axis)
 

@@ -61,15 +61,15 @@ class _TopologyBuilder:
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
         for edge in graph.edges:
             joint = edge.connection
-            holds_nothing = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
-            if set(edge.ends) == {base, platform} and not holds_nothing:
+            is_unconstrained = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
+            if set(edge.ends) == {base, platform} and not is_unconstrained:
                 limbs.append(([], [edge]))
         made = [self._limb(*item) for item in self._moved_together(limbs)]
         made.sort(key=lambda limb: min((order[link] for link in limb.links), default=len(order)))
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, limb in enumerate(made, 1))
         self._check_actuators((*numbered, *hanging))
-        held = {place for limb in numbered for place in limb.places}
-        on_base, on_platform = (self._attached(root, attached[root], held) for root in (base, platform))
+        on_limbs = {place for limb in numbered for place in limb.places}
+        on_base, on_platform = (self._attached(root, attached[root], on_limbs) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
         known = self.spans, self.carried_by, tuple(self.warnings), self.beam_ends
         return Topology(numbered, tuple(hanging), on_base, on_platform, *known, unsupported)
@@ -92,10 +92,10 @@ class _TopologyBuilder:
         steps = directed_edges(edges, graph.base, graph.platform)
         on_platform = bool(bodies) and all(graph.base not in edge.ends for edge in edges)
         reached_by = {step.outer: step for step in steps if step.in_tree}
-        below = self._weights_below(steps)
+        outboard = self._weights_outboard(steps)
         carries = _cut_joints_carried(steps, reached_by)
         cut_joints = [step for step in steps if not step.in_tree]
-        leading = _leads_to_ring(steps, reached_by, carries)
+        leading = _edges_towards_cut_joints(steps, reached_by, carries)
         degree: dict[RigidBody, int] = {}
         for edge in edges:
             for end in edge.ends:
@@ -107,7 +107,7 @@ class _TopologyBuilder:
         keys: dict[BodyEdge, tuple[str, ...]] = {}
         for step in steps:
             passes = step.in_tree and degree[step.outer] == 2 and not step.outer.weights
-            chain = self._directed(step, below.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
+            chain = self._directed(step, outboard.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
             keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
@@ -163,7 +163,7 @@ class _TopologyBuilder:
         graph = self.graph
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
         for inner, outer, mine in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
-            if groups and len(mine) == 1 and len(groups[-1][0]) == self._stretch(groups[-1][0]):
+            if groups and len(mine) == 1 and len(groups[-1][0]) == self._chain_length(groups[-1][0]):
                 groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
             else:
                 groups.append((mine, inner, outer))
@@ -172,14 +172,17 @@ class _TopologyBuilder:
                 tuple(key for step in mine for key in keys[step.edge]),
                 self._name_of(start),
                 self._name_of(end),
-                len(mine) == self._stretch(mine),
+                len(mine) == self._chain_length(mine),
             )
             for mine, start, end in groups
         )
 
     @staticmethod
-    def _stretch(steps: list[DirectedEdge]) -> int:
-        """Return the number of different bodies at the outer ends of edges; in a single chain it equals the number of edges."""
+    def _chain_length(steps: list[DirectedEdge]) -> int:
+        """Return the number of bodies at the outer ends of edges, 0 if two edges begin at one body.
+
+        For a single chain, and only for it, it is the number of edges.
+        """
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
     def _name_of(self, body: RigidBody) -> str:
@@ -189,28 +192,28 @@ class _TopologyBuilder:
             return self.graph.description.platform
         return self.graph.links_of([body], [])[0]
 
-    def _weights_below(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
+    def _weights_outboard(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
         """Return the names of weights and places for loads outboard of each edge of the tree."""
         hanging: dict[RigidBody, list[str]] = {}
-        below: dict[BodyEdge, list[str]] = {}
+        outboard: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
             _, mine = self._ends_in_span(step)
             if step.in_tree:
                 mine = step.outer.places + hanging.get(step.outer, [])
-            below[step.edge] = mine
+            outboard[step.edge] = mine
             own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
             hanging[step.inner] = mine + own + hanging.get(step.inner, [])
-        return below
+        return outboard
 
     def _directed(
-        self, step: DirectedEdge, below: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
+        self, step: DirectedEdge, outboard: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
     ) -> list[Edge]:
         """Return an edge and the joints inside a telescopic beam, directed outwards."""
         edge = step.edge
         forward = edge.ends[0] is step.inner
         if edge.connection is not None:
             sign = 1 if forward else -1
-            return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), cut_joints, step.both_ways)]
+            return [Edge(edge.connection.name, None, sign, tuple(outboard), parent, (), cut_joints, step.both_ways)]
         assert edge.beam is not None
         name = edge.beam.beam.name
         if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
@@ -235,13 +238,13 @@ class _TopologyBuilder:
         result: list[Edge] = []
         for number in range(len(joints) + 1):
             if number == before_carrier:
-                result.append(Edge(None, name, 1 if forward else -1, tuple(below), parent, (), cut_joints, step.both_ways))
+                result.append(Edge(None, name, 1 if forward else -1, tuple(outboard), parent, (), cut_joints, step.both_ways))
                 parent = result[-1].key
             if number < len(joints):
                 item = joints[number]
                 sign = 1 if item.predecessor == links[number] else -1
                 inboard = set(links[: number + 1])
-                weights = list(below)
+                weights = list(outboard)
                 if number < before_carrier:
                     weights += [link for link in near if link not in inboard] + [f"beam:{name}", start]
                 excluded = tuple(link for link in far if link in inboard) + ((end,) if number >= before_carrier else ())
@@ -249,7 +252,7 @@ class _TopologyBuilder:
                 parent = result[-1].key
         return result
 
-    # ---- the rest ---------------------------------------------------------------------------------------------------
+    # ---- checks and attached bodies ---------------------------------------------------------------------------------
 
     def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
         """Raise an error if a joint between the ends of a beam carries load; return the places without support."""
@@ -282,21 +285,22 @@ class _TopologyBuilder:
         """Whether any body named in ``outboard`` has mass."""
         return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
-    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], held: set[str]) -> AttachedBodies:
+    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]], on_limbs: set[str]) -> AttachedBodies:
+        """Return the bodies attached to base or platform; places that belong to limbs, ``on_limbs``, are left out."""
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*root.weights, *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
-        places = [name for body in bodies for name in body.places if name not in held]
+        places = [name for body in bodies for name in body.places if name not in on_limbs]
         return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
 
 
 def _joints_of(edge: BodyEdge) -> list[str]:
-    """Return the name of an edge's joint, or those of the joints inside a beam's span."""
+    """Return the names of an edge's joints: the joint, or the joints inside the span of a beam."""
     inside = () if edge.beam is None else (*edge.beam.inward, *edge.beam.outward)
     return [item.name for item in (edge.connection, *inside) if item is not None]
 
 
-def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
+def _path_to_root(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
     """Yield the edges of the spanning tree from a body to the root."""
     while (step := reached_by.get(body)) is not None:
         yield step
@@ -313,7 +317,7 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
     for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
         carries[cut_joint.edge][number] = 1
         for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
-            for step in _way_in(body, reached_by):
+            for step in _path_to_root(body, reached_by):
                 mine = carries[step.edge]
                 mine[number] = mine.get(number, 0) + sign
                 if mine[number] == 0:
@@ -321,12 +325,12 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
     return carries
 
 
-def _leads_to_ring(
+def _edges_towards_cut_joints(
     steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
 ) -> set[BodyEdge]:
     """Return the edges with a cut-joint wrench, or with such an edge further outboard."""
     found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:
-            found.update([step.edge, *(item.edge for item in _way_in(step.inner, reached_by))])
+            found.update([step.edge, *(item.edge for item in _path_to_root(step.inner, reached_by))])
     return found

@@ -25,9 +25,9 @@ from kinetostatics.math.screws import unit_twist
 class TreeJoint:
     """One moving joint: its type, the numbers of the bodies it joins, its placement and axis in the parent body.
 
-    ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their coordinates
-    are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin) about its axis z, a floating one (x, y, z,
-    quaternion), a spherical one a quaternion (x, y, z, w).
+    ``first_q``, ``first_v``: indices of its first coordinate in q and of its first velocity in v. Coordinates are Pinocchio's:
+    (cos, sin) of a continuous joint, (x, y, cos, sin) about its axis z of a planar one, (x, y, z, quaternion) of a floating one;
+    of a spherical one a quaternion (x, y, z, w).
     """
 
     type: JointType

@@ -63,7 +63,7 @@ class Weights:
         self._beam_centre = np.array([centre for _, _, centre in own]).reshape(-1, 3).T
 
     def masses(self, frames: Frames) -> Array:
-        """Return all masses (W, N) [kg]; those of telescopic beams follow the pose."""
+        """Return all masses (W, N) [kg]; those of telescopic beams with a density depend on the pose."""
         result = empty_for((len(self.names), frames.position.shape[2]), frames.position, self._mass)
         result[self._is_rigid] = self._mass[:, None]
         if self._beams:
@@ -126,7 +126,7 @@ class Weights:
         return total
 
     def outboard_of(self, edge: Edge) -> Array:
-        """Return (W,) 1 for the weights that an edge carries, else 0."""
+        """Return (W,) 1 for each weight outboard of an edge, else 0."""
         return np.array([carries(edge, name) for name in self.names], dtype=float)
 
     def of(self, owner: str) -> NDArray[np.bool_]:
@@ -164,7 +164,7 @@ def link_inertias(model: pin.Model) -> dict[str, pin.Inertia]:
 
 
 def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.Model:
-    """Return a copy of a ``pin.Model`` with its inertias replaced by the given ones (body, ``pin.Inertia``)."""
+    """Return a copy of a ``pin.Model`` whose inertias are replaced by sums of given pairs of a body and a ``pin.Inertia``."""
     import pinocchio as pin
 
     copy = model.copy()

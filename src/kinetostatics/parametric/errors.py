@@ -21,7 +21,7 @@ class ErrorParameter:
         name: ``PART.error.KIND``.
         part: the joint or beam.
         kind: "x" … "rz" of a joint, along and about the axes of its frame; "length" or "temperature" of a beam.
-        unit: SI.
+        unit: SI unit.
     """
 
     name: str
@@ -51,7 +51,7 @@ def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
 
 
 def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
-    """Return errors with amounts (errors, N) as an argument of :func:`kinetostatics.analyze`, a batch of N."""
+    """Return errors of given amounts (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
     found: dict[str, Keyword] = {}
     for error, row in zip(errors, amounts, strict=True):
         if error.kind in COMPONENTS:

@@ -171,7 +171,9 @@ class ParametricRobot:
             raise RobotFileError(str(error), self.robot.description.path) from error
 
     def off(self, amounts: Mapping[str, float]) -> RobotDescription:
-        """Return the robot's description with numbers changed by amounts, those of parts relative to the values of the file.
+        """Return the robot's description with numbers increased by given amounts.
+
+        Numbers of parts are increased after the file has been read with the changed arguments.
 
         Raises:
             RobotFileError: the file is invalid with these values.
@@ -183,7 +185,9 @@ class ParametricRobot:
 
 
 def _changed(description: RobotDescription, changes: Sequence[tuple[RobotNumber, float]]) -> RobotDescription:
-    """Return a robot with changed numbers, in an order with a valid robot at each step: outer before inner diameters.
+    """Return a description with changed numbers, changed in an order in which it is valid after each step.
+
+    For example, an outer diameter is enlarged before the inner one.
 
     Raises:
         ArgumentError: there is no such order.
@@ -210,8 +214,8 @@ def check_unit(number: RobotNumber | ErrorParameter, typed: str, what: str) -> N
     """
     own, given = (text.replace(" ", "·") for text in (number.unit, typed))
     if own and given and (own == "1" or unit(own.replace("·", " ")).dimension != unit(given.replace("·", " ")).dimension):
-        said = "has no unit" if own == "1" else f"is in {own}"
-        raise ArgumentError(f"{what}: {number.name} is given in {given}, but it {said}")
+        expected = "has no unit" if own == "1" else f"is in {own}"
+        raise ArgumentError(f"{what}: {number.name} is given in {given}, but it {expected}")
 
 
 def alike(one: RobotDescription, other: RobotDescription) -> bool:
@@ -230,9 +234,10 @@ def _bare(item: DataclassInstance) -> dict[str, object]:
 
 
 def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -> Configuration:
-    """Return the pose of another robot at the coordinates used for assembly, or at the same actuator coordinates.
+    """Return the pose of another robot at the platform coordinates used for assembly, else at the same actuator coordinates.
 
-    It is followed from the pose of the first robot, so that the assembly mode is the same. ``loops`` chooses the solver.
+    The assembly mode is that of ``configuration``, whose pose is the start of the straight line to this pose. ``loops`` chooses
+    the solver.
     """
     near = replace(configuration, robot=robot)
     if configuration.prescribed:

@@ -36,10 +36,12 @@ def rates_of(numbers: Callable[[float], Array], step: float) -> Array:
 
 
 def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple[PoseModel, Array]:
-    """Return model and constants (P,) of a slightly changed robot, with the decisions made for ``own``, the original model.
+    """Return the model and the constants (P,) of a slightly changed robot.
+
+    Ranks and bases are those decided for ``own``, the model of the original robot.
 
     Raises:
-        KinetostaticsError: the values yield no robot, or one with other coordinates, loops or limbs.
+        KinetostaticsError: the description is invalid, or its coordinates, loops or limbs differ from those of the robot.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

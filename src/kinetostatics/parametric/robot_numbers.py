@@ -99,7 +99,7 @@ def numbers_of_parts(robot: Robot) -> dict[str, tuple[RobotNumber, ...]]:
 
 
 def _places(robot: Robot) -> Iterator[tuple[str, Path, str]]:
-    """Yield names and paths of the numbers of a part (one, several or a frame), and their unit."""
+    """Yield name, path and unit of every number, vector or frame of the parts."""
     there = robot.description
     for name, link in there.links.items():
         if link.mass > 0:

@@ -14,7 +14,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.numbers import STIFFNESSES, quantity
 from kinetostatics.math.arrays import Array
-from kinetostatics.reports.map import map_report, said
+from kinetostatics.reports.map import coordinate_words, map_report
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,7 +60,7 @@ def _softest(workspace: xr.Dataset) -> str:
         found = indices.worst(workspace, what)
     except ArgumentError:  # no pose within the limits has a number
         return ""
-    where = ", ".join(said(workspace[name], value) for name, value in found.coordinates.items())
+    where = ", ".join(coordinate_words(workspace[name], value) for name, value in found.coordinates.items())
     return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
 
 

@@ -24,7 +24,7 @@ from kinetostatics.status import WITHOUT_NUMBERS
 
 
 def batch_sections(result: Result) -> list[ReportSection]:
-    """Return the states of the poses and the extremes of the quantities, if a pose has results."""
+    """Return the sections of the report: number of poses in each state, extremes of the quantities, and warnings."""
     known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
     header = ("quantity", "unit", "smallest", "at", "largest", "at")
     rows = [_row(result, *item) for item in _quantities(result)] if known else []

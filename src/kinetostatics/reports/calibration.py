@@ -26,7 +26,7 @@ MOST = 12
 
 
 def estimate_words(item: Estimate, value: float) -> str:
-    """Write a value of an unknown, or an end of its interval."""
+    """Return a value of an unknown, or an end of its interval, as text with its unit."""
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     if item.kind == "stiffness":
@@ -37,7 +37,7 @@ def estimate_words(item: Estimate, value: float) -> str:
 
 
 def interval_words(item: Estimate) -> str:
-    """Write the interval of an unknown; a dash where the readings do not determine it."""
+    """Return the interval of an unknown as text; a dash if the readings do not determine it."""
     return f"{estimate_words(item, item.interval[0])} to {estimate_words(item, item.interval[1])}" if item.identified else MISSING
 
 
@@ -104,34 +104,34 @@ def _not_determined(items: Sequence[Unidentifiable], end: str) -> ReportSection:
 
 
 def _sentences(found: Calibration) -> list[str]:
-    said = []
+    sentences = []
     freedom = f"{found.degrees_of_freedom} degrees of freedom"
     if found.sigma_known:
-        said.append(f"Reduced chi-square: {found.reduced_chi_square:.3g} ({freedom}); about 1 if model and sigma are right.")
+        sentences.append(f"Reduced chi-square: {found.reduced_chi_square:.3g} ({freedom}); about 1 if model and sigma are right.")
     elif found.degrees_of_freedom > 0:
         kind = next(iter(found.gauges.values())).kind
         words = quantity(found.sigma[0], UNITS_BY_KIND[kind], digits=3)
-        said.append(f"Standard deviation of a reading, from the residuals: {words} ({freedom}).")
+        sentences.append(f"Standard deviation of a reading, from the residuals: {words} ({freedom}).")
     else:
-        said.append("There are no more readings than unknowns: the standard errors are unknown; measure more.")
-    said += [f"{item.name} is not possible: {item.impossible}." for item in found.estimates.values() if item.impossible]
+        sentences.append("There are no more readings than unknowns: the standard errors are unknown; measure more.")
+    sentences += [f"{item.name} is not possible: {item.impossible}." for item in found.estimates.values() if item.impossible]
     left = int(np.sum(~found.used))
     if left:
-        said.append(f"{left} outlier{'s were' if left > 1 else ' was'} left out.")
+        sentences.append(f"{left} outlier{'s were' if left > 1 else ' was'} left out.")
     if not found.converged:
-        said.append("The fit did not converge: the estimates are those of its last step.")
-    said += [f"{item.name}: at this level the readings are consistent with a rigid part." for item in _rigid(found)]
+        sentences.append("The fit did not converge: the estimates are those of its last step.")
+    sentences += [f"{item.name}: at this level the readings are consistent with a rigid part." for item in _rigid(found)]
     sizes = [[found.root_mean_square(of, kind) for of in (found.residuals, found.measured)] for kind in ("length", "angle")]
     if not any(residual <= UNEXPLAINED * size for residual, size in sizes):
-        said.append(
-            "The estimates explain almost nothing of the readings: check the signs of readings, and points and frames of gauges."
+        sentences.append(
+            "The residuals are almost as large as the readings: check the signs of readings, and points and frames of gauges."
         )
     for item in found.estimates.values():
         if item.kind == "stiffness" and item.identified and (item.value < 1 / ODD or ODD < item.value < RIGID):
-            said.append(
+            sentences.append(
                 f"{item.name}: differs from the file by a factor of more than {ODD:.0f}: check the units of readings and loads."
             )
-    return said
+    return sentences
 
 
 def _rigid(found: Calibration) -> list[Estimate]:

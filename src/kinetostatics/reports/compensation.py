@@ -83,8 +83,8 @@ def _one(found: Compensation) -> Iterator[ReportSection]:
     yield ReportSection("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
     yield from _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
-        said = "If x, y and z are controlled, the tip reaches its target exactly, as far as the actuators allow."
-        yield ReportSection("", [Text(said)])
+        notes = "If x, y and z are controlled, the tip reaches its target exactly, as far as the actuators allow."
+        yield ReportSection("", [Text(notes)])
 
 
 def _actuators(found: Compensation) -> Table:
@@ -122,9 +122,9 @@ def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
     parts = NumberFormat.of(found.uncorrectable_parts, ANGLES, ROUNDING)
     columns.append(Column.of("residual error", list(found.uncorrectable_parts), parts))
     place = f"at {point_name(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
-    said = "No choice of controlled coordinates changes these residual errors; times that length they are displacements."
+    notes = "No choice of controlled coordinates changes these residual errors; times that length they are displacements."
     title = f"Twists that the actuators cannot produce, {place}"
-    yield ReportSection(title, [Table(columns), Text(said)], "directions")
+    yield ReportSection(title, [Table(columns), Text(notes)], "directions")
 
 
 def _batch(found: Compensation) -> Iterator[ReportSection]:
@@ -151,11 +151,11 @@ def _batch(found: Compensation) -> Iterator[ReportSection]:
         table.append((name, form.unit, *ends))
     header = ("quantity", "unit", "smallest", "largest")
     yield ReportSection("Extremes over the poses with results", [Table.of_rows(header, table, "llrr")], "extremes")
-    said: list[Block] = [Text(f"Corrected: {join_words(found.controlled)}{'' if found.tool is None else f' of {who}'}.")]
+    notes: list[Block] = [Text(f"Corrected: {join_words(found.controlled)}{'' if found.tool is None else f' of {who}'}.")]
     if left := 6 - found.target.robot.mobility.platform:
         some = "one twist" if left == 1 else f"{left} twists"
-        said.append(Text(f"The actuators cannot produce {some}: see uncorrectable_directions and uncorrectable_parts."))
-    yield ReportSection("", said)
+        notes.append(Text(f"The actuators cannot produce {some}: see uncorrectable_directions and uncorrectable_parts."))
+    yield ReportSection("", notes)
 
 
 def _data(found: Compensation) -> dict[str, object]:

@@ -92,9 +92,9 @@ def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping
 
 
 def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
-    """Return a wrench's label and intensity with the limb's ``axis`` along its first hinge.
+    """Return label and intensity of a wrench in a limb frame with ``axis``, "x" or "y", along the limb's first hinge.
 
-    With x along the hinge, y = z × x points against our x.
+    Labels and intensities are given for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
     """
     if axis == "y":
         return label, intensity
@@ -125,7 +125,7 @@ def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> 
 
 
 def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return the axial forces of beams and the sizes of joint wrenches at the platform of limbs that are networks."""
+    """Return a table for limbs that are networks: axial forces of beams, and magnitudes of joint wrenches at the platform."""
     entries: list[tuple[str, str, str, ArrayLike, ArrayLike | None]] = []
     for limb in result.limbs.values():
         if limb.is_network:
@@ -145,7 +145,7 @@ def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
 
 
 def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Return the sizes of all joint wrenches; revolutes that make one universal or spherical joint are one row."""
+    """Return a table of the magnitudes of all joint wrenches; revolutes of one universal or spherical joint share a row."""
     mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
     compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
     whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}

@@ -17,7 +17,7 @@ from kinetostatics.status import FACTS, Status, in_map
 if TYPE_CHECKING:
     import xarray as xr
 
-#: A value, its pose, and the actuator.
+#: A value, its pose as text, and the name of the actuator.
 Found = tuple[float, str, str]
 #: Number of values read at once.
 AT_ONCE = 2**22
@@ -51,7 +51,7 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
     dims, size = ds["status"].dims, int(ds["status"].size)
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
     several = 0
-    # the largest of each kind: within the limits, beyond them, and within them by each value of a parameter
+    # the largest values of each kind: within the limits, beyond them, and within them for each value of a parameter
     within: dict[str, Found] = {}
     outside: dict[str, Found] = {}
     parameters = [str(name) for name in ds["characteristic_length"].dims if 1 < ds.sizes[name] <= MOST_ROWS]
@@ -65,12 +65,12 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
             counts[word] += int(where.sum())
         several += int((np.sum(list(true.values()), axis=0) > 1).sum())
         beyond = true[FACTS["limit_exceeded"].summary]
-        _look_at(within, part, ~beyond)
-        _look_at(outside, part, beyond)
+        _update_largest(within, part, ~beyond)
+        _update_largest(outside, part, beyond)
         for name, rows in by_value.items():
             first = piece[name].start if name in piece else 0
             for k in range(part.sizes[name]):
-                _look_at(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
+                _update_largest(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
     lines = [*((number, word) for word, number in counts.items()), (several, "of them counted more than once")]
     yield ReportSection(None, [Text(f"{number:>10d} {word}") for number, word in lines if number])
     if within:
@@ -84,8 +84,8 @@ def _sections(ds: xr.Dataset, seconds: float | None) -> Iterator[ReportSection]:
         )
 
 
-def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
-    """Update the largest values by those at the poses ``where`` of a part of the map."""
+def _update_largest(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
+    """Update the largest values ``found``, by kind, with those at the poses ``where`` of a part of the map."""
     if not where.any():
         return
     numbers = []
@@ -101,7 +101,9 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
         place = np.unravel_index(first_largest(known.ravel()), known.shape)
         value = float(known[place])
         if np.isfinite(value) and (kind not in found or found[kind][0] * (1 + EQUAL) < value):
-            words = [said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
+            words = [
+                coordinate_words(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)
+            ]
             found[kind] = value, ", ".join(words) or "the only pose", actuator
 
 
@@ -115,8 +117,8 @@ def _extremes(found: dict[str, Found], ds: xr.Dataset) -> list[Block]:
         if max(sag, turn) <= NOTHING:
             lines.append(Text("the platform neither sags nor turns: no elastic part deforms"))
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
-            said = "linear theory does not apply: the pose is nearly singular, or units in the file are wrong"
-            lines.append(Text(said, "warning"))
+            warning = "linear theory does not apply: the pose is nearly singular, or units in the file are wrong"
+            lines.append(Text(warning, "warning"))
     return lines + [
         Text(f"largest actuator {_actuator_word(unit)} {_written(unit, value)}, {actuator}, at {where}")
         for unit, (value, where, actuator) in found.items()
@@ -131,7 +133,7 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> Report
     titles = [f"worst {kind}" if kind in ("sag", "turn") else f"largest actuator {_actuator_word(kind)}" for kind in kinds]
     cells = [
         [
-            said(ds[name], value).partition(" = ")[2],
+            coordinate_words(ds[name], value).partition(" = ")[2],
             *(_written(kind, row[kind][0]) if kind in row else MISSING for kind in kinds),
         ]
         for value, row in zip(ds[name].values, rows, strict=True)
@@ -151,7 +153,7 @@ def _written(kind: str, value: float) -> str:
     return f"{value / size:.4g} {name}"
 
 
-def said(coordinate: xr.DataArray, value: object) -> str:
+def coordinate_words(coordinate: xr.DataArray, value: object) -> str:
     """Return "name = value unit", angles in degrees."""
     if not isinstance(value, (float, np.floating)):
         return f"{coordinate.name} = {value}"

@@ -26,7 +26,7 @@ UNITS = {
     "general": "SI: m, rad, Hz, kg; world axes, modal masses of 1 kg; null: no number, or fewer modes",
     "twists": "[displacement m; rotation rad] of the platform at o",
     "participation_factors": "translations [kg], rotations about o [kg·m]",
-    "effective_masses": "shares of all that moves, by direction x, y, z, rx, ry, rz",
+    "effective_masses": "relative to the total mass or inertia, by direction x, y, z, rx, ry, rz",
 }
 
 

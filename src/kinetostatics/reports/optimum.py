@@ -43,24 +43,24 @@ def _sections(found: Optimum) -> list[ReportSection]:
 
 def _sentences(found: Optimum) -> list[str]:
     """Return sentences on the active constraints and the agreement of the searches."""
-    said = []
+    notes = []
     for item in found.active:
         where = f", at {words}" if (words := place_words(found, item)) else ""
         if item.margin < -BROKEN:
-            said.append(f"{item.text} is violated{where}.")
+            notes.append(f"{item.text} is violated{where}.")
         else:
             saves = f": relaxing it by 1 % would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
-            said.append(f"{item.text} decides{where}{saves}.")
-    said += [f"{text}." for text in found.at_bounds]
-    said += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
+            notes.append(f"{item.text} decides{where}{saves}.")
+    notes += [f"{text}." for text in found.at_bounds]
+    notes += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
     if found.feasible and not found.active and not found.at_bounds:
-        said.append("No requirement is active: this is the unconstrained minimum, or the best of the listed values.")
+        notes.append("No requirement is active: this is the unconstrained minimum, or the best of the listed values.")
     if found.beyond_limits:
-        said.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
-    said.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
+        notes.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
+    notes.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
     if found.alike is not None and len(found.starts) > 1 and found.feasible:
-        said.append(f"{found.alike} of {len(found.starts)} searches end here.")
-    return said
+        notes.append(f"{found.alike} of {len(found.starts)} searches end here.")
+    return notes
 
 
 def margin_words(margin: float) -> str:
@@ -82,7 +82,7 @@ def _value(value: float, unit: str) -> str | Number:
 
 
 def pose_words(pose: Mapping[str, float]) -> str:
-    """Return a pose in words, SI; coordinates that are rounding errors as 0."""
+    """Return the coordinates of a pose as text, SI; rounding errors are written as 0."""
     return ", ".join(f"{name} = {0.0 if abs(value) < 1e-12 else value:.4g}" for name, value in pose.items())
 
 
@@ -118,7 +118,7 @@ def pareto_report(found: ParetoFront) -> Report:
             rows.append((*cells, *values, "; ".join([*decides, *optimum.at_bounds])))
         header = (first, second, *found.parameters, "other active constraints")
         table = Table.of_rows(header, rows, "r" * (len(header) - 1) + "l")
-        said = f"How: {found.searched}; {found.evaluations} robots were analysed."
-        return [ReportSection("Pareto-optimal designs", [table], "designs"), ReportSection("", [Text(said)])]
+        notes = f"How: {found.searched}; {found.evaluations} robots were analysed."
+        return [ReportSection("Pareto-optimal designs", [table], "designs"), ReportSection("", [Text(notes)])]
 
     return Report(title, sections, lambda: {**attributes(found, names), "points": [_data(item) for item in found]})

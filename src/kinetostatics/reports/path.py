@@ -1,4 +1,4 @@
-"""Report of the analysis of a trajectory: peaks with their times, and what motors need."""
+"""Report of the analysis of a trajectory: peaks with their times; force, velocity and power of the actuators."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _sections(path: PathResult) -> Iterator[ReportSection]:
 
 
 def _largest(path: PathResult, what: str, every: bool = False) -> list[tuple[str, Number, str, Number]]:
-    """Return words, value, name and time of the largest peak of a quantity, or of all its peaks."""
+    """Return description, value, name and time of the largest peak of a quantity, or of ``every`` peak above noise."""
     peaks, entry = path.peaks(what), OVER_TIME[what]
     form = NumberFormat.of([peak.value for peak in peaks.values()], _UNITS[entry.unit])
     names = [name for name in peaks if every and abs(peaks[name].value) > form.noise]

@@ -21,8 +21,8 @@ UNITS = {
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
     "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
-    **{name: QUANTITIES[name].said for name in reported_names("")},
-    **{name: QUANTITIES[f"beams.{name}"].said for name in reported_names("beams") if name in BEAM_DATA},
+    **{name: QUANTITIES[name].description for name in reported_names("")},
+    **{name: QUANTITIES[f"beams.{name}"].description for name in reported_names("beams") if name in BEAM_DATA},
 }
 
 
@@ -56,5 +56,5 @@ def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
     """Return units and meaning of numbers about o or the tool's tip, and the position of the tip."""
     if tool is None:
         return {"units": units}
-    said = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
-    return {"units": {**said, "tool": "the tip, from o in the platform's axes [m]"}, "tool": tool}
+    texts = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
+    return {"units": {**texts, "tool": "the tip, from o in the platform's axes [m]"}, "tool": tool}

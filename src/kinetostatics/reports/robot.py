@@ -80,13 +80,13 @@ def facts_sections(facts: RobotFacts) -> Iterator[ReportSection]:
     yield ReportSection("Joints that follow others", [Text(_follower(item)) for item in facts.followers], "followers")
     for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
         if weight is not None and (role == "platform" or weight.mass or weight.graph.hanging):
-            yield ReportSection(f"On the {role}", _dead_weight(weight), "attached")
+            yield ReportSection(f"On the {role}", _attached_bodies(weight), "attached")
     yield ReportSection("Cannot be analysed", [Text(item, "warning") for item in facts.problems], "problems")
     yield warning_section(facts.warnings)
 
 
 def facts_data(facts: RobotFacts) -> dict[str, object]:
-    """Return the facts about a robot; elements of a chain have a ``type``."""
+    """Return the facts about a robot as plain data; each element of a chain has an entry ``type``: body, joint or branches."""
     found: dict[str, object] = plain(facts)
     found["springs"] = [attributes(item, _SPRING) for item in facts.springs]
     found["limbs"] = [{**plain(limb), "graph": _graph(limb.graph)} for limb in facts.limbs]
@@ -187,8 +187,8 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
     lines = [text, *_places(facts.limbs, mobility.redundancies)]
     if mobility.redundant_actuators:
         actuators, more = len(facts.drives), "more " * bool(count)
-        held = actuators - mobility.redundant_actuators
-        freedoms = f"{held} freedom{'s' * (held != 1)}"
+        locked = actuators - mobility.redundant_actuators
+        freedoms = f"{locked} freedom{'s' * (locked != 1)}"
         lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
     if count or mobility.redundant_actuators:
         lines.append("errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances")
@@ -282,7 +282,7 @@ def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
     return [f"{join_words(names)} from {start} to {end}" for names, start, end in spans]
 
 
-#: Meaning of the words of wrenches, by what is in them.
+#: Explanations of wrench labels, by a word in the labels.
 _LEGEND = {
     "": "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight",
     "limb ": "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
@@ -294,7 +294,7 @@ _LEGEND = {
 
 
 def _legend(limbs: list[LimbFacts]) -> list[Block]:
-    """Return the meaning of the wrench labels in the table."""
+    """Return explanations of the words that occur in the wrench labels of the limbs."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
     known = [Text(text) for word, text in _LEGEND.items() if labels and word in labels]
     return [Lines([""]), *known] if known else []
@@ -374,7 +374,7 @@ def _follower(item: FollowerFacts) -> str:
     return text
 
 
-def _dead_weight(weight: AttachedBodiesFacts) -> list[Block]:
+def _attached_bodies(weight: AttachedBodiesFacts) -> list[Block]:
     mass = UNKNOWN if weight.mass is None else quantity(weight.mass, MASSES)
     facts = Facts([("links", ", ".join(weight.links)), ("mass", mass)])
     return [facts, *([Lines(hanging)] if (hanging := _hanging(weight.graph, "")) else [])]

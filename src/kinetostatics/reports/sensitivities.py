@@ -31,7 +31,7 @@ MOST = 24
 
 
 def sensitivities_report(found: Sensitivities) -> Report:
-    """Return the report: parameters and sources, ranked by the displacement of o or the tool's tip per 1 % of change."""
+    """Return the report: parameters and elastic parts, ranked by the displacement of o or the tool's tip per 1 % of change."""
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     title = f"Sensitivities of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"
@@ -76,12 +76,12 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[ReportSec
 def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
     rest = [name for name in found.outputs if name not in ("twist", "mass")]
     if not len(found) and not found.sources:
-        said = "No part is elastic, and the file has no numbers to vary: no arguments, no masses, no beams."
+        note = "No part is elastic, and the file has no numbers to vary: no arguments, no masses, no beams."
     elif "twist" in found.outputs:
-        said = "Changes along the present displacement: negative is less sag."
+        note = "Changes along the present displacement: negative is less sag."
     else:
-        said = f"Derivatives of {', '.join(rest or found.outputs)}: s[name], --json."
-    found_texts: list[Block] = [Text(said)]
+        note = f"Derivatives of {', '.join(rest or found.outputs)}: s[name], --json."
+    found_texts: list[Block] = [Text(note)]
     for name in sizes:
         if found[name].value == 0:
             zero = f"{name} is zero, and so is one per cent of it: see its derivatives (--json)"

@@ -23,7 +23,9 @@ _KINDS = {"beams": "beam", "joints": "joint", "actuators": "actuator", "assembly
 
 
 def source_table(result: Result, noise: NoiseFloor) -> list[Block]:
-    """Rank beams, elastic joints, actuators and assembly errors by their parts of the displacement (rotation if o is at rest).
+    """Return a table of beams, elastic joints, actuators and assembly errors, ranked by their parts of the displacement.
+
+    If o does not move, they are ranked by their parts of the rotation.
 
     A part is the projection of the source's displacement on the total displacement, and of its rotation on the axis of the total
     rotation; the parts sum to the totals. The last column is the share of the ranked quantity.
@@ -67,7 +69,8 @@ def parts_along(twists: Array, whole: Array, noise: NoiseFloor) -> tuple[Array, 
 
     Returns:
         Parts (n, 2) along the total displacement [m] and about the axis of the total rotation [rad], NaN if the total is zero;
-        magnitudes (2,) of the totals; and the index of the ranked one: 0, or 1 if o does not move. None without motion or twists.
+        magnitudes (2,) of the totals; and the index of the total by which sources are ranked: 0, or 1 if o does not move. None
+        without motion or twists.
     """
     wholes = whole[:3], whole[3:]
     sizes = np.array([np.linalg.norm(one) for one in wholes])
@@ -110,7 +113,7 @@ WORDS = {"attached": "attached wrenches"}
 
 def gravity_twists(result: Result) -> dict[str, Array]:
     """Return the twists (6,) due to gravity by mechanism, and their sum."""
-    found = {WORDS.get(way, way): twist for way, twist in gravity_mechanisms(result).items()}
+    found = {WORDS.get(name, name): twist for name, twist in gravity_mechanisms(result).items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
@@ -119,10 +122,10 @@ def actuator_parts(result: Result) -> dict[str, list[Array]]:
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
-    for actuator, ways in actuator_gravity_mechanisms(result).items():
+    for actuator, mechanisms in actuator_gravity_mechanisms(result).items():
         whole = {name: part for name, part in result.actuator_contributions[actuator].items() if name not in limbs}
         if limbs:
-            whole |= {WORDS.get(way, way): part for way, part in ways.items()}
+            whole |= {WORDS.get(name, name): part for name, part in mechanisms.items()}
         for name, part in whole.items():
             parts.setdefault(name, []).append(part)
     return parts

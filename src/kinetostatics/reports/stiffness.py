@@ -28,11 +28,11 @@ def component_table(linear: NumberFormat, angular: NumberFormat, columns: Mappin
 
 def stiffness_blocks(result: Result) -> list[Block]:
     """Return the stiffness along each axis, with the other motions fixed and free, and its extremes."""
-    held, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
-    linear = NumberFormat.of([held[:3], free[:3]], STIFFNESSES, digits=6)
-    angular = NumberFormat.of([held[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
+    constrained, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
+    linear = NumberFormat.of([constrained[:3], free[:3]], STIFFNESSES, digits=6)
+    angular = NumberFormat.of([constrained[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
     lines = [Text(f"{word} against a force at {result.point_name}: {found}") for word, found in stiffness_extremes(result)]
-    return [component_table(linear, angular, {"constrained": held, "free": free}), *lines]
+    return [component_table(linear, angular, {"constrained": constrained, "free": free}), *lines]
 
 
 def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
@@ -55,7 +55,7 @@ def _reciprocal(compliances: Array, result: Result) -> Array:
 
 
 def _directions(axes: Array) -> str:
-    """Return a phrase for the directions spanned by orthonormal axes (3, 1 … 3)."""
+    """Return a phrase for the directions spanned by one to three orthonormal axes (3, k)."""
     if axes.shape[1] == 3:
         return "in every direction"
     if axes.shape[1] == 1:

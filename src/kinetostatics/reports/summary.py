@@ -18,7 +18,7 @@ from kinetostatics.results.result import Result
 
 #: Largest number of actuators listed one by one; of more, only the extremes are given.
 MOST_ACTUATORS = 6
-#: Cosine above which a direction is called that of an axis; slightly below, mostly that.
+#: Cosines above which a direction is described as along an axis, and as mostly along it.
 ALONG, MOSTLY = 0.995, 0.7
 _NAMES = {"load": "the load", "platform_weight": "the platform's weight", "payload": "the payload"}
 
@@ -67,7 +67,16 @@ def _contribution(result: Result, name: str) -> str:
 
 
 def _largest(names: list[str], twists: Array, result: Result, noise: NoiseFloor, word: str, number: int) -> str:
-    """Return the largest parts of the displacement [%], and their sources."""
+    """Return, as text, the largest parts of the displacement [%] with the names of their sources.
+
+    Args:
+        names: names of the sources.
+        twists: (n, 6) their twists.
+        result: the analysis.
+        noise: limits below which a motion counts as zero.
+        word: preposition before the names.
+        number: largest number of parts.
+    """
     found = parts_along(twists, result.twist, noise)
     if found is None:
         return ""

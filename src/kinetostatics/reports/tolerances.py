@@ -61,8 +61,8 @@ def _sections(found: Tolerances, who: str) -> list[ReportSection]:
         Column.of(f"moves {who}", [float(item.displacement) for item in effects], LENGTHS),
         Column.of("turns", [float(item.rotation) for item in effects], ANGLES),
     ]
-    locks = any(item.force > 0 or item.moment > 0 for item in effects)
-    if locks:
+    has_self_stress = any(item.force > 0 or item.moment > 0 for item in effects)
+    if has_self_stress:
         columns += [
             Column.of("force", [item.force for item in effects], FORCES),
             Column("at", [item.at or MISSING for item in effects]),
@@ -92,7 +92,7 @@ def _sections(found: Tolerances, who: str) -> list[ReportSection]:
     header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
     title = f"Variation: first order (worst case, standard deviation), and {len(found.samples.displacement):,} random samples"
     variation = ReportSection(title, [Table.of_rows(header, cells)], "variation")
-    return [ranked, variation, ReportSection("", [Text(text) for text in _sentences(found, locks)])]
+    return [ranked, variation, ReportSection("", [Text(text) for text in _sentences(found, has_self_stress)])]
 
 
 def _amount(item: Tolerance) -> str:
@@ -109,24 +109,24 @@ def _quantities(found: Tolerances) -> list[tuple[str, str, Units]]:
     return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in actuators]
 
 
-def _sentences(found: Tolerances, locks: bool) -> list[str]:
+def _sentences(found: Tolerances, has_self_stress: bool) -> list[str]:
     normal = found.distribution == "normal"
     by = "normally, with a standard deviation of a third of its tolerance" if normal else "uniformly within its tolerance"
-    said = [
+    sentences = [
         f"Each parameter varies independently, {by}; seed {found.seed}. The column random is the standard deviation of the "
         "samples, of which 95 % lie between the last two columns. Displacement and rotation are distances from the nominal "
         "robot; their standard deviation is the root mean square."
     ]
-    if not locks and any(".error." in name for name in found.parameters):
-        said.append("The assembly errors cause no self-stress.")
+    if not has_self_stress and any(".error." in name for name in found.parameters):
+        sentences.append("The assembly errors cause no self-stress.")
     lost = int(np.sum(np.isnan(found.samples.displacement)))
     if lost:
-        said.append(f"{lost:,} samples cannot reach this pose and do not count.")
+        sentences.append(f"{lost:,} samples cannot reach this pose and do not count.")
     if not found.at_once:
-        said.append("The samples were analysed one by one, because this analysis cannot be recorded.")
+        sentences.append("The samples were analysed one by one, because this analysis cannot be recorded.")
     elif not math.isnan(found.difference):
-        said.append(f"Samples analysed one by one differ by {found.difference:.1g} standard deviations at most.")
-    return said
+        sentences.append(f"Samples analysed one by one differ by {found.difference:.1g} standard deviations at most.")
+    return sentences
 
 
 def _data(found: Tolerances) -> dict[str, object]:

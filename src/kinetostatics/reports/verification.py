@@ -20,7 +20,7 @@ from kinetostatics.verification.compare import Verification
 
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
-    **{name: QUANTITIES[name].said for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
+    **{name: QUANTITIES[name].description for name in ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")},
     "beam_wrenches": "[force N; moment N·m] of the outer part of a beam on the inner part, at its base and its platform end",
     "frequencies": "natural frequencies [Hz]: ours, finite elements",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "

@@ -14,7 +14,7 @@ from kinetostatics.math.arrays import Array, batch_first, frozen
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """The poses of a result: the batch ``shape``, and which poses (N,) are ``valid``."""
+    """The poses of a result: the batch ``shape``, and the mask ``valid`` (N,) of poses with results."""
 
     shape: tuple[int, ...]
     valid: NDArray[np.bool_]

@@ -31,8 +31,8 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
         name: name of the beam.
         description: the beam's data in the file.
         stations: (n,) relative positions of the stations, from 0 at the base end to 1 at the platform end.
-        length: (…) [m].
-        mass: (…) [kg].
+        length: (…) length [m].
+        mass: (…) mass [kg].
         axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
         points: (…, n, 3) the undeformed centre line [m].
         section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes, exerted by the outer part on the inner one [N, N·m].
@@ -40,11 +40,11 @@ class BeamResult(Reported, builder="reports.parts:beam_report"):
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress of the stations, from all six section forces [Pa]; NaN for ``<section>``, whose
             outline is unknown. Stress concentrations at inner corners of rectangular tubes are ignored.
-        euler_ratio: (…) ratio of the forces to those at which the robot buckles in a mode that involves the beam; buckling from 1
-            on. For a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Collinear beams that are welded
-            or telescopic form one member with one ratio.
+        euler_ratio: (…) ratio of the forces to the critical forces of the buckling modes in which the beam takes part; it buckles
+            at 1 and above. For a strut between two hinges it is N/N_Euler; see :mod:`kinetostatics.buckling`. Collinear beams
+            that are welded or telescopic form one member with one ratio.
         member: names of the beams of this member, from its base end to its platform end.
-        strain_energy: (…) [J].
+        strain_energy: (…) strain energy [J].
     """
 
     name: str

@@ -33,7 +33,7 @@ class Estimate:
         interval: confidence interval. For a stiffness, the interval of its compliance is inverted, so that it is not symmetric
             about the value; an infinite end means no bound.
         standard_error: standard error of the value; infinite if the readings do not determine it.
-        identified: whether the readings determine the value. If not, of all values that fit it is the nearest to the start.
+        identified: whether the readings determine the value. If not, it is the value nearest to the start among those that fit.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Estimate:
 
     @property
     def impossible(self) -> str:
-        """Reason why the value is physically impossible; empty if it is possible."""
+        """The reason for which the value is physically impossible; empty if it is possible."""
         what = _NEVER_NEGATIVE.get(self.unit)
         if what is None or self.value >= 0 or self.start < 0:
             return ""

@@ -16,7 +16,7 @@ from kinetostatics.statics.solution import Solution
 if TYPE_CHECKING:
     from kinetostatics.engine.pose_code import PoseCode
 
-#: Poses of which all that is quick is computed at once.
+#: Largest number of poses for which all quickly computed outputs are computed together.
 _FEW = 512
 
 
@@ -25,7 +25,7 @@ class Chunk:
 
     Attributes:
         robot: the robot.
-        solutions: the equilibrium; poses at which a limb has another rank are solutions of their own.
+        solutions: the equilibria of consecutive parts of the chunk; a pose at which a limb has another rank is a part of its own.
         sources: names of the contributions to the twist.
     """
 
@@ -39,7 +39,7 @@ class Chunk:
 
     @property
     def buckles(self) -> Mask:
-        """Whether the robot buckles (N,)."""
+        """The mask (N,) of poses at which the robot buckles."""
         return np.concatenate([self.robot.members.buckles(solution) for solution in self.solutions])
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -58,7 +58,7 @@ class CompiledChunk(Chunk):
         given: Sequence[Array],
         solve: Callable[[slice | Index], Sequence[Solution]],
     ) -> None:
-        """Compute the outputs common to all results.
+        """Compute the first outputs, and find the poses to be solved by NumPy.
 
         Args:
             robot, sources: see :class:`Chunk`.
@@ -69,15 +69,20 @@ class CompiledChunk(Chunk):
         self.robot, self.sources, self._code, self._given, self._solve = robot, sources, code, given, solve
         self._stability = stability
         self._stage, self._found = -1, (np.empty((0, 0)), np.empty((0, 0), dtype=bool))
-        careful = self._computed("doubtful", int(given[0].shape[1] <= _FEW))
-        careful = careful | ~self._found[1][0]
-        if careful.any():
-            careful &= np.all(np.isfinite(given[0]), axis=0)  # unreached poses are NaN
-        self._which = np.flatnonzero(careful)
-        self._careful = Chunk(robot, solve(self._which)) if self._which.size else None
+        by_numpy = self._computed("doubtful", int(given[0].shape[1] <= _FEW))
+        by_numpy = by_numpy | ~self._found[1][0]
+        if by_numpy.any():
+            by_numpy &= np.all(np.isfinite(given[0]), axis=0)  # unreached poses are NaN
+        self._which = np.flatnonzero(by_numpy)
+        self._by_numpy = Chunk(robot, solve(self._which)) if self._which.size else None
 
     def _computed(self, name: str, least: int = 0) -> Array:
-        """Return an output (…, N), computed now if need be with all of its stage, or of a further one."""
+        """Return an output (…, N) of the compiled code; if not known yet, all outputs up to its stage are computed.
+
+        Args:
+            name: name of the output.
+            least: smallest stage to be computed.
+        """
         place = self._code.places[name]
         if (stage := max(place.stage, least)) > self._stage:
             self._found, self._stage = self._code.computed(*self._given, stage=stage), stage
@@ -90,14 +95,14 @@ class CompiledChunk(Chunk):
 
     def __getitem__(self, name: str) -> Array:
         found = self._computed(name)
-        if self._careful is not None:
+        if self._by_numpy is not None:
             found = np.array(found)
-            found[..., self._which] = self._careful[name]
+            found[..., self._which] = self._by_numpy[name]
         return found
 
     @property
     def buckles(self) -> Mask:
-        """Whether the robot buckles (N,); computed only where the sufficient condition for stability fails."""
+        """The mask (N,) of poses at which the robot buckles, computed only where the sufficient condition for stability fails."""
         code = self._stability()
         if code is None:
             return super().buckles

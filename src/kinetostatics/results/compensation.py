@@ -39,7 +39,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     Attributes:
         target: target pose of the loaded platform, broadcast against the loads.
         controlled: the platform coordinates that are corrected, as many as the mobility.
-        uncorrected: the analysis with the actuators at their positions of the target pose.
+        uncorrected: the analysis at the actuator positions of the unloaded robot at the target pose.
         result: the analysis at the corrected actuator positions.
         tool: (3,) point from o in platform axes [m], to which x, y and z of ``controlled`` and the pose errors refer; None: o.
     """
@@ -147,8 +147,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…).
 
-        The status of the corrected pose (LIMIT_EXCEEDED if an actuator leaves its range); of the target pose, if this one has no
-        results; UNREACHABLE, if no correction was found.
+        It is that of the corrected pose, LIMIT_EXCEEDED if an actuator exceeds its range; UNREACHABLE if no correction was found;
+        and that of the target pose if this pose has no results.
         """
         before = self.uncorrected.status
         found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
@@ -198,7 +198,7 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
 
     @cached_property
     def residual_error_coordinates(self) -> Mapping[str, Array]:
-        """Residual error in each coordinate of the platform (…) [m, rad]; nearly zero in the controlled ones."""
+        """Residual error (…) in each coordinate of the platform [m, rad]; nearly zero in controlled coordinates."""
         return self._coordinates_off(self.result)
 
     @cached_property
@@ -294,7 +294,7 @@ def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
 
 
 def _axis_units(name: str, platform: Sequence[str], units: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Return the attributes of an axis that is a coordinate of the platform or of an actuator."""
+    """Return the unit of a Dataset's axis as its attributes; empty if the axis is no coordinate of platform or actuators."""
     if name in units:
         return {"units": units[name][0]}
     return {"units": unit_of_coordinate(name)} if name in platform else {}

@@ -30,10 +30,13 @@ class FrequencyResponse(Reported, builder="reports.frequency_response:frequency_
 
     Attributes:
         configuration: the pose or poses.
-        frequencies: (F,) [Hz].
+        frequencies: (F,) frequencies [Hz].
         compliance: (…, F, 6, 6) complex twist per wrench on the platform [m/N, rad/(N·m)].
-        transmissibility: (…, F, 6, 6) complex twist of the platform per translation, and rotation about o, of the floor.
-        damping, drives, payload, tool: as given.
+        transmissibility: (…, F, 6, 6) complex twist of the platform per twist of the floor about o.
+        damping: the given damping.
+        drives: whether the actuators are "locked" or "free".
+        payload: the payload, or None.
+        tool: (3,) reference point, from o in platform axes [m]; None: o.
     """
 
     configuration: Configuration
@@ -68,10 +71,10 @@ class FrequencyResponse(Reported, builder="reports.frequency_response:frequency_
         """Write magnitudes and phases of one pose as a table.
 
         Args:
-            path: ends in ``.csv``; a file of that name is replaced.
+            path: name ending in ``.csv``; an existing file is replaced.
 
         Raises:
-            ArgumentError: the name ends otherwise, or this is a batch.
+            ArgumentError: the name has another ending, or this is a batch.
         """
         name = path_name("path", path)
         if not name.endswith(".csv") or self.shape:

@@ -21,7 +21,7 @@ from kinetostatics.statics.solution import Solution
 
 
 class Found(Protocol):
-    """Data of a result used by its limbs."""
+    """The data of a result that its limbs use."""
 
     @property
     def solutions(self) -> Sequence[Solution]:
@@ -35,7 +35,7 @@ class Found(Protocol):
 
 
 class LimbResult(Reported, builder="reports.parts:limb_report"):
-    """One limb's wrenches, compliance and sag; wrenches are those of the platform acting on the limb, about o, world axes.
+    """Wrenches, compliance and sag of one limb; wrenches act from the platform on the limb and are about o, world axes.
 
     In a network (a limb with rings or several joints to the platform), intensities are coordinates of the limb's wrench in a
     basis; :attr:`Result.beams` and :attr:`Result.joint_wrenches` give the forces in its beams and joints.

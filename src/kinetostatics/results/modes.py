@@ -32,11 +32,11 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
 
     Attributes:
         configuration: the pose or poses.
-        count: number of modes of each.
+        count: number of modes per pose.
         drives: whether the actuators are "locked" or "free".
-        payload: what the robot carries, None if nothing.
-        chunks: the modes of the poses that have numbers, in their order.
-        valid: (N,) which poses have numbers.
+        payload: the payload, or None.
+        chunks: the modes of the poses with results, in their order.
+        valid: (N,) mask of poses with results.
     """
 
     configuration: Configuration
@@ -71,16 +71,16 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
 
     @cached_property
     def zero_frequencies(self) -> Array:
-        """(…) number of motions that nothing resists, such as the spin of a strut between ball joints, which are left out."""
+        """(…) number of free motions, such as the spin of a strut between ball joints; they are not among the modes."""
         return self._array((), lambda chunk: chunk.pairs.free)
 
     def count_below(self, frequency: ArrayLike) -> Array:
-        """Return the number (…) of natural frequencies below ``frequency``, without those that are zero.
+        """Return the number (…) of natural frequencies above zero and below ``frequency``.
 
         They are counted by the signs of the eigenvalues of the dynamic stiffness (W. H. Wittrick and F. W. Williams, 1971).
 
         Args:
-            frequency: (…) broadcast against the poses [Hz].
+            frequency: (…) frequency, broadcast against the poses [Hz].
 
         Raises:
             ArgumentError: a frequency is not positive.
@@ -101,9 +101,9 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
 
     @cached_property
     def effective_masses(self) -> Array:
-        """(…, count, 6) effective modal masses as shares of all that moves, by direction as the participation factors.
+        """(…, count, 6) effective modal masses, relative to the total mass or inertia, by direction as the participation factors.
 
-        Those of all modes of a direction sum to the share of what is not held by the base itself, at most 1.
+        Over all modes, those of one direction sum to the fraction of the mass that is not rigidly fixed to the base, at most 1.
         """
 
         def shares(chunk: ModeShapes) -> Array:
@@ -114,12 +114,12 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
 
     @cached_property
     def strain_energy_shares(self) -> Mapping[str, Array]:
-        """(…, count) share of the strain energy of each beam, elastic joint, actuator and spring: what to stiffen."""
+        """(…, count) share of each beam, elastic joint, actuator and spring in the strain energy."""
         return self._by_part(lambda chunk: chunk.strain_energy)
 
     @cached_property
     def kinetic_energy_shares(self) -> Mapping[str, Array]:
-        """(…, count) share of the kinetic energy of each beam, rigid link and the payload: what to make lighter."""
+        """(…, count) share of each beam, each rigid link and the payload in the kinetic energy."""
         return self._by_part(lambda chunk: chunk.kinetic_energy)
 
     def _by_part(self, of: Callable[[ModeShapes], Mapping[str, Array]]) -> Mapping[str, Array]:

@@ -2,8 +2,9 @@
 
 Two dimensionless measures of the joint geometry (lengths are divided by the characteristic length):
 
-* *Constraint index*: the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with Q_i an orthonormal basis
-  of J_ic. It is zero at a singular pose; to resist a unit load along this twist, the limbs carry wrenches of about 1/index.
+* *Constraint index*: the square root of min tᵀ (Σ Q_i Q_iᵀ) t over unit twists t of the platform, with an orthonormal basis Q_i
+  of J_ic. It is zero at a singular pose; under a unit load along the minimizing twist, the wrenches of the limbs are about
+  1/index.
   The robots in ``robots/`` have 0.12 to 1 at their zero poses.
 * *Force amplification* of a limb with internal loops: the largest joint force under a unit wrench of the platform,
   relative to that at generic poses near the zero pose; infinite where the limb is singular.
@@ -44,7 +45,7 @@ class NearSingularity:
 
     @property
     def where(self) -> NDArray[np.bool_]:
-        """Which poses (N,) are nearly singular."""
+        """The mask (N,) of nearly singular poses."""
         return (self.constraint_index < LEAST_CONSTRAINT) | (self.force_amplification * LEAST_CONSTRAINT > 1)
 
     @property
@@ -58,7 +59,7 @@ def near_singularity(result: Result) -> NearSingularity:
     valid = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
     index, amplification = np.full((2, len(valid)), np.nan)
     if np.any(valid):
-        index[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_held(result)[valid])[:, 0], 0.0))
+        index[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_constraint(result)[valid])[:, 0], 0.0))
         amplification[valid] = _amplifications(result)[0][valid]
     return NearSingularity(index, amplification)
 
@@ -71,7 +72,7 @@ def near_singular_message(result: Result) -> str | None:
         return None
     worst, length = found.worst, result.robot.length
     if found.constraint_index[worst] < LEAST_CONSTRAINT:
-        values, vectors = np.linalg.eigh(_held(result)[worst])
+        values, vectors = np.linalg.eigh(_constraint(result)[worst])
         twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
         why = f"limbs must carry about {1 / found.constraint_index[worst]:.2g} times a load along it"
     else:
@@ -92,7 +93,7 @@ def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
     return Q, R
 
 
-def _held(result: Result) -> Array:
+def _constraint(result: Result) -> Array:
     """Return the sums (N, 6, 6) of the projectors on the limbs' constraint wrenches."""
     sums = []
     for solution in result.solutions:

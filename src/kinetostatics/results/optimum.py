@@ -72,7 +72,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
 
     Attributes:
         feasible: whether all requirements are met at all poses.
-        parameters: optimal parameters by name, SI; if no design is feasible, those of the closest design found.
+        parameters: optimal parameters by name, SI; if no design is feasible, those of the design nearest to feasibility.
         units: units of the parameters, empty if unknown.
         allowed: allowed values of each parameter, SI: the two ends of a range, or all values of a list or catalogue.
         objective: value of the objective, SI.
@@ -80,7 +80,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         unit: unit of the objective.
         before: the objective with the parameters of the file; NaN if these yield no robot.
         requirements: all requirements, evaluated.
-        at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
+        at_bounds: parameters at an end of their range, as text: "rod_diameter at its lower bound".
         no_influence: names of ranges that affect neither objective nor requirements at the optimum.
         starts: results of the searches from several starts; agreement suggests a global optimum. With lists of values, the best
             ten combinations instead, plus ten for each range.
@@ -90,7 +90,7 @@ class Optimum(Reported, builder="reports.optimum:optimum_report"):
         robot: the robot with the optimal parameters.
         result: its analysis at all poses (P, …); the axes of several loads follow that of the poses.
         poses: number of poses.
-        beyond_limits: number of these poses that are beyond a joint limit.
+        beyond_limits: number of these poses at which a joint limit is exceeded.
     """
 
     feasible: bool

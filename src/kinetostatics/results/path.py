@@ -26,7 +26,7 @@ class Peak:
 
     Attributes:
         value: the value, with its sign.
-        time: when it is reached [s].
+        time: instant of this value [s].
     """
 
     value: float
@@ -38,8 +38,8 @@ class PathResult(Reported, builder="reports.path:path_report"):
     """The analysis of a trajectory, see :meth:`Trajectory.analyze`. All arrays are read-only.
 
     Attributes:
-        times: (N,) [s].
-        actuator_velocities: (N,) velocity of each actuator [m/s, rad/s].
+        times: (N,) instants of the poses [s].
+        actuator_velocities: (N,) velocity of each actuator along the trajectory [m/s, rad/s], by name.
         result: the :class:`Result` of all poses, batch shape (N,).
     """
 
@@ -93,7 +93,7 @@ class PathResult(Reported, builder="reports.path:path_report"):
         """Write a table with a row for each instant: coordinates, status, actuators, twist of the platform, stresses.
 
         Args:
-            path: ends in ``.csv``; a file of that name is replaced.
+            path: name of the file, ending in ``.csv``; a file of that name is replaced.
 
         Raises:
             ArgumentError: the name has another ending.
@@ -118,7 +118,13 @@ class PathResult(Reported, builder="reports.path:path_report"):
 
 @dataclass(frozen=True)
 class OverTime:
-    """A quantity over time: words, unit, and what finds it by name."""
+    """A quantity over time.
+
+    Attributes:
+        words: its name in reports and on axes of figures.
+        unit: its unit.
+        of: function which computes (N,) values of a path, by name of the reference point, actuator, joint, beam or source.
+    """
 
     words: str
     unit: str

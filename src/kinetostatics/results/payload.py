@@ -27,7 +27,8 @@ PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
 class PayloadCoefficients(ShortRepr):
     """Twist and forces due to a payload of mass m [kg] with its centre at c [m], per unit of m, m c_x, m c_y and m c_z.
 
-    ``coefficients.twist @ [m, *(m * c)]`` is its contribution to the twist; c is in the payload's frame, o-xyz or its link's.
+    ``coefficients.twist @ [m, *(m * c)]`` is its contribution to the twist; c is given in o-xyz, or in the frame of the link that
+    carries the payload.
 
     Attributes:
         parameters: names of the four parameters: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].

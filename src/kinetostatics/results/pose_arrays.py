@@ -52,11 +52,11 @@ class PoseArrays:
         self.shape: tuple[int, ...] = shape
         self.chunks = chunks
         self.point: Array | None = None
-        self._at_o: Self | None = None  # the same about o, if this is about another point
+        self._at_o: Self | None = None  # the same result about o, if the reference point is another one
         self._which, self._reached = which, reached
 
     def seen_from(self, tool: Array | None) -> Self:
-        """Return the result with another reference point, an array that was checked before; None: o."""
+        """Return the result about another reference point: a valid point of the platform (3,) [m], or None for o."""
         at_o = self if self._at_o is None else self._at_o
         if tool is None:
             return at_o

@@ -35,7 +35,7 @@ from kinetostatics.status import FACTS, REPORTED, Status, status_of
 
 
 class Result(Reported, PoseArrays, builder="reports.result:result_report"):
-    """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
+    """The result of :func:`kinetostatics.analyze`; wrenches are ``[force; moment]``, twists ``[displacement; rotation]``.
 
     Attributes:
         configuration: the pose or poses.
@@ -103,7 +103,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def buckles(self) -> NDArray[np.bool_]:
-        """(…) whether the robot buckles, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
+        """(…) whether the robot buckles under its loads, see :attr:`BeamResult.euler_ratio`; the results do not apply then."""
         if not self.robot.members.names:
             return self._truth(np.zeros(len(self._valid), dtype=bool))
         return self._truth(self._valid & np.concatenate(self._of_chunks(lambda chunk: chunk.buckles)))
@@ -147,7 +147,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         (method page, section 4); their sum, the contribution of the limb, does not.
         """
         twists = self.by_mechanism.contributions
-        return ResultMapping({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
+        return ResultMapping({limb.name: _both_mechanisms(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
     def by_mechanism(self) -> Result:
@@ -226,7 +226,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
-        """Twist and forces per unit of mass and first moment of the payload, or of one on the platform if there is none."""
+        """Twist and forces per unit of mass and first moment of the payload; without payload, of a payload on the platform."""
         link = None if self.payload is None else self.payload.link
         return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
@@ -316,7 +316,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
         return ResultMapping(
-            {name: ResultMapping({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()}
+            {name: ResultMapping({limb: _both_mechanisms(force, limb) for limb in limbs}) for name, force in forces.items()}
         )
 
     @cached_property
@@ -367,8 +367,8 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         """Twists at o [m, rad] by part: ``{"beams": {name: (…, 6)}, "joints": …, "actuators": …, "assembly_errors": …}``.
 
         Each is the twist P_sᵀ c_s w_s due to the deformation or assembly error of one part s, where P_s are its wrenches under
-        unit loads on the platform; they sum to the twist (method page, section 6). Making one part rigid removes another amount,
-        because the forces redistribute.
+        unit loads on the platform; they sum to the twist (method page, section 6). If one part were rigid, the twist would change
+        by another amount, because the forces redistribute.
         """
         found = contributions.source_contributions(*self._motions)
         return ResultMapping(
@@ -377,7 +377,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """Twists (…, 6) [m, rad] due to the parts of each limb that is divided by pieces in series."""
+        """Twists (…, 6) [m, rad] due to the parts in series of each limb that consists of several, inboard parts first."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     @cached_property
@@ -392,5 +392,5 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
         return late("results.warnings:result_warnings")(self.seen_from(None))  # type: ignore[no-any-return]
 
 
-def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
+def _both_mechanisms(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
     return ResultMapping({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})

@@ -21,12 +21,12 @@ LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "cente
 
 
 def is_part(name: str) -> bool:
-    """Return whether a name is that of a dimension of a part, not of an argument of the file."""
+    """Return whether a name denotes a dimension of a part, not an argument of the file."""
     return "." in name
 
 
 def is_location(name: str) -> bool:
-    """Return whether a name is that of a component of a placement or of a centre of mass."""
+    """Return whether a name denotes a component of a placement or of a centre of mass."""
     return name.count(".") > 1 and name.split(".")[-2] in LOCATIONS
 
 
@@ -45,7 +45,7 @@ class Sensitivity(ShortRepr):
         derivatives: derivatives of all outputs by name, also available as attributes: ``twist`` (…, 6) [m, rad], ``stiffness``
             and ``compliance`` (…, 6, 6) at o, actuators locked, ``actuator_forces`` (…) by actuator [N or N·m], ``actuators``
             (…), coordinates [m, rad] of the actuators at the same coordinates of the platform, ``mass`` (…) [kg].
-        exact: whether the derivatives are analytical except for those of the numbers in the file.
+        exact: whether only the constants of the robot are differentiated by differences, and all further steps analytically.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Sensitivity(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_report"):
-    """Derivatives with respect to parameters of the robot, and to the stiffness of every elastic part.
+    """Derivatives of results with respect to parameters of the robot and to the stiffness of every elastic part.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields the names, the most influential first.
 
@@ -72,9 +72,9 @@ class Sensitivities(Reported, builder="reports.sensitivities:sensitivities_repor
         result: the analysis at the nominal parameters.
         parameters: sensitivities by name: arguments of the file and dimensions of parts, ranked by the displacement of the
             reference point per relative change; then placements and centres of mass, ranked per length or angle.
-        sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name: its part of the twist.
-            One per cent more stiffness reduces this part by one per cent.
-        skipped: parameters for which a small change yields no robot, with the reason.
+        sources: −∂twist/∂ln(stiffness) (…, 6) [m, rad] of each beam, elastic joint and actuator by name; it equals the part of
+            the twist due to its deformation.
+        skipped: parameters of which a small change makes the robot invalid, with the reason.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
         outputs: the requested quantities. Without the twist there are no ``sources``.
     """

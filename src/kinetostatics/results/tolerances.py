@@ -104,13 +104,13 @@ class Tolerances(Reported, builder="reports.tolerances:tolerances_report"):
             (∂d/∂p) t.
         standard_deviation: √Σ (∂f/∂p σ)² of each quantity, to first order; for displacement and rotation, the root mean square of
             the magnitude, √(σx² + σy² + σz²).
-        samples: quantities of the random samples; NaN for samples without this pose.
+        samples: quantities of the random samples; NaN for samples that cannot reach the pose.
         values: (samples,) parameters of the samples, by name.
         distribution: distribution of the parameters, "normal" or "uniform".
         seed: seed of the random numbers.
         at_once: whether the samples were computed as one batch, or one by one.
-        difference: largest difference between batch and single analyses of some samples, in standard deviations of the
-            displacement; NaN without single analyses.
+        difference: largest difference between the displacements by batch and by single analyses of some samples, relative to the
+            standard deviation of the displacement; NaN without single analyses.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
     """
 

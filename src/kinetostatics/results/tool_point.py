@@ -12,7 +12,7 @@ from kinetostatics.unit_hints import point_hint
 
 
 def point_name(tool: object) -> str:
-    """Return the name of the reference point in sentences; without a tool: o."""
+    """Return the name of the reference point in sentences: "the tool's tip", or "o" without a tool."""
     return "o" if tool is None else "the tool's tip"
 
 

@@ -9,7 +9,7 @@ from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import robot_of
 
-#: Cosine below which the coordinate axes are chosen again for a pose.
+#: Smallest singular value of the projection on the chosen coordinate axes; below it, other axes are chosen for a pose.
 ASKEW = 0.1
 
 

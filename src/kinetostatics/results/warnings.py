@@ -58,16 +58,15 @@ def _tipping(result: Result) -> list[str]:
     if not np.any(where):
         return []
     first = int(np.argmax(where))
-    held = "the elastic restoring forces between parts of its limbs"
+    restoring = "the elastic restoring forces between parts of its limbs"
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
         C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale
         values, vectors = np.linalg.eigh(C)
-        held = f"the elastic restoring forces of the platform in {_motions(values, vectors, 0, scale)}"
+        restoring = f"the elastic restoring forces of the platform in {_motions(values, vectors, 0, scale)}"
     poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
     at = "" if result.shape == () else ", at the first of them"
-    push = f"the forces of springs and weights reach {held}{at}"
-    return [f"{poses} unstable: {push}; the results do not apply"]
+    return [f"{poses} unstable: the forces of springs and weights reach or exceed {restoring}{at}; the results do not apply"]
 
 
 def _loaded(result: Result) -> list[str]:
@@ -113,7 +112,7 @@ def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
 
 
 def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the numbers of unstable motions of each pose (N,): with the platform fixed, and additional ones."""
+    """Return the number of unstable motions of each pose (N,) with the platform fixed, and the number of the others."""
     counts = []
     for tangent in solution.tangents:
         matrices = np.nan_to_num(np.moveaxis(tangent, 2, 0))

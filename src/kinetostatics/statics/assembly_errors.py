@@ -31,7 +31,7 @@ JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), (
 
 @dataclass(frozen=True)
 class JointError:
-    """A joint's error ``twist`` [m, rad] at the joint's centre, in world axes or those of the joint's own frame."""
+    """A joint's error: a ``twist`` [m, rad] at the joint's centre, in world axes or in the axes of the joint frame."""
 
     twist: Array
     in_joint_frame: bool
@@ -61,7 +61,7 @@ class AssemblyErrors:
         return found
 
     def map(self, change: Callable[[Array], Array]) -> AssemblyErrors:
-        """Return the assembly errors with every array changed."""
+        """Return the assembly errors with a function applied to every array."""
         return AssemblyErrors(
             self.robot,
             {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},

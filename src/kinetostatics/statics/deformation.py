@@ -54,7 +54,7 @@ class ElasticDeformation:
 
 @dataclass(frozen=True)
 class Deformation:
-    """Motions of one chunk of poses, about o, world axes; the S axis holds the contributions.
+    """Motions of one chunk of N poses, about o, world axes; the axis S is that of the contributions.
 
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
@@ -106,7 +106,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     moved_share = solution.contribution_mask(group) - share
     S, g, N = cut_wrenches.shape[2:]
     elements, signs = group.elements[0], group.element_cut_signs
-    gives: dict[
+    deformed: dict[
         int, Array
     ] = {}  # by element: twist (6, S, g, N) of all outboard parts due to its elasticity and its assembly error
     beam_of: dict[int, LoadedBeams] = {}
@@ -120,9 +120,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
         beams = LoadedBeams.under(models, group.compliances[:, b], axes, length, end, total, load)
         beam_of[k] = replace(beams, elsewhere=moved_share * own)
-        gives[k] = beams.end_twist()
+        deformed[k] = beams.end_twist()
         names = tuple(model.name for model in models)
-        out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
+        out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], deformed[k].sum(axis=1)))
     for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
         beyond = share * statics.loads.spring_beyond[:, None, spring]
@@ -130,26 +130,26 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         total = carried_wrench(signs[k], cut_wrenches) + beyond
         moved, energy = spring_motion(*group.spring(spring), axes, arm, total)
         out.spring_energy[:] += energy.sum(axis=0)
-        gives[k] = gives.get(k, 0.0) + moved
+        deformed[k] = deformed.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
         out.elastic.append(ElasticDeformation("joints", names, group, number, everyone, signs[k], moved.sum(axis=1)))
     element_of = {element.compound: k for k, element in enumerate(elements)}
     for d, drive in enumerate(group.drives):
         own = share * statics.loads.on_drives[:, None, d]
         force = group.on_drive(geometry, d, cut_wrenches) + _with_loads(solution, number, own, "on_drives", d)[0]
-        way = drive.compliance * force
-        out.spring_energy[:] += np.einsum("gn,gn->n", force.sum(axis=0), way.sum(axis=0)) / 2
-        out.drive_deformations.update((joint, way[:, m]) for m, joint in enumerate(drive.joints))
+        travel = drive.compliance * force
+        out.spring_energy[:] += np.einsum("gn,gn->n", force.sum(axis=0), travel.sum(axis=0)) / 2
+        out.drive_deformations.update((joint, travel[:, m]) for m, joint in enumerate(drive.joints))
         for freedom, ratio in zip(drive.freedoms, drive.ratios, strict=True):
             k = element_of[int(group.compound_of[freedom])]
-            moved = geometry.twists[:, None, freedom] * (ratio * way)
-            gives[k] = gives.get(k, 0.0) + moved
+            moved = geometry.twists[:, None, freedom] * (ratio * travel)
+            deformed[k] = deformed.get(k, 0.0) + moved
             out.elastic.append(
                 ElasticDeformation("actuators", drive.joints, group, number, everyone, signs[k], moved.sum(axis=1))
             )
-    _add_assembly_errors(solution, number, gives, beam_of, out)
-    turned = _joint_motions(solution, statics, geometry, gives, signs, S)
-    # from base to platform the motions of all elements add up
+    _add_assembly_errors(solution, number, deformed, beam_of, out)
+    turned = _joint_motions(solution, statics, geometry, deformed, signs, S)
+    # sum of the motions of all elements from base to platform
     root = np.zeros((6, S, g, N))
     if group.limbs[0].on_platform:
         root = root + solution.twists[:, :, None]
@@ -159,8 +159,8 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         outer = inner
         if k in beam_of:
             beam_of[k] = replace(beam_of[k], inner=inner)
-        if k in gives:
-            outer = outer + gives[k]
+        if k in deformed:
+            outer = outer + deformed[k]
         for f in np.flatnonzero(group.compound_of == element.compound) if element.compound is not None else ():
             outer = outer + geometry.twists[:, None, f] * turned[f]
         motions.append(outer)
@@ -191,9 +191,9 @@ def _with_loads(solution: Solution, number: int, weights: Array, name: str, elem
 
 
 def _add_assembly_errors(
-    solution: Solution, number: int, gives: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
+    solution: Solution, number: int, deformed: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
 ) -> None:
-    """Add the assembly errors of a group of limbs to the deformations of its elements, and list them by name."""
+    """Add the assembly errors of a group of limbs to the motions ``deformed`` of its elements, and to ``out.elastic``."""
     statics, errors, assembly_errors = solution.statics[number], solution.errors[number], solution.assembly_errors
     if errors is None or assembly_errors is None:
         return
@@ -204,7 +204,7 @@ def _add_assembly_errors(
         if np.any(errors[:, k]):
             more = np.zeros((6, S, *errors.shape[2:]))
             more[:, source] = errors[:, k]
-            gives[k] = gives.get(k, 0.0) + more
+            deformed[k] = deformed.get(k, 0.0) + more
             if k in beam_of:
                 stretch = np.zeros((S, *errors.shape[2:]))
                 stretch[source] = np.einsum("ign,ign->gn", beam_of[k].axes[:, 0], errors[:3, k])
@@ -221,9 +221,9 @@ def _add_assembly_errors(
 
 
 def _joint_motions(
-    solution: Solution, statics: LimbStatics, geometry: LimbGeometry, gives: dict[int, Array], signs: NDArray[np.int8], S: int
+    solution: Solution, statics: LimbStatics, geometry: LimbGeometry, deformed: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
-    """Return the motions (k, S, g, N) of all freedoms that keep the limbs closed; those of local freedoms are zero.
+    """Return the motions (k, S, g, N) of all freedoms with which the limbs remain closed; local freedoms do not move.
 
     Along every cut joint, the motions of all edges that transmit its wrench sum to the platform's motion, or to zero in a ring.
     """
@@ -236,7 +236,7 @@ def _joint_motions(
     gap = zeros_for((M, 6, S, g, N), solution.twists)
     for cut in np.flatnonzero(group.to_platform):
         gap[cut] = solution.twists[:, :, None]
-    for k, motion in gives.items():
+    for k, motion in deformed.items():
         for cut in np.flatnonzero(signs[k]):
             gap[cut] -= signs[k, cut] * motion
     scale = np.array([1 / group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
@@ -266,7 +266,7 @@ def _deform_branches(
     moved: Mapping[str, tuple[str, BranchJoint]],
     out: Deformation,
 ) -> None:
-    """Compute the motions of open branches: those of the bodies that carry them, plus the deflections under their own weight.
+    """Compute the motions of open branches: those of the bodies that carry the branches, plus deflections under their weight.
 
     Args:
         robot: the robot.

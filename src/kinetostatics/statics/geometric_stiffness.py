@@ -46,8 +46,8 @@ class GeometricStiffness:
             if kind == "shift":
                 acting += [{self._parts.places[PLATFORM]: np.concatenate([unit, none])} for unit in units]
             elif kind == "part":
-                place, held = self._parts.places[number], self._held(number)
-                couples = units if held is None else [held[:, k] for k in range(3)]
+                place, without_spin = self._parts.places[number], self._without_spin(number)
+                couples = units if without_spin is None else [without_spin[:, k] for k in range(3)]
                 acting += [{place: np.concatenate([none, couple])} for couple in couples]
             elif kind == "slide":
                 item = self._parts.passages[number]
@@ -65,8 +65,8 @@ class GeometricStiffness:
             if kind == "shift":
                 rows.append(motion(self._parts.places[PLATFORM])[:3])
             elif kind == "part":
-                turned, held = motion(self._parts.places[number])[3:], self._held(number)
-                rows.append(turned if held is None else np.einsum("ijn,jsn->isn", held, turned))
+                turned, without_spin = motion(self._parts.places[number])[3:], self._without_spin(number)
+                rows.append(turned if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, turned))
             elif kind == "slide":
                 item = self._parts.passages[number]
                 inner, outer = (_at(motion(place), self._arm(item)) for place in item.places)
@@ -114,14 +114,14 @@ class GeometricStiffness:
                 terms, start, back = self._of_beam(solution, item.edge.beam, axes, arm, force, moment)
                 acting.append((item.places[0], start, back))
                 passages.append((item, arm, axes, terms))
-        return GeometricTerms(self.coordinates, parts, self._o, self._springs, acting, passages, self._held)
+        return GeometricTerms(self.coordinates, parts, self._o, self._springs, acting, passages, self._without_spin)
 
     def _of_joint(self, item: Passage, force: Array, moment: Array) -> Array:
-        """Return B (9, 9, N) of a joint whose wrench rotates with the mean of its sides: F · (θ × s) + ½ M · (θ_inner × φ).
+        """Return B (9, 9, N) of a joint, whose wrench rotates with the mean rotation θ of its two sides.
 
-        zᵀ B z is the energy; z consists of the rotation θ_inner of the inner side, and of shift s and rotation φ of the outer
-        side relative to it. In a universal joint the second axis turns with the first: this adds ½ q_1 q_2 M · (a_1 × a_2), with
-        the angles q of φ about the axes a.
+        zᵀ B z = F · (θ × s) + ½ M · (θ_inner × φ) is the energy; z consists of the rotation θ_inner of the inner side, and of the
+        shift s and the rotation φ of the outer side relative to it. In a universal joint the second axis rotates with the inner
+        part of the joint: this adds ½ q_1 q_2 M · (a_1 × a_2), with the angles q of φ about the axes a.
         """
         found = zeros_for((9, 9, force.shape[1]), force)
         found[:3, 3:6], found[6:, 3:6] = -skew(force), -skew(force) / 2
@@ -156,8 +156,8 @@ class GeometricStiffness:
     def _arm(self, item: Passage) -> Array:
         return self._frames.point(item.centre.body, item.centre.vector) - self._o
 
-    def _held(self, part: int) -> Array | None:
-        """Return the projection (3, 3, N) without the rotation about a part's free spin axis; None if it has none."""
+    def _without_spin(self, part: int) -> Array | None:
+        """Return the projection (3, 3, N) that removes the rotation about a part's free spin axis; None if it has none."""
         if part not in self._parts.spins:
             return None
         first, second = (self._arm(self._parts.passages[k]) for k in self._parts.spins[part])

@@ -1,4 +1,4 @@
-"""Second-order work of the forces at the pose: a quadratic form ½ uᵀ K_g u in a few displacements u.
+"""Second-order potential energy of the forces at the pose: a quadratic form ½ uᵀ K_g u in a few displacements u.
 
 The displacements u are rotations of parts (:mod:`kinetostatics.statics.turning_parts`), transverse displacements across prismatic
 joints and beams, and relative displacements of the ends of springs.
@@ -88,7 +88,7 @@ class Coordinates:
 
 
 def coordinates_of(parts: TurningParts) -> Coordinates:
-    """Choose the displacements."""
+    """Return the displacements u of a robot: rotations of its parts, and displacements across joints, beams and springs."""
     count = max((item.owner for item in parts.passages), default=0) + 1
     sliding = {part for item in parts.passages if item.slides for part in (item.inner, item.outer)}
     owned: list[tuple[Block, int]] = []
@@ -129,9 +129,9 @@ class GeometricTerms:
         springs: Sequence[PlacedSpring],
         acting: Sequence[tuple[str, Array, Array]],
         passages: Sequence[tuple[Passage, Array, Array | None, Array]],
-        held: Callable[[int], Array | None],
+        without_spin: Callable[[int], Array | None],
     ) -> None:
-        """Sum the terms.
+        """Add up the terms of the quadratic form.
 
         Args:
             where: definition of u.
@@ -140,10 +140,10 @@ class GeometricTerms:
             springs: springs of the robot.
             acting: forces on pieces of parts: place, arm from o and force (3, N).
             passages: the passages with the arm of the centre from o, the axes (3, k, N) of slides, and their matrix B (9, 9, N).
-            held: function that returns the projection (3, 3, N) without the free spin of a part.
+            without_spin: function that returns the projection (3, 3, N) without the free spin of a part.
         """
         self._where, self._parts, self._o = where, parts, o
-        self._springs, self._acting, self._passages, self._held = springs, acting, passages, held
+        self._springs, self._acting, self._passages, self._without_spin = springs, acting, passages, without_spin
         self._found: dict[tuple[Block, Block], Array] = {}
         arms: dict[int, Array] = {}
         for place, arm, force in acting:
@@ -157,7 +157,7 @@ class GeometricTerms:
             self._add_spring(number, spring)
 
     def _add(self, one: Block, two: Block, block: Array) -> None:
-        """Add a term uᵀ B v: its two mixed derivatives are added to the matrix; without effect if u or v is no coordinate."""
+        """Add a term uᵀ B v, with B = ``block``, to the quadratic form; terms in blocks that are no coordinates are ignored."""
         if one in self._where.sizes and two in self._where.sizes:
             self._found[one, two] = self._found.get((one, two), 0.0) + block
             self._found[two, one] = self._found.get((two, one), 0.0) + np.swapaxes(block, 0, 1)
@@ -182,7 +182,10 @@ class GeometricTerms:
                         self._add(one, two, a * b * part)
 
     def _add_spring(self, number: int, spring: PlacedSpring) -> None:
-        """Add ½ uᵀ K_t u, where u is the displacement d + θ × end of the platform (spring to the base) or that of the spring."""
+        """Add ½ uᵀ K_t u with the relative displacement u of a spring's ends.
+
+        u is a block of its own, or for a spring between base and platform d + θ × a, with the arm a of its end from o.
+        """
         span = spring.points[1] - spring.points[0]
         if ("spring", number) in self._where.sizes:
             self._add(("spring", number), ("spring", number), spring.tangent / 2)
@@ -220,8 +223,8 @@ class GeometricTerms:
             return at.get(("part", part), none)
 
         def put(place: str, arm: Array, force: Array, couple: Array) -> None:
-            held = self._held(self._parts.part_of[place])  # moments along a free spin are rounding errors
-            couple = couple if held is None else np.einsum("ijn,jsn->isn", held, couple)
+            without_spin = self._without_spin(self._parts.part_of[place])  # moments along a free spin are rounding errors
+            couple = couple if without_spin is None else np.einsum("ijn,jsn->isn", without_spin, couple)
             wrench = move_wrench(np.concatenate([force, couple]), -arm)
             found[place] = found.get(place, 0.0) + wrench
 

@@ -1,9 +1,10 @@
 """Inertial loads (d'Alembert) of moving links and beams.
 
-A rigid link of mass m and inertia J about its centre G puts −m a_G and −(J α + ω × J ω) on its body. Along a beam the
-acceleration varies linearly, and with it the load −μ a per length; the rotary inertia of its sections is a moment per length. On
-the rest of the robot such a load acts by its resultants at the ends of the beam, those of a beam with clamped ends; displacements
-and section forces of that beam add to those that the resultants cause.
+A rigid link of mass m and inertia J about its centre of mass G, with angular velocity ω and angular acceleration α, is loaded by
+the force −m a_G and the moment −(J α + ω × J ω). Along a beam of mass μ per length, the acceleration a and the load −μ a per
+length vary linearly; the rotary inertia of the sections is a moment per length. The rest of the robot is loaded by the reactions
+of this beam with clamped ends, applied at its ends; displacements and section forces of the beam are those of the clamped beam
+plus those due to these end loads.
 """
 
 from __future__ import annotations
@@ -33,16 +34,18 @@ def inertial_load(
     payload: LinkLoads | None,
     payload_inertia: Array,
 ) -> AppliedLoad:
-    """Return the inertial loads of a moving robot; along local freedoms it accelerates such that no inertia acts.
+    """Return the inertial loads of a moving robot at N poses.
+
+    The accelerations of the local freedoms are those without inertial force along them: no actuator or spring acts there.
 
     Args:
         robot: the robot.
-        frames: N poses.
-        twists: (6, B, N) of all bodies about the world's origin [m/s, rad/s].
-        rates: (6, B, N) their derivatives by time, without those of local freedoms.
+        frames: frames of all bodies.
+        twists: (6, B, N) twists of all bodies at the world's origin, world axes [m/s, rad/s].
+        rates: (6, B, N) time derivatives of the twists, with local freedoms at rest [m/s², rad/s²].
         local: (6, B, k, N) unit motions of the local freedoms.
-        payload: what is carried, mapped to the N poses.
-        payload_inertia: (3, 3) about its centre of mass, in the axes of its link [kg·m²].
+        payload: loads on links, broadcast to the N poses; their masses are included.
+        payload_inertia: (3, 3) inertia of the payload about its centre of mass, in the axes of its link [kg·m²].
     """
 
     def moving(rates: Array) -> _Moving:
@@ -58,7 +61,7 @@ def inertial_load(
 
 
 class _Moving:
-    """Inertial wrenches about o by place, points at which they are drawn, and loads along beams."""
+    """Inertial wrenches (6, N) about o and their points of application (3, N) by place, and loads (12, N) along beams by name."""
 
     def __init__(
         self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None, payload_inertia: Array
@@ -98,7 +101,7 @@ class _Moving:
         self._put(place, body, wrench, centre)
 
     def _add_beam(self, name: str) -> None:
-        """Add the load along a beam, which moves as the body that carries it."""
+        """Add the load along a beam, which moves with the body that carries its weight."""
         beam, frames = self.robot.beams[name], self.frames
         body, (start, end), length = beam.span.carrier, beam.ends(frames), beam.length(frames)
         density, lever, section = beam.line_density(length), beam.lever(frames), beam.span.beam.section
@@ -114,16 +117,16 @@ class _Moving:
             self._put(place, body, wrench, point)
 
     def _put(self, place: str, body: int, wrench: Array, point: Array) -> None:
-        """Add a wrench (6, N) about a point (3, N) to those of a place and of a body."""
+        """Add a wrench (6, N), given about a point (3, N) [m], to the sums of a place and of a body."""
         self.by_body[:, body] += move_wrench(wrench, -point)
         self.wrenches[place] = self.wrenches.get(place, 0.0) + move_wrench(wrench, self.o - point)
         self.points.setdefault(place, point)
 
 
 def line_resultants(beam: BeamModel, frames: Frames, load: Array) -> tuple[Array, Array]:
-    """Return the wrenches (6, N) that a load (12, N) along a beam with clamped ends puts on its start and end, about these.
+    """Return the resultants (6, N) of a load (12, N) along a beam at its start and at its end, about these points, world axes.
 
-    Load and wrenches are in world axes.
+    They are the opposites of the reactions of the beam with clamped ends.
     """
     axes, length = beam.world_axes(frames), beam.length(frames)
     local = np.concatenate([np.einsum("ijn,in->jn", axes, part) for part in np.split(load, 4)])

@@ -96,7 +96,15 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
 def _regrouped(
     robot: RobotStatics, group: LimbGroup, changed: set[int], rigid: Mapping[int, int], frames: Frames
 ) -> list[LimbGroup]:
-    """Return the limbs of a group, with new decisions for the changed ones; ``rigid``: those with other rigid directions."""
+    """Return the limbs of a group as several groups, if decisions on some limbs change at one pose.
+
+    Args:
+        robot: the robot.
+        group: the group of limbs.
+        changed: indices of limbs whose ranks change; they get new bases.
+        rigid: number of rigid directions by index of the limb, where it changes.
+        frames: frames of the pose.
+    """
     if not (changed | rigid.keys()).intersection(group.numbers):
         return [group]
     result = []

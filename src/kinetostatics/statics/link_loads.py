@@ -35,8 +35,8 @@ class AppliedLoad:
         wrenches: (6, N) wrenches about o, world axes, by place [N, N·m].
         points: (3, N) points of application of forces [m], by place, for drawings.
         kind: "load"; "spring": the force of a spring at the pose; "change": a unit change of such a force.
-        lines: (12, N) load along a beam, by its name, for which ``wrenches`` stand: force and moment per length at its start,
-            then at its end, world axes [N/m, N].
+        lines: (12, N) loads along beams, by name: force and moment per length at the start, then at the end, world axes
+            [N/m, N]. Their resultants at the beams' ends are part of ``wrenches``.
     """
 
     name: str
@@ -125,7 +125,7 @@ def _under(group: LimbGroup, loads: Sequence[AppliedLoad], frames: Frames, o: Ar
 
 
 def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
-    """Return the wrenches (6 P, N) of loads one behind the other, in a list; in an empty one if there are no loads."""
+    """Return a list with the concatenated wrenches (6 P, N) of all loads at P places; without loads, an empty list."""
     rows = [wrench for load in applied for wrench in load.wrenches.values()]
     return [np.concatenate(rows)] if rows else []
 
@@ -173,7 +173,7 @@ PAYLOAD = "payload"
 
 @dataclass(frozen=True)
 class _Load:
-    """A load with the contribution ``name`` on ``link`` at ``point`` (…, 3), in the link's frame or in o-xyz (None)."""
+    """A wrench or a mass at ``point`` (…, 3) [m] in the frame of ``link`` (None: o-xyz); its contribution is ``name``."""
 
     name: str
     link: str | None
@@ -195,7 +195,7 @@ class LinkLoads:
         return [array for item in self.loads for array in (item.point, item.wrench, item.mass) if array is not None]
 
     def map(self, change: Callable[[Array], Array]) -> LinkLoads:
-        """Return the loads with every array changed."""
+        """Return the loads with a function applied to every array."""
 
         def changed(array: Array | None) -> Array | None:
             return None if array is None else change(array)
@@ -234,10 +234,13 @@ class LinkLoads:
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
     def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array]]:
-        """Yield place and body of every mass, its centre (3, N), the mass (N,) [kg], 0 where it is elsewhere, and axes (3, 3, N).
+        """Yield, for every mass and every place at which it acts at some poses, its inertial data at N poses.
+
+        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg], 0 at poses at which it acts at another
+        place; and the axes (3, 3, N) of its link.
 
         Raises:
-            ArgumentError: as of :meth:`at`.
+            ArgumentError: as for :meth:`at`.
         """
         for item in self.loads:
             if item.mass is not None:

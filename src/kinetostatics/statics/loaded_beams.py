@@ -29,10 +29,10 @@ class LoadedBeams:
         load: (6, S, g, N) own weight, force and moment per length [N/m, N].
         inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) excess length by error or temperature [m].
-        elsewhere: (S, g, N) part of the reported axial force that belongs to other contributions than the strains that it causes
-            [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
-        line: (12, S, g, N) load that varies linearly, whose resultants act at the ends: force and moment per length at the base
-            end, then at the platform end [N/m, N]. None: there is none.
+        elsewhere: (S, g, N) axial force [N] of each contribution whose strains are counted in another contribution; see
+            :func:`kinetostatics.statics.solution.by_mechanism`.
+        line: (12, S, g, N) linearly varying load, force and moment per length at the base end, then at the platform end
+            [N/m, N]; its resultants at the ends are part of ``wrench``. None: no such load.
     """
 
     models: tuple[BeamModel, ...]
@@ -70,7 +70,7 @@ class LoadedBeams:
         return move_twist(rotate(self.axes, local), -self.end)
 
     def turned(self, outer: Array) -> LoadedBeams:
-        """Return the same beams with ends exchanged; ``outer`` (6, S, g, N) are the rigid-body motions of the other ends."""
+        """Return the beams with exchanged ends; ``outer`` (6, S, g, N) is the rigid-body motion of the new base ends."""
         back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
         start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
         signs = np.tile(back, (2, 1, 1))[:, None]
@@ -92,7 +92,11 @@ class LoadedBeams:
         return found
 
     def with_lines(self, loads: Sequence[tuple[int, Mapping[str, Array]]]) -> LoadedBeams:
-        """Return the beams with loads along some of them: (12, N) by name, start first, world axes, by number of contribution."""
+        """Return the beams with linearly varying loads.
+
+        Args:
+            loads: pairs of the index of a contribution and its loads (12, N) by beam, at the start, then at the end, world axes.
+        """
         found = np.zeros((12, *self.wrench.shape[1:]))
         for source, lines in loads:
             for g, model in enumerate(self.models):

@@ -127,7 +127,7 @@ class PlatformEquilibrium:
                     total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
         return total
 
-    def held(self, strains: Sequence[Array]) -> list[Array]:
+    def with_fixed_platform(self, strains: Sequence[Array]) -> list[Array]:
         """Return the intensities with the platform fixed, for each group (n_c, S, g, N)."""
         found = []
         for factor, strain in zip(self._factors, strains, strict=True):
@@ -188,7 +188,7 @@ def _split(item: LimbStatics) -> _Split:
 
 
 def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the compliance (6, 6, N) of a stiffness, and the mask (N,) of singular ones."""
+    """Return the compliance (6, 6, N) of a stiffness (6, 6, N), and the mask (N,) of singular stiffnesses."""
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
@@ -251,7 +251,7 @@ class _RigidPart:
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def _by_singular_values(self, A: Array, poses: Index) -> None:
-        """Compute the same at some poses, for any rank of A (P, 6, n)."""
+        """Compute compliance, distribution of wrenches and undetermined multipliers at P poses, for any rank of A (P, 6, n)."""
         U, values, V = np.linalg.svd(A, full_matrices=True)
         ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         for rank in np.unique(ranks):

@@ -62,7 +62,7 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
 
 
 def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
-    """Return the statics of a slightly different robot with the same decisions on limbs."""
+    """Return the statics of a slightly different robot with the ranks and bases decided for ``statics``."""
     model = StaticModel(**{item.name: getattr(model, item.name) for item in fields(StaticModel)})
     return _with_groups(model, tuple(group.on(model) for group in statics.groups), statics.example)
 

@@ -24,12 +24,12 @@ UNBALANCED = 1e-7
 def where_singular(
     statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]
 ) -> NDArray[np.bool_]:
-    """Return the mask (N,) of poses at which the platform can still move or a limb cannot hold its weight."""
-    return without_equilibrium(balance.singular | ~held(statics, balance.scale, len(balance.singular)), unbalanced)
+    """Return the mask (N,) of poses at which the platform can still move, or a limb is not in equilibrium with its weight."""
+    return without_equilibrium(balance.singular | ~is_constrained(statics, balance.scale, len(balance.singular)), unbalanced)
 
 
 def without_equilibrium(singular: NDArray[np.bool_], unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Return ``singular`` (N,), extended by the poses at which a limb or branch cannot hold its weight and loads."""
+    """Return ``singular`` (N,), extended by the poses at which a limb or branch is not in equilibrium with its loads."""
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
@@ -52,7 +52,7 @@ def any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
     return found
 
 
-def held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
+def is_constrained(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
     """Return the mask (N,) of poses with a constrained platform, by the smallest eigenvalue of the wrenches' Gram matrix."""
     gram = np.zeros((6, 6, N))
     for item in statics:

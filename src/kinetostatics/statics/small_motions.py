@@ -1,8 +1,8 @@
-"""Small motions of a robot: rigid bodies, joints and beams, and the coordinates of their small motions.
+"""Small motions of a robot as a graph of rigid bodies, joints and beams, and the coordinates of these motions.
 
-Passive freedoms of joints are free, driven joints locked, elastic joints springs. Coordinates are the passive and the elastic
-freedoms along a spanning tree of joints. Bodies that no joint connects to the base have six coordinates each and are held by
-beams alone. A joint outside the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
+Passive freedoms of joints are free, driven joints are locked, elastic joints are springs. Coordinates are the passive and the
+elastic freedoms along a spanning tree of joints. A body that no joint connects to the base has six coordinates; only beams
+connect it. A joint outside the tree closes a loop: its freedoms are coordinates too, and a stiff spring keeps the loop closed.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from kinetostatics.statics.robot_statics import RobotStatics
 class MovedJoint:
     """A joint between two bodies, and the coordinates of its freedoms.
 
-    ``closes``: whether it closes a loop of the tree; ``sign``: 1 where its coordinates move the outer side relative to the inner
-    one, else −1.
+    ``closes``: whether it closes a loop of the tree; ``sign``: 1 if its coordinates move the outer body relative to the inner
+    one, −1 in the opposite case.
     """
 
     connection: Connection
@@ -40,7 +40,7 @@ class MovedJoint:
 
 @dataclass(frozen=True)
 class Follower:
-    """A coordinate that is ``times`` another one: that of a joint which mimics an elastic actuator's. Both are lengths."""
+    """A coordinate of a joint that mimics an elastic actuator: ``times`` the coordinate ``master``, both as lengths [m]."""
 
     column: int
     master: int
@@ -59,19 +59,19 @@ class BeamEnds:
 class SmallMotions:
     """Bodies, joints and beams of a robot, and the coordinates of its small motions.
 
-    Its elastic actuators are those of the file, or the given ``drives``: one of infinite compliance is free.
+    Elastic actuators are those of the file, or the given ``drives``; an actuator of infinite compliance is free.
 
     Attributes:
         model: the robot.
-        graph: its bodies.
-        platform: the body that the platform belongs to.
-        weights: bodies and the numbers of the robot's weights that rigid links put on them.
+        graph: the graph of its bodies.
+        platform: the body of the platform.
+        weights: pairs of a body and the index of the weight of one of its rigid links.
         beams: all beams, in the order of the file.
-        joints: all joints that hold something.
-        freedoms: for each coordinate what it is, None for the six of a body that no joint leads to.
-        columns: the coordinates that move each body; none for what does not move.
-        turning: the coordinates that are rotations.
-        followers: the coordinates that elastic actuators move along.
+        joints: all joints that transmit a force or moment.
+        freedoms: for each coordinate its freedom; None for the six coordinates of a body that no joint connects.
+        columns: for each body, the indices of the coordinates that move it.
+        turning: indices of the coordinates that are rotations.
+        followers: the coordinates of joints that mimic elastic actuators.
     """
 
     NOT_RECORDED = ("graph",)
@@ -122,13 +122,13 @@ class SmallMotions:
         self.turning.update(column for k, column in enumerate(self._loose) if k % 6 < 3)
 
     def _beam(self, name: str) -> BeamEnds:
-        """Return a beam between its ends, or between bodies of its own behind the joints in its span."""
+        """Return a beam between the bodies at its ends; joints in its span connect it to these by additional bodies."""
         span, (start, end) = self.model.beams[name].span, (self.body_at[at] for at in self.model.topology.beam_ends[name])
         inner = self._in_span(start, span.start_link, span.inward[::-1])
         return BeamEnds(name, inner, self._in_span(end, span.end_link, span.outward[::-1]))
 
     def _in_span(self, body: RigidBody, link: str, joints: Iterable[Connection]) -> RigidBody:
-        """Return the body behind some joints of a beam's span, seen from an end of it."""
+        """Add the joints of a beam's span between the body at one of its ends and the beam; return the beam's body there."""
         for joint in joints:
             mine, behind = self._more(self._freedoms(joint)), RigidBody()
             self.columns[behind] = self.columns[body] + mine
@@ -143,7 +143,7 @@ class SmallMotions:
         return tuple(range(first, len(self.freedoms)))
 
     def _followers(self) -> Iterator[Follower]:
-        """Yield how joints follow elastic actuators."""
+        """Yield the coordinates of joints that mimic elastic actuators."""
         joints = {joint.connection.name: joint for joint in self.joints}
         for name, drive in self._drives.items():
             for follower, times in drive.moves[1:]:
@@ -172,9 +172,9 @@ class SmallMotions:
         return tuple(sorted({column for body in bodies for column in self.columns[body]}))
 
     def unit_twists(self, frames: Frames, o: Array) -> Array:
-        """Return the twists (6, n, N) of the coordinates: rotation, and displacement at o (3, N).
+        """Return the twists (6, n, N) per coordinate: rotation, then displacement at o (3, N).
 
-        Rotations are taken times the robot's characteristic length, so that all coordinates are lengths [m].
+        Rotational coordinates are multiplied by the characteristic length, so that all coordinates are lengths [m].
         """
         size = self.model.length
         found = zeros_for((6, len(self.freedoms), o.shape[1]), o)
@@ -195,7 +195,7 @@ class PlacedMotions:
         self._places = {name: k for k, name in enumerate(structure.model.joint_table.names)}
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return the rotation of a body, and the displacement of a point (3, N) on it, for each coordinate: (2, 3, k, N)."""
+        """Return the rotation of a body and the displacement of its point (3, N) per unit of k coordinates (2, 3, k, N)."""
         mine = list(self.structure.columns[body])
         found, where = zeros_for((2, 3, len(columns), self.o.shape[1]), self.o), [columns.index(column) for column in mine]
         turns = self.units[:3, mine]
@@ -203,7 +203,10 @@ class PlacedMotions:
         return found
 
     def gaps(self) -> Iterator[tuple[tuple[int, ...], Array]]:
-        """Yield for each joint that closes a loop coordinates, and how they open it: rotation and displacement (6, k, N) [m]."""
+        """Yield, for each joint that closes a loop, k coordinates and the gap (6, k, N) per unit of each.
+
+        The gap consists of the rotation times the characteristic length and the displacement [m].
+        """
         table = self.structure.model.joint_table
         for joint in self.structure.joints:
             if not joint.closes:
@@ -220,7 +223,7 @@ class PlacedMotions:
             yield columns, rows
 
     def at(self, body: RigidBody, point: Array) -> tuple[Array, Array]:
-        """Return the twists at a point (3, N) of a body: (N, 6, n) per coordinate, and as of :meth:`carried`."""
+        """Return the twists of a body at a point (3, N): (N, 6, n) per coordinate, and the result of :meth:`carried`."""
         turns, shifts = self.moved(tuple(range(self.units.shape[1])), body, point)
         return np.concatenate([shifts, turns]).transpose(2, 0, 1), self.carried(point)
 
@@ -231,7 +234,7 @@ class PlacedMotions:
         return np.einsum("ikn,nmk->nmi", np.concatenate([shifts, turns]), shapes[..., list(columns)])
 
     def carried(self, point: Array) -> Array:
-        """Return the twists (N, 6, 6) of a point (3, N) per translation and rotation of the whole robot about o."""
+        """Return the twists (N, 6, 6) at a point (3, N) per unit translation and rotation of the whole robot about o."""
         found = np.zeros((point.shape[1], 6, 6))
         found[:] = np.eye(6)
         found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)

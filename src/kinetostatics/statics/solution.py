@@ -36,7 +36,7 @@ class Solution(ShortRepr):
         errors: for each group the twists (6, elements, g, N) due to assembly errors, or None.
         sources: names of the contributions to the twist.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
-        compliance, stiffness: (6, 6, N).
+        compliance, stiffness: (6, 6, N) compliance and stiffness of the platform at o, world axes.
         intensities: for each group W_ic due to each contribution (n_c, S, g, N), Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
         singular: (N,) whether the platform or a limb can still move, or a telescopic beam has no length: there are no results.
@@ -246,7 +246,7 @@ class Changes:
         self._strains = [zeros_for((item.J_c.shape[1], n, *item.J_c.shape[2:]), item.J_c) for item in solution.statics]
         _add_loads(robot, solution.statics, self._loads, self._right, self._strains)
         self.pull = before.platform.pull(self._right, self._strains)
-        held = before.platform.held(self._strains)
+        held = before.platform.with_fixed_platform(self._strains)
         intensities = [
             np.concatenate([np.zeros_like(W), mine], axis=1) for W, mine in zip(solution.intensities, held, strict=True)
         ]
@@ -367,7 +367,7 @@ def _by_contribution(
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
         if sources[-1] == "assembly_errors":
             strain[:, -1] += item.assembly_error
-            # an incompatible ring makes the robot impossible even if the ring carries nothing
+            # with an incompatible ring there is no solution, even if the ring is not loaded
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
     _add_loads(robot, statics, applied, right, strains)

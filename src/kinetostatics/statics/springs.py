@@ -33,7 +33,7 @@ _NOTHING = 1e-9
 
 
 def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
-    """Return all springs at given frames; NaN is the force of a spring of zero length.
+    """Return all springs at given frames; the force of a spring of zero length is NaN.
 
     Raises:
         ArgumentError: a spring is attached to an elastic link elsewhere than at the end of a beam.

@@ -120,7 +120,7 @@ class _Finder:
         self.places, self.owners = [model.description.base, model.description.platform], [-1, -1]
         self.part_at: dict[str, int] = {}  # by the edge's key
         self.hinged: set[int] = set()
-        self.wound = {joint for drive in drives_of(model.mechanism).values() for joint, _ in drive.moves}
+        self.on_elastic_drives = {joint for drive in drives_of(model.mechanism).values() for joint, _ in drive.moves}
 
     def found(self) -> TurningParts:
         steps = list(self._steps())
@@ -180,7 +180,7 @@ class _Finder:
         inner = self._inner_part(step)
         passive = any(dof.passive and dof.rotates for dof in step.dofs)
         elastic = step.edge.beam is not None or any(np.any(spring.angular) for spring in self._springs(step))
-        elastic |= step.edge.joint in self.wound and any(dof.rotates for dof in step.dofs)
+        elastic |= step.edge.joint in self.on_elastic_drives and any(dof.rotates for dof in step.dofs)
         if not (passive or elastic) or step.edge.key not in self.place_at:
             return inner
         number = len(self.places)
@@ -210,8 +210,8 @@ class _Finder:
         if step.edge.beam is not None:
             model = self.model.beams[step.edge.beam]
             return tuple(Fixed(model.span.carrier, axis) for axis in model.axes.T)
-        wound = step.edge.joint in self.wound
-        moving = [dof for dof in step.dofs if not dof.rotates and (wound or (dof.passive and not step.on_branch))]
+        on_elastic_drives = step.edge.joint in self.on_elastic_drives
+        moving = [dof for dof in step.dofs if not dof.rotates and (on_elastic_drives or (dof.passive and not step.on_branch))]
         found = [(dof.body, dof.axis) for dof in moving]
         for spring in self._springs(step):
             found += [(spring.body, spring.frame[:3, k]) for k in range(3) if spring.linear[k, k] > 0]

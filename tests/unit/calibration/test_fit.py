@@ -107,10 +107,10 @@ def test_what_readings_see_only_after_a_while_is_found():
 @pytest.mark.parametrize(
     ("direction", "seen"),
     [
-        ((1.0, -1.0), "the readings see only their sum"),
-        ((-0.5, -0.5), "the readings see only their difference"),
-        ((1.0, 4.0), "the readings see only a − 0.25 times b"),
-        ((1.0, -4.0), "the readings see only a + 0.25 times b"),
+        ((1.0, -1.0), "the readings depend only on their sum"),
+        ((-0.5, -0.5), "the readings depend only on their difference"),
+        ((1.0, 4.0), "the readings depend only on a − 0.25 times b"),
+        ((1.0, -4.0), "the readings depend only on a + 0.25 times b"),
     ],
 )
 def test_what_is_seen_of_two_that_cannot_be_told_apart(direction, seen):

@@ -7,7 +7,13 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.compensation.broyden import BroydenSearch, ScaledCoordinates, _learnt, arrival_tolerance, error_tolerance
+from kinetostatics.compensation.broyden import (
+    BroydenSearch,
+    ScaledCoordinates,
+    _broyden_update,
+    arrival_tolerance,
+    error_tolerance,
+)
 from kinetostatics.math.orientation import orientation_named
 
 
@@ -23,9 +29,9 @@ def test_what_counts_as_corrected_grows_with_robots_above_a_metre():
 def test_a_slope_is_learnt_unless_it_says_next_to_nothing(gives, learns):
     """One coordinate, a step of a millimetre, and the change of the error that came of it: the inverse slope is their ratio."""
     step = np.array([[1e-3]])
-    found = _learnt(np.ones((1, 1, 1)), step, gives * step, np.array([True]))
+    found = _broyden_update(np.ones((1, 1, 1)), step, gives * step, np.array([True]))
     assert found[0, 0, 0] == pytest.approx(1 / gives if learns else 1.0)
-    assert _learnt(np.ones((1, 1, 1)), step, 2 * step, np.array([False]))[0, 0, 0] == 1.0
+    assert _broyden_update(np.ones((1, 1, 1)), step, 2 * step, np.array([False]))[0, 0, 0] == 1.0
 
 
 @pytest.mark.parametrize(
@@ -44,17 +50,17 @@ def test_a_slope_is_learnt_unless_it_says_next_to_nothing(gives, learns):
 )
 def test_a_search_goes_on_as_long_as_errors_are_halved(errors, goes_on):
     """From 1 on; with 1e-12 enough, and 1e-15 as good as it gets."""
-    search = BroydenSearch.begun(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), np.array([[1.0]]))  # which hardly moves
+    search = BroydenSearch.started(np.zeros((1, 1)), 1e-9 * np.ones((1, 1, 1)), np.array([[1.0]]))  # which hardly moves
     for number, error in enumerate(errors):
         assert search.going, number
-        search = search.learnt(np.array([[error]]), 1e-12)
+        search = search.updated(np.array([[error]]), 1e-12)
     assert search.going == [goes_on]
     np.testing.assert_array_equal(search.size, errors[-1:])
 
 
 def test_a_search_that_never_ends_is_given_up(monkeypatch):
     calls = []
-    monkeypatch.setattr(BroydenSearch, "learnt", lambda self, *_: calls.append(1) or self)
+    monkeypatch.setattr(BroydenSearch, "updated", lambda self, *_: calls.append(1) or self)
     with pytest.raises(ks.StaticsError, match="the sag changes too much from pose to pose, as beside a singular pose"):
         ks.compensate(package_robots.robot("five_bar").assemble(platform={"x": 0.03, "y": 0.3}), [0, -4, 0, 0, 0, 0])
     assert len(calls) == 40
@@ -63,11 +69,11 @@ def test_a_search_that_never_ends_is_given_up(monkeypatch):
 def test_the_first_step_takes_the_error_away():
     """In the direction against it, by the inverse slope that is known; where nothing is off nothing moves."""
     inverse = np.array([[2.0, 0.0], [0.0, 0.5]])[:, :, None] * np.ones(2)
-    search = BroydenSearch.begun(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
+    search = BroydenSearch.started(np.ones((2, 2)), inverse, np.array([[0.1, 0.0], [-0.2, 0.0]]))
     np.testing.assert_allclose(search.u, [[0.8, 1.0], [1.1, 1.0]])
     assert search.going.tolist() == [True, False]
     assert [
-        bool(BroydenSearch.begun(np.ones((1, 1)), inverse[:1, :1, :1], np.array([[size]])).going) for size in (9e-16, 2e-15)
+        bool(BroydenSearch.started(np.ones((1, 1)), inverse[:1, :1, :1], np.array([[size]])).going) for size in (9e-16, 2e-15)
     ] == [
         0,
         1,

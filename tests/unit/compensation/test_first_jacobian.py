@@ -29,7 +29,7 @@ def problem(monkeypatch):
         mobility = SimpleNamespace(platform=3)
         found.robot = SimpleNamespace(length=LENGTH, name="crane", mobility=mobility)
         found.tool, found.target, found.controlled, found.commanded = np.ones(3), None, names, names
-        found._asked, found._angles, found._commanded = np.zeros((3, len(slopes))), None, lambda u, near: u
+        found._target, found._angles, found._commanded = np.zeros((3, len(slopes))), None, lambda u, near: u
         return found._first_inverse(np.zeros((3, len(slopes))))
 
     return made

@@ -69,7 +69,7 @@ def test_where_it_cannot_be_told_the_link_that_ends_nowhere_comes_before_the_bea
     reason = caught.value.reason
     assert "seems wrong" not in reason
     assert re.match(r"<beam '\w+'>: link 'rod_left' ends nowhere, as 'elbow_left' is its only joint: is a <parent> wrong", reason)
-    assert reason.index("ends nowhere") < reason.index("say which joint is meant by to=")
+    assert reason.index("ends nowhere") < reason.index("name the joint by to=")
 
 
 def test_nothing_is_suspected_where_the_loops_are_closed():

@@ -1,1 +1,1 @@
-"""Loops in formats of other tools: closing frames of onshape-to-robot, Gepetto's ``robot.yaml``, Isaac Sim's ``<loop_joint>``."""
+"""Loops in the formats of other tools: frames of onshape-to-robot, Gepetto's ``robot.yaml``, Isaac Sim's ``<loop_joint>``."""

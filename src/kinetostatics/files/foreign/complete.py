@@ -21,7 +21,13 @@ _X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 @dataclass(frozen=True)
 class Actuators:
-    """The actuators of a source: those named in its YAML file, if any, those with a ``<transmission>``, and a remark."""
+    """The actuators of a source.
+
+    Attributes:
+        named: names of joints from its YAML file; None if the file names none.
+        transmissions: names of joints with a ``<transmission>``.
+        note: remark for the message on missing information; may be empty.
+    """
 
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
@@ -31,7 +37,7 @@ class Actuators:
 def complete(
     source: SourceRobot,
     found: Sequence[ForeignLoop],
-    said: Actuators,
+    declared: Actuators,
     platform_link: str | None,
     types: Mapping[str, str] | str | None,
     axes: Mapping[str, object] | None,
@@ -41,8 +47,8 @@ def complete(
 
     Args:
         source: the URDF.
-        found: its loops.
-        said: its actuators.
+        found: the loops of the source.
+        declared: the actuators of the source.
         platform_link, types, axes, actuators: see :func:`kinetostatics.extend_robot`.
 
     Raises:
@@ -69,14 +75,14 @@ def complete(
     closed = [loop for loop in loops if loop is not None]
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
     untyped = {loop.name for loop in closed if not JOINT_TYPES[loop.type].is_single}
-    driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], said, actuators, missing, warnings)
+    driven = _driven(source, [*movable, *(name for name in names if name not in untyped)], declared, actuators, missing, warnings)
     if missing:
         raise ArgumentError(f"{source.path} lacks information; give also {'; '.join(missing)}")
     return tuple(closed), driven, [*warnings, *filter(None, (_turned(source, loop) for loop in closed))]
 
 
 def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
-    """Return where a URDF has loops of another tool, which only a file made from it would have; empty if it has none."""
+    """Return, as text, the place of loops in a format of another tool, which robot files cannot contain; empty if none."""
     if yaml := gepetto.beside(path):
         return yaml
     if root.named("loop_joint"):
@@ -150,7 +156,7 @@ def _unit_vectors(name: str, value: object, count: int, kind: str) -> tuple[Vect
 def _driven(
     source: SourceRobot,
     movable: Sequence[str],
-    said: Actuators,
+    declared: Actuators,
     given: Iterable[str] | None,
     missing: list[str],
     warnings: list[str],
@@ -165,22 +171,22 @@ def _driven(
                 raise ArgumentError(f"actuators: there is no joint {name!r} with one freedom; {near_names(str(name), movable)}")
             if name in chosen[:index]:
                 raise ArgumentError(f"actuators: {name!r} is given twice")
-        if said.named is not None and set(chosen) != set(said.named):
-            listed = ", ".join(said.named) or "none"
+        if declared.named is not None and set(chosen) != set(declared.named):
+            listed = ", ".join(declared.named) or "none"
             warnings.append(f"{source.path}: the driven joints are the given ones; the source lists {listed}.")
-    elif said.named is not None or said.transmissions:
-        chosen = said.transmissions if said.named is None else said.named
+    elif declared.named is not None or declared.transmissions:
+        chosen = declared.transmissions if declared.named is None else declared.named
     else:
-        missing.append(f"actuators, none or some of {', '.join(movable)}{f'; {said.note}' if said.note else ''}")
+        missing.append(f"actuators, none or some of {', '.join(movable)}{f'; {declared.note}' if declared.note else ''}")
         return ()
-    for name in said.transmissions:
+    for name in declared.transmissions:
         if name not in chosen:
             raise ArgumentError(f"actuators: {name!r} is not among them, but the source has a <transmission> for it")
-    return tuple(name for name in chosen if name not in said.transmissions)
+    return tuple(name for name in chosen if name not in declared.transmissions)
 
 
 def _turned(source: SourceRobot, loop: Loop) -> str | None:
-    """Return a warning if the loop's frames are turned against each other at zero by more than a right angle."""
+    """Return a warning if, with all joints at zero, the frames of the loop differ by a rotation of more than a right angle."""
     frames, kind = source.zero_frames, JOINT_TYPES[loop.type]
     first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
     second = frames[loop.successor] @ loop.successor_origin.matrix

@@ -8,9 +8,9 @@
     joint_name: ['to_rotule_1']
     joint_type: ['SPHERICAL']
 
-The keys mean what ``loader_tools.py`` (``completeRobotLoader``) of
+The keys are interpreted as by ``loader_tools.py`` (``completeRobotLoader``) of
 https://github.com/Gepetto/example-parallel-robots and ``ActuationModel`` of
-https://github.com/Gepetto/toolbox-parallel-robots do with them:
+https://github.com/Gepetto/toolbox-parallel-robots:
 
 - ``closed_loop``: pairs of Pinocchio's frames, which are links or joints, that coincide when the loops are closed.
 - ``type``, one for each pair: ``3d`` constrains the origins of the frames (``CONTACT_3D``: a spherical joint), ``6d`` the whole
@@ -37,13 +37,13 @@ from kinetostatics.files.xml import XmlElement, read_file, shortened
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: Types of loops by ``type``.
 TYPES = {"3d": "spherical", "6d": "fixed"}
-#: The axes of the joint's frame about which a joint of ``joint_type`` turns, one after the other.
+#: Axes of rotation of the joint types of ``joint_type``: axes of the joint's frame, in the order of the rotations.
 RETYPED = {"SPHERICAL": "xyz", "UJOINT_XY": "xy", "UJOINT_YZ": "yz", "UJOINT_ZX": "zx", "FIXED": ""}
 
 
 @dataclass(frozen=True)
 class Retyped:
-    """A joint of the URDF that turns about ``axes`` (of ``xyz``, in this order) of its frame; about none: it is fixed."""
+    """A joint of the URDF that is replaced by rotations about ``axes`` of its frame, in this order; "" for a fixed joint."""
 
     joint: str
     axes: str
@@ -56,7 +56,7 @@ class GepettoFile:
 
     Attributes:
         loops: its loops.
-        frames: names of the frames that it pairs.
+        frames: names of the frames of its loops.
         driven: names of the driven joints of the URDF, or None if unknown.
         driven_note: reason if the driven joints are uncertain.
         retyped: joints with another type than in the URDF.
@@ -139,7 +139,7 @@ def _read_yaml(path: str | os.PathLike[str]) -> dict[str, Node]:
 
 
 def beside(path: str) -> str | None:
-    """Return the YAML with ``closed_loop`` that has the name of a URDF and stands beside it, None if there is none."""
+    """Return the path of a YAML file with ``closed_loop`` and the name of a URDF, in the folder of the URDF, or None."""
     file = f"{os.path.splitext(path)[0]}.yaml"
     try:
         return file if re.search(rb"^closed_loop\s*:", read_file(file), re.MULTILINE) else None
@@ -147,7 +147,7 @@ def beside(path: str) -> str | None:
         return None
 
 
-# ---- what the keys say ------------------------------------------------------------------------------------------------------
+# ---- meaning of the keys ----------------------------------------------------------------------------------------------------
 
 
 def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
@@ -197,7 +197,7 @@ def _pair(node: Node) -> tuple[str, str, Place]:
 
 def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
     if "type" not in keys:
-        return [None] * count  # different versions of the loader make different things of this
+        return [None] * count  # versions of the loader differ in their default
     nodes = keys["type"].items("type")
     if len(nodes) != count:
         raise keys["type"].error(f"type has {len(nodes)} entries, and closed_loop has {count}; each loop needs one")
@@ -205,7 +205,7 @@ def _types(keys: Mapping[str, Node], count: int) -> list[str | None]:
     for node in nodes:
         kind = node.text("an entry of type")
         if kind.lower() not in TYPES:
-            raise node.error(f"type says {kind!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
+            raise node.error(f"type is {kind!r}; known: 3d (the frames' origins coincide), 6d (the whole frames do)")
         found.append(TYPES[kind.lower()])
     return found
 
@@ -218,7 +218,7 @@ def _name(first: str, second: str, taken: set[str]) -> str:
 
 
 def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, ...] | None, str]:
-    """Return the driven joints, and a remark if exact names and parts of names do not give the same."""
+    """Return the driven joints, or None with a remark if exact names and parts of names select different joints."""
     if "name_mot" not in keys:
         return None, ""
     movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
@@ -226,7 +226,7 @@ def _driven(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[tuple[str, .
     texts = [node.text("an entry of name_mot") for node in nodes]
     for node, text in zip(nodes, texts, strict=True):
         if not any(text in name for name in movable):
-            raise node.error(f"name_mot says {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
+            raise node.error(f"name_mot has {text!r}, which is in no movable joint's name; {near_names(text, movable)}")
     driven = tuple(name for name in movable if any(text in name for text in texts))
     more = [name for name in driven if name not in texts and any(text in name for text in texts if text in movable)]
     if not more:
@@ -249,7 +249,7 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
         movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
         if name not in movable:
             what = "is fixed in the URDF" if name in source.joints else "does not exist"
-            raise name_node.error(f"joint_name says {name!r}, which {what}; {near_names(name, movable)}")
+            raise name_node.error(f"joint_name has {name!r}, which {what}; {near_names(name, movable)}")
         if name in found:
             raise name_node.error(f"joint_name has {name!r} twice")
         if kind not in RETYPED:
@@ -263,7 +263,9 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Node]) -> tuple[Retyped, ..
 
 
 def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
-    """Return the source's ``<robot>`` with these joints replaced; each is named as before, with ``_X``, ``_Y`` and ``_Z`` added.
+    """Return the ``<robot>`` of the source with joints replaced by runs of revolutes.
+
+    The names of the revolutes are that of the joint with ``_X``, ``_Y`` or ``_Z`` appended.
 
     Raises:
         RobotFileError: a name that a new joint or link needs is taken.
@@ -280,7 +282,7 @@ def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> XmlElement:
 
 
 def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
-    """Return the driven joints by their names after retyping; a joint that is fixed now is driven no more.
+    """Return the driven joints by their names after :func:`retype`, without joints that have become fixed.
 
     Raises:
         RobotFileError: a spherical joint is driven.
@@ -304,7 +306,7 @@ def _new_names(item: Retyped) -> list[str]:
 
 
 def _run_of(source: SourceRobot, joint: XmlElement, item: Retyped) -> list[XmlElement | str]:
-    """Return the elements that stand for one joint."""
+    """Return the elements that replace one joint: revolute joints, and the massless links between them."""
     place = joint.place
     parts = [part for part in joint.children if part.tag in ("origin", "parent", "child")]
     if not item.axes:

@@ -10,7 +10,7 @@
 The importer (https://github.com/isaac-sim/urdf-importer-extension, ``UrdfParser.cpp`` ``parseLoopJoints`` and
 ``UrdfImporter.cpp`` ``addLoopJoints``) takes the joint's pose in each link from ``xyz`` and ``rpy``, and makes a joint of it
 only if its type is ``spherical``. The exporter (``isaacsim.asset.exporter.urdf``) also writes ``revolute``, ``prismatic`` and
-``fixed``. Neither knows an axis. The documentation of the importer calls both sides ``<link1>``
+``fixed``. Neither reads or writes an axis. The documentation of the importer calls both sides ``<link1>``
 (https://docs.isaacsim.omniverse.nvidia.com, "URDF Importer Extension"), which the importer itself does not read.
 """
 
@@ -55,13 +55,13 @@ def read(source: SourceRobot) -> list[ForeignLoop]:
 def _loop(source: SourceRobot, element: XmlElement) -> ForeignLoop:
     sides = [item for item in element.children if item.tag in ("link1", "link2")]
     if [item.tag for item in sides] == ["link1", "link1"]:
-        raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer wants")
+        raise sides[1].error(f"{element.label} has two <link1>; call the second one <link2>, as Isaac Sim's importer requires")
     found = LOOP_JOINT.read(element)
     kind, axis = found["type"], found.pop("xyz")
     if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
         raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
     if kind is not None and kind not in TYPES:
-        raise element.error(f"{element.label} has the type {kind!r}, which Isaac Sim does not have; {near_names(kind, TYPES)}")
+        raise element.error(f"{element.label} has the type {kind!r}, which is none of Isaac Sim's; {near_names(kind, TYPES)}")
     for side in sides:
         reference(side, "link", source.links, "link")
     if found["predecessor"] == found["successor"]:

@@ -42,7 +42,14 @@ class ForeignLoop:
 
 @dataclass(frozen=True)
 class SourceRobot:
-    """The URDF that loops are read from: its elements, its links and joints by name, and which links were ``made`` on import."""
+    """A URDF with loops in the format of another tool.
+
+    Attributes:
+        path: path of the file.
+        root: its ``<robot>`` element.
+        links, joints: its links and joints, by name.
+        made: names of the links that were added on import.
+    """
 
     path: str
     root: XmlElement
@@ -52,12 +59,12 @@ class SourceRobot:
 
     @cached_property
     def parent_joints(self) -> dict[str, Joint]:
-        """The joint above each link, by the link's name; the root has none."""
+        """The parent joint of each link except the root, by the link's name."""
         return {joint.child: joint for joint in self.joints.values()}
 
     @cached_property
     def zero_frames(self) -> dict[str, NDArray[np.float64]]:
-        """Each link's frame in the root's at the zero of all joints, as (4, 4) matrices."""
+        """The frames (4, 4) of all links, relative to the root link, with all joints at zero."""
         frames: dict[str, NDArray[np.float64]] = {}
         for link in self.links:
             path = []
@@ -73,7 +80,8 @@ class SourceRobot:
     def frame(self, name: str, place: Place) -> tuple[str, Origin]:
         """Return the link, and the origin in it, of a frame of Pinocchio: a link or a joint, by its name.
 
-        A link that hangs on its parent by a fixed joint, as exporters make them to mark a frame, is a place in the parent.
+        For a link fixed to its parent, by which exporters mark a frame, the result is the parent and the origin of the fixed
+        joint.
 
         Raises:
             RobotFileError: nothing has that name, or a link and a joint elsewhere both have it.

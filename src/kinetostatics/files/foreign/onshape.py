@@ -24,12 +24,12 @@ from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
 FRAME = re.compile(r"(closing_.+)_([12])")
 #: Names of links that only mark frames.
 MARK = re.compile(r"closing_.+_[12](_z)?")
-#: How far along z the frames of revolute mates are [m], and how exactly a file of six digits says so.
+#: Distance along z of the additional frames of revolute mates [m], and its tolerance for files with six digits.
 Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
 
 def read(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
-    """Return the loops of all pairs of closing frames, except of frames in ``taken``, which another file pairs already.
+    """Return the loops of all pairs of closing frames; frames in ``taken``, which are paired by another file, are ignored.
 
     Raises:
         RobotFileError: a frame has no partner, or is not fixed to a link.
@@ -41,7 +41,7 @@ def read(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
             continue
         joint = source.parent_joints.get(name)
         if joint is None or not JOINT_TYPES[joint.type].is_fixed:
-            reason = f"the link {name!r} has the name of a loop's frame, but no fixed joint holds it; rename it if it is none"
+            reason = f"the link {name!r} has the name of a loop's frame, but is not fixed to a link; rename it if it is none"
             raise link.place.error(reason)
         pairs.setdefault(match[1], {})[match[2]] = joint
     return [_loop(source, name, sides) for name, sides in pairs.items()]
@@ -60,7 +60,7 @@ def _loop(source: SourceRobot, name: str, sides: dict[str, Joint]) -> ForeignLoo
 
 
 def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:
-    """Whether the frame's link has beside it the one that marks a revolute mate."""
+    """Whether there is the additional frame of a revolute mate, at :data:`Z_OFFSET` along z of a closing frame."""
     beside = source.parent_joints.get(f"{joint.child}_z")
     if beside is None or not JOINT_TYPES[beside.type].is_fixed or beside.parent != joint.parent:
         return False
