@@ -48,6 +48,7 @@ def test_the_chosen_mode_swings_to_both_sides_of_the_pose(found, visit, tmp_path
         shares = {name: share[1, mode] for name, share in found.strain_energy_shares.items()}
         first = max(shares, key=shares.get)
         assert page.inner_text("#robot-mode table.parts td:nth-child(2)") == f"{100 * shares[first]:.1f}"
+    assert page.evaluate("robot_page.robots[0].mark.object.children[0].visible") is False
     assert "displacement [% of the largest]" in page.inner_text("#robot-legend")
 
 

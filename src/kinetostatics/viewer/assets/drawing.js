@@ -143,7 +143,7 @@ class Robot {
   /** Put the mark of the largest value where it is. */
   placeMost(scale) {
     const { value, solid, v } = this.most, { object } = this.mark;
-    object.seen = value !== 0 && !scale.rigid && !state.mode;
+    object.seen = object.children[0].visible = value !== 0 && !scale.rigid && !state.mode;
     this.mark.text = `largest ${number(value / scale.factor)} ${scale.unit}`;
     if (!object.seen) return;
     point.fromBufferAttribute(solid.mesh.geometry.attributes.position, v);

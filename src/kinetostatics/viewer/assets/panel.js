@@ -179,7 +179,7 @@ function playOrPause() {
 function play(before, last) {
   requestAnimationFrame((t) => {
     if (!state.playing) return;
-    const next = state.time + Math.min(t - before, 100) / 1000 * last / page.robots[0].scene.seconds;
+    const next = state.time + Math.min(Math.max(t - before, 0), 100) / 1000 * last / page.robots[0].scene.seconds;
     state.time = next > last ? 0 : next;
     controls.get("path").set(state.time);
     refresh();
