@@ -103,7 +103,7 @@ def rotation_vector() -> float:
 
 
 def story() -> str:
-    """Return what there is to say of configuration 2 of the 2PRU-UPR, in Markdown."""
+    """Return the comparison of configuration 2 of the 2PRU-UPR with the paper, in Markdown."""
     second = Second.read()
     force, moment = second.unbalanced()
     formula, elements = (second.compatible(row, row["twist"], 1) for row in (second.analytical, second.elements))
@@ -113,41 +113,34 @@ def story() -> str:
     f2_off = 100 * (forces_straight["f2"] / second.elements["f2"] - 1)
     names = ["Δ_dx", "Δ_dy", "Δ_dz", "Δ_rx", "Δ_ry", "Δ_rz"]
     lines = [
-        "## Configuration 2 of the 2PRU-UPR, told in full",
+        "## Configuration 2 of the 2PRU-UPR",
         "",
-        "**The pose.** The text says β = 5° about y and γ = −6° about X. At that pose f_11, f_21, f_31 are "
-        f"{_list(literal(), '.2f')} N; the paper's finite elements have {_list(second.elements['f1'], '.2f')} N. They are met at "
-        f"θ_X = −5°, θ_y = −6° ({_list([abs(limb.intensities[0]) for limb in second.limbs], '.2f')} N), which "
-        f"contradicts the text. "
-        "This page and the README use θ_X = −5°, θ_y = −6°.",
+        "**Pose.** The text gives β = 5° about y and γ = −6° about X. At that pose f_11, f_21, f_31 are "
+        f"{_list(literal(), '.2f')} N, but in the paper's finite elements {_list(second.elements['f1'], '.2f')} N, the values "
+        f"at θ_X = −5°, θ_y = −6° ({_list([abs(limb.intensities[0]) for limb in second.limbs], '.2f')} N). "
+        "The latter angles are used here.",
         "",
-        "**The signs.** Table 3 has gravity along +Z: with gravity downwards every sign of the twist is the other one. "
-        "The angles are "
-        f"about the moving axes X, then y (`--orientation XYZ`); taken for a rotation vector, the default, Δ_dy is "
-        f"{rotation_vector():.4e} m instead of {second.result.twist[1]:.4e}.",
+        "**Signs.** Table 3 has gravity along +Z. The angles are about the moving axes X, then y (`--orientation XYZ`); with a "
+        f"rotation vector, the default, Δ_dy is {rotation_vector():.4e} m instead of {second.result.twist[1]:.4e}.",
         "",
-        f"**What equilibrium alone determines.** Of the nine intensities f_11, f_21, f_31 and f_32 follow from Eq. (5) "
-        f"and the weights, "
-        "whatever the rods' stiffness; the robot is three times overconstrained in the other five. Ours are those of "
-        "the paper's finite "
-        f"elements in the first three. Its f_32 = {second.elements['f2'][2]:.2f} N is not in equilibrium with its own f_i1: "
-        f"{force:.1f} N and {moment:.1f} N·m stay unbalanced. Equilibrium wants {abs(second.limbs[2].intensities[1]):.2f} N.",
+        "**Equilibrium.** Of the nine intensities f_11, f_21, f_31 and f_32 follow from Eq. (5) and the weights alone; the robot is "
+        "three times overconstrained in the other five. The first three agree with the paper's finite elements. The paper's "
+        f"f_32 = {second.elements['f2'][2]:.2f} N is not in equilibrium with its own f_i1: "
+        f"{force:.1f} N and {moment:.1f} N·m remain unbalanced. Equilibrium requires "
+        f"{abs(second.limbs[2].intensities[1]):.2f} N.",
         "",
-        "**Table 3 against Table 4.** By Eqs. (9) and (11) the forces f_i1, f_12 and f_22 fix the twist up to one parameter. "
-        "Neither row of Table 3 agrees with them: the analytical row would have Δ_dx = "
-        f"{1e6 * formula[0]:.2f}e-6 m (printed {1e6 * second.analytical['twist'][0]:.2f}e-6), the finite elements "
-        f"with their Δ_dy Δ_rz = {1e6 * elements[5]:.2f}e-6 rad (printed {1e6 * second.elements['twist'][5]:.3f}e-6).",
+        "**Table 3 and Table 4.** By Eqs. (9) and (11) the forces f_i1, f_12 and f_22 determine the twist up to one parameter. "
+        "Neither row of Table 3 agrees with this: in the analytical row Δ_dx should be "
+        f"{1e6 * formula[0]:.2f}e-6 m (printed {1e6 * second.analytical['twist'][0]:.2f}e-6), in that of the finite elements "
+        f"Δ_rz, for the given Δ_dy, {1e6 * elements[5]:.2f}e-6 rad (printed {1e6 * second.elements['twist'][5]:.3f}e-6).",
         "",
-        "**The analytical column.** Without J_3g2 W_3g2 in Eq. (12) we get the paper's analytical f_11, f_21 "
-        f"({_list(forces_without['f1'][:2], '.2f')} N, printed {_list(second.analytical['f1'][:2], '.2f')}), but not "
-        f"the rest of its "
-        f"column: f_32 is {forces_without['f2'][2]:.2f} N (printed {second.analytical['f2'][2]:.2f}) and Δ_rz is "
-        f"{without[5]:+.2e} rad "
-        f"(printed {second.analytical['twist'][5]:+.2e}).",
+        "**Analytical row.** Without J_3g2 W_3g2 in Eq. (12) the paper's analytical f_11, f_21 are reproduced "
+        f"({_list(forces_without['f1'][:2], '.2f')} N, printed {_list(second.analytical['f1'][:2], '.2f')}), but not the other "
+        f"numbers: f_32 is {forces_without['f2'][2]:.2f} N (printed {second.analytical['f2'][2]:.2f}) and Δ_rz is "
+        f"{without[5]:+.2e} rad (printed {second.analytical['twist'][5]:+.2e}).",
         "",
-        "**A lead.** Without the two bending entries of Δ_3gc (the rod of limb 3 does not bend under its own weight) "
-        "the twist comes near "
-        "the paper's finite elements in all six components:",
+        "**Finite element row.** Without the two bending entries of Δ_3gc (no bending of the rod of limb 3 under its own weight) "
+        "the twist is near that of the paper's finite elements in all six components:",
         "",
         "| | paper, FEA | without them | differ by | ours |",
         "|---|---:|---:|---:|---:|",
@@ -158,11 +151,9 @@ def story() -> str:
             )
         ),
         "",
-        f"But f_12 and f_22, which agree with Table 4 to 0.03 % otherwise, then differ by {f2_off[0]:+.1f} % and "
-        f"{f2_off[1]:+.1f} %. Solid elements ([a model of the whole robot in CalculiX](solid_finite_elements.md)) have "
-        "Δ_dy between 3.110e-6 and 3.124e-6 m and Δ_rx between 7.601e-6 and 7.636e-6 rad, as with the bending of rod 3. "
-        "Without it the twist is that of rods with their weight lumped at the ends "
-        "([how it compares](beside_other_methods.md)).",
+        "This is the twist of rods with their weight [lumped at the ends](beside_other_methods.md). "
+        f"But f_12 and f_22, which otherwise agree with Table 4 to 0.03 %, then differ by {f2_off[0]:+.1f} % and "
+        f"{f2_off[1]:+.1f} %, and [solid elements](solid_finite_elements.md) agree with the bending of rod 3.",
     ]
     return "\n".join(lines)
 

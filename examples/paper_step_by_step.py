@@ -1,4 +1,4 @@
-"""The paper, step by step: where its symbols are in the package, its equations in numbers, and what does not come out.
+"""The paper, step by step: its symbols in the package, its equations in numbers, and the numbers that are not reproduced.
 
     python examples/paper_step_by_step.py            print the page
     python examples/paper_step_by_step.py --write    write docs/explanation/paper.md
@@ -27,30 +27,26 @@ def page() -> str:
         "",
         "C. Yang, F. Huang, W. Ye, Q. Chen, *Gravity-Based Kinetostatic Modeling of Parallel Manipulators Using Screw "
         "Theory*, Chinese "
-        "Journal of Mechanical Engineering 36 (2023): its equations in numbers, and what does not come out.",
+        "Journal of Mechanical Engineering 36 (2023): its equations in numbers, and the numbers that are not reproduced.",
         "",
         "## Symbols",
         "",
-        "The [glossary](glossary.md) has them with their attributes. Δ_ic and Δ_ig of Eq. (9) are `J_icᵀ result.twist` and "
+        "The [glossary](glossary.md) lists symbols and attributes. Δ_ic and Δ_ig of Eq. (9) are `J_icᵀ result.twist` and "
         "`J_igᵀ result.twist`, W_e and W_gm of Eq. (5) `result.load` and `result.platform_weight`, L_i `result.beams[…].length`.",
         "",
-        "The paper's limb axes differ from ours in one place: z_i lies along the rod in both, y_i along the first "
-        "revolute axis in all our "
-        "limbs and in its RPS and UPR limbs, but in its PRU limbs x_i lies along that axis. Its attached wrench *along "
-        "y_i* of the PRU "
-        "limbs is therefore our *force along limb x*. `kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x …` "
-        '(`result.report(hinge_axes={"limb_1": "x", "limb_2": "x"})`) names them as the paper does. '
-        "The numbers below are in its axes.",
+        "In the PRU limbs the paper's limb axis x_i is along the first revolute axis; in its other limbs, and in all limbs of "
+        "this package, y_i is. Its attached wrench *along y_i* of the PRU limbs is therefore our *force along limb x*. "
+        "`kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x …` "
+        '(`result.report(hinge_axes={"limb_1": "x", "limb_2": "x"})`) uses the axes of the paper, as do the tables below.',
         "",
-        "`result.paper_forces` has its f_i1, f_i2 and f_ia by name. f_ia of Eq. (17) is the axial force at the base "
-        "end of the rod: of a "
-        "PRU limb that is not what the actuator holds.",
+        "`result.paper_forces` contains f_i1, f_i2 and f_ia. f_ia of Eq. (17) is the axial force at the base end of the rod, "
+        "in a PRU limb not the actuator force.",
         "",
         "## The equations in numbers",
         "",
-        "The paper's formulas, evaluated from points, axes, sections and weights alone. The same quantities out of the "
-        "result differ by rounding only, unless a row says more. "
-        "κ = 1 as in Eq. (13), and Eq. (12) with J_icᵀ where the paper prints Δ_icᵀ.",
+        "These are the paper's formulas, evaluated from points, axes, sections and weights. They differ from the results of the "
+        "package by rounding only, unless a row gives the difference. "
+        "κ = 1 as in Eq. (13), and Eq. (12) has J_icᵀ instead of the printed Δ_icᵀ.",
         "",
     ]
     for title, rows in pages():

@@ -54,18 +54,16 @@ COMMANDS = {
 }
 REMARKS = {
     "3rps": """\
-All printed digits of the analytical rows come out. The text leaves out what is needed for that: the platform is a disc 20 mm
-thick, the limbs are numbered clockwise, and configuration 2 is z = 500 mm with a tilt of 10° towards −170° and no torsion.""",
+All printed digits of the analytical rows are reproduced, with data that are not in the text of the paper: the platform is a disc
+20 mm thick, the limbs are numbered clockwise, and configuration 2 is z = 500 mm with a tilt of 10° towards −170° and no torsion.""",
     "2pru_upr": """\
-Configuration 1 comes out to all printed digits (density 7850 kg/m³, not the 7820 of the text). Configuration 2 is θ_X = −5°,
-θ_y = −6°; the text says β = 5°, γ = −6°, at which its own numbers do not come out. Table 3 has gravity along +Z. Our forces of
-configuration 2 are those of the paper's *finite elements* but for f_32, which is not in equilibrium with the others of its row.
-**Five numbers we do not reproduce:** Δ_dy, Δ_dz, Δ_rx, Δ_rz and f_32. A frame of beams in OpenSees gives ours to all digits
-(`kinetostatics verify`), and solid elements in CalculiX bracket Δ_dy by 3.110e-6 … 3.124e-6 m and Δ_rx by
-7.601e-6 … 7.636e-6 rad, by how a joint grips the rod's end ([solid finite
-elements](solid_finite_elements.md)). We have not tuned anything to the paper's.
-[The paper, step by step](paper.md) goes through its equations one by one, and tells what
-does not fit in full.""",
+All printed digits of configuration 1 are reproduced (with a density of 7850 kg/m³, not the 7820 of the text). Configuration 2 is
+θ_X = −5°, θ_y = −6°; the angles of the text, β = 5°, γ = −6°, contradict the paper's numbers. Table 3 has gravity along +Z. Our
+forces of configuration 2 agree with the paper's *finite elements* except f_32, which is not in equilibrium with the other forces
+of its row. **Five numbers are not reproduced:** Δ_dy, Δ_dz, Δ_rx, Δ_rz and f_32. A frame of beams in OpenSees agrees with ours to
+all digits (`kinetostatics verify`); [solid finite elements](solid_finite_elements.md) give Δ_dy between 3.110e-6 and 3.124e-6 m
+and Δ_rx between 7.601e-6 and 7.636e-6 rad, depending on the joint model. No parameter was fitted.
+[The paper, step by step](paper.md) examines the disagreement.""",
 }
 
 

@@ -17,9 +17,8 @@ PAGE = ROOT / "docs" / "gallery" / "names.md"
 HEAD = """\
 # Robots by name
 
-Each of these names makes a robot file, which `check`, `analyze` and `view` take as it is;
-[sizes, sections and masses](../start/robot_by_name.md) are its arguments. The pictures (`python examples/robots_by_name.py`) show
-the robots bent by their own weight.
+`kinetostatics new "NAME" --out FILE.urdf.xacro` generates a robot file from each of these names, with [dimensions, sections and
+masses](../start/robot_by_name.md) as options. The pictures show the robots bent by their own weight.
 
 <div class="grid cards" markdown>
 """
@@ -39,8 +38,6 @@ def page_text() -> str:
     **{known.name}** · `{known.architecture}`
 
     {known.about[0].upper()}{known.about[1:]}.
-
-    `kinetostatics new "{known.name}" --out {file_of(known)}.urdf.xacro`
 """
         for known in KNOWN_NAMES
     )
