@@ -123,8 +123,8 @@ def story() -> str:
         "**Signs.** Table 3 has gravity along +Z. The angles are about the moving axes X, then y (`--orientation XYZ`); with a "
         f"rotation vector, the default, Δ_dy is {rotation_vector():.4e} m instead of {second.result.twist[1]:.4e}.",
         "",
-        "**Equilibrium.** Of the nine intensities f_11, f_21, f_31 and f_32 follow from Eq. (5) and the weights alone; the robot is "
-        "three times overconstrained in the other five. The first three agree with the paper's finite elements. The paper's "
+        "**Equilibrium.** Of the nine intensities f_11, f_21, f_31 and f_32 follow from Eq. (5) and the weights alone; the other "
+        "five are three times overconstrained. The first three agree with the paper's finite elements. The paper's "
         f"f_32 = {second.elements['f2'][2]:.2f} N is not in equilibrium with its own f_i1: "
         f"{force:.1f} N and {moment:.1f} N·m remain unbalanced. Equilibrium requires "
         f"{abs(second.limbs[2].intensities[1]):.2f} N.",

@@ -54,8 +54,8 @@ COMMANDS = {
 }
 REMARKS = {
     "3rps": """\
-All printed digits of the analytical rows are reproduced, with data that are not in the text of the paper: the platform is a disc
-20 mm thick, the limbs are numbered clockwise, and configuration 2 is z = 500 mm with a tilt of 10° towards −170° and no torsion.""",
+All printed digits of the analytical rows are reproduced, with data that are missing in the paper: the platform is a disc 20 mm
+thick, the limbs are numbered clockwise, and configuration 2 is z = 500 mm with a tilt of 10° towards −170° and no torsion.""",
     "2pru_upr": """\
 All printed digits of configuration 1 are reproduced (with a density of 7850 kg/m³, not the 7820 of the text). Configuration 2 is
 θ_X = −5°, θ_y = −6°; the angles of the text, β = 5°, γ = −6°, contradict the paper's numbers. Table 3 has gravity along +Z. Our

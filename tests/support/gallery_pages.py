@@ -74,7 +74,7 @@ def facts(name: str) -> dict[str, str]:
 def facts_table(name: str) -> str:
     """Return the table of a robot's page."""
     file = f"| file | [`{name}.urdf.xacro`](../../../robots/{name}.urdf.xacro) |\n"
-    sketch = f"\n![Kinematic sketch of {about(name, 'title')}](../../pictures/sketches/{name}.svg)\n"
+    sketch = f"\n![Sketch](../../pictures/sketches/{name}.svg)\n"
     rows = ((key, value) for key, value in facts(name).items() if key not in COUNTS)
     return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in rows) + sketch
 
@@ -93,7 +93,7 @@ def cards() -> str:
 
 def rows() -> str:
     """Return the table of the gallery."""
-    lines = ["| robot | mobility | redundant constraints | local freedoms | moves | source of its dimensions |"]
+    lines = ["| robot | mobility | redundant constraints | local freedoms | moving mass | source of its dimensions |"]
     lines.append("|---|---:|---:|---:|---:|---|")
     for name in ORDER:
         cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in COUNTS)]
