@@ -27,7 +27,7 @@ import kinetostatics as ks
 
 ROBOTS = ("3rps", "2pru_upr", "gough_stewart", "3rps compensate", "2pru_upr compensate")
 HEAD = (
-    "robot", "operations of a correction", "of what is behind", "corrections a call", "a call [µs]", "flash [kB]", "poses",
+    "robot", "operations of a correction", "of the statics", "corrections per call", "a call [µs]", "flash [kB]", "poses",
     "out of reach", "statuses that differ", "largest difference, relative",
 )  # fmt: skip
 #: Coordinates of the platform, and poses that are compared.
