@@ -75,7 +75,7 @@ def test_motion():
     assert names["sag"](k + 0.01) > 0.2e-3 and names["torque"](k) < 40
     assert fast.peaks("displacement")["the tool's tip"].value == pytest.approx(names["sag"](k), rel=1e-9)
     assert max(abs(peak.value) for peak in fast.peaks("actuator_torque").values()) == pytest.approx(names["torque"](k), rel=1e-9)
-    assert f"{1 / k:.3f} s: the sag decides" in (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
+    assert f"{1 / k:.3f} s, limited by the sag" in (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
 
 
 def test_stiffening():
