@@ -68,7 +68,7 @@ class Entry:
 
     @property
     def units(self) -> str:
-        """Its units as text."""
+        """Units of the quantity, as text."""
         return UNITS.get(self.unit, self.unit)
 
     @property

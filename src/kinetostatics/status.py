@@ -63,7 +63,7 @@ class Fact:
 
     @property
     def title(self) -> str:
-        """Its name in reports."""
+        """Name of the status in reports."""
         return self.name.upper()
 
 

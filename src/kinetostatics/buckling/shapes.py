@@ -1,4 +1,4 @@
-"""Buckling modes as motions of bodies and beams, and what geometric stiffness changes: results of second order (P-Delta).
+"""Buckling modes as motions of bodies and beams, and changes of twist and stiffness due to geometric stiffness (P-Delta).
 
 With the modes φ of (K + λ K_G) φ = 0, φ · K φ = 1, and μ = 1/λ, the inverse of K + K_G exceeds that of K by Σ μ/(1 − μ) φ φᵀ.
 """
@@ -17,13 +17,19 @@ from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 
-#: Part of the largest motion of the platform, rotations times its size, below which it does not move.
+#: Relative size of motions, and of components, below which they count as zero.
 _MOVES = 1e-3
 
 
 @dataclass(frozen=True)
 class BucklingModes:
-    """Modes (N, m, n + b) of N poses in the coordinates of ``robot``, and their ratios 1/λ (N, m), ascending."""
+    """The m buckling modes of each of N poses.
+
+    Attributes:
+        ratios: (N, m) ratios 1/λ of forces to critical forces; ascending, or descending from :meth:`first`.
+        shapes: (N, m, n + b) modes in the coordinates of ``robot``.
+        robot: stiffness and geometric stiffness at the poses.
+    """
 
     ratios: Array
     shapes: Array
@@ -37,13 +43,13 @@ class BucklingModes:
 
     @property
     def motions(self) -> PlacedMotions:
-        """What the coordinates of rigid bodies stand for."""
+        """Coordinates of the small motions of rigid bodies."""
         return self.robot.motions
 
     def first(self, count: int) -> BucklingModes:
-        """Return the modes of the largest ratios first, NaN where there are fewer.
+        """Return the ``count`` modes with the largest ratios, in descending order; NaN where there are fewer.
 
-        The largest component of the platform's twist, or where it is at rest of the coordinates, is positive.
+        The largest component of the platform's twist is positive; if the platform does not move, that of the coordinates is.
         """
         ratios, shapes = self.ratios[:, ::-1][:, :count], self.shapes[:, ::-1][:, :count]
         twists = BucklingModes(ratios, shapes, self.robot).of_body(self.motions.structure.platform, self.motions.o)
@@ -56,7 +62,7 @@ class BucklingModes:
         return BucklingModes(np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan), self.robot)
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) of a body, and rotation, world axes (N, m, 6) [m, rad]."""
+        """Return displacement of a point (3, N) of a body, and rotation of the body, world axes (N, m, 6) [m, rad]."""
         return self.motions.of_body(self.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
@@ -104,10 +110,10 @@ class BucklingModes:
         return found
 
     def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
-        """Return by how much all modes together change the platform's twist (6, N) and compliance (6, 6, N), about o.
+        """Return changes of the platform's twist (6, N) and compliance (6, 6, N) about o due to geometric stiffness.
 
-        Also the relative changes (6, N) of the stiffness against motions of the platform (6, 6, N), in columns, whose rotations
-        are times the robot's size; 0 where it is rigid. Where a pose buckles all are NaN.
+        Also the relative changes (6, N) of the stiffness and the corresponding motions of the platform, the columns of (6, 6, N),
+        with rotations multiplied by the robot's length; 0 where the platform is rigid. All are NaN at poses that buckle.
         """
         structure = self.motions.structure
         with np.errstate(divide="ignore"):

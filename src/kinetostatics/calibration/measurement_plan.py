@@ -185,7 +185,7 @@ def _candidates(
 
 
 def log_det(blocks: Array) -> float:
-    """Return the logarithm of the determinant of the information of measurements (n, k, r); −inf if it is singular."""
+    """Return log det Σ JᵀJ, of the information matrix of n measurements with Jacobians J (n, k, r); −inf if it is singular."""
     values = np.linalg.eigvalsh(np.einsum("nki,nkj->ij", blocks, blocks))
     if values.size and values[0] <= ROUNDING * values[-1]:
         return -np.inf

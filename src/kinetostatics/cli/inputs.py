@@ -93,7 +93,17 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
 
 
 def single_values(robot: Robot, option: str, items: Iterable[str], typed: str | None = None) -> dict[str, float]:
-    """Return one value of each coordinate of ``--platform`` or ``--actuators``, or of ``typed`` from another option."""
+    """Return the value of each coordinate, by name, for options that take one value of each.
+
+    Args:
+        robot: the robot.
+        option: ``--platform`` or ``--actuators``: the kind of the coordinates.
+        items: texts ``NAME=VALUE``.
+        typed: the option that was typed, for messages; the same by default.
+
+    Raises:
+        ArgumentError: a text is not of this form.
+    """
     typed = typed or option
     texts = parse_items(typed, items)
     return {name: parse_coordinates(typed, name, [text], coordinate_kind(robot, option, name))[0] for name, text in texts.items()}

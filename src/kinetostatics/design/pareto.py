@@ -134,7 +134,7 @@ def _second(problem: Problem, found: Optimum) -> float:
 
 
 def _limits(most: float, least: float, points: int) -> Array:
-    """Return limits from the largest to the smallest, spaced geometrically."""
+    """Return the limits of the second quantity, from ``most`` down to ``least``, spaced geometrically."""
     if not (0 < least < most):
         return np.full(2, max(least, most)) * (1 + SAME)
     return np.geomspace(most, least, points) * (1 + SAME / 10)

@@ -116,7 +116,7 @@ class Problem:
 
 
 def _rows(values: Array) -> Array:
-    """Return values (P, …, k) with one axis for all poses and load cases (N, k)."""
+    """Return values (P, …, k) as (N, k), with poses and load cases along one axis."""
     return values.reshape(-1, values.shape[-1])
 
 

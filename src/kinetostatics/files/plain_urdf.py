@@ -113,7 +113,7 @@ def drivable(joints: Mapping[str, Joint]) -> list[str]:
 
 
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
-    """Return the driven joints of a robot without loops: all moving joints, which otherwise could carry no load.
+    """Return the driven joints of a robot without loops: all moving joints, because passive ones could carry no load.
 
     Args:
         joints: joints of the robot.

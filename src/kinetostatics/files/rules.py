@@ -45,7 +45,7 @@ def axis_warning(element: XmlElement) -> str:
 
 
 def read_loops(root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
-    """Read all ``<loop>``."""
+    """Return the loops by name, from all ``<loop>`` elements."""
     return by_name("joint or loop", [_loop(element, links, warnings) for element in root.named("loop")], joints)
 
 

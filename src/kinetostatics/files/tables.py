@@ -55,12 +55,12 @@ class Row:
 
     @cached_property
     def field(self) -> str:
-        """Its field in the description."""
+        """Name of the attribute's field in the description."""
         return self.name or self.attribute
 
     @cached_property
     def default_text(self) -> str | None:
-        """Its default as it would be written."""
+        """Default value of the attribute, as text of a file."""
         return None if self.default is NEEDED or self.default is None else written(self.kind.form, self.default)
 
 

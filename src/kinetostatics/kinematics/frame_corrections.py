@@ -115,13 +115,15 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 
 @dataclass(frozen=True)
 class OtherLink:
-    """A joint, or a side of a loop, whose unchanged origin would close all loops at zero if it were on another link.
+    """A joint, or a side of a loop, that is probably attached to the wrong link.
+
+    With the same origin on one of ``others``, all loops would be closed at zero coordinates.
 
     Attributes:
         joint: the joint or loop.
         is_loop: whether it is a loop.
         link: the link in which the origin is.
-        others: the links that would close the loops; their frames coincide at zero.
+        others: the links on which the origin would close the loops; their frames coincide at zero coordinates.
     """
 
     joint: str

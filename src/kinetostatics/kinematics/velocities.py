@@ -1,4 +1,4 @@
-"""Velocities of freedoms with closed loops, by the implicit function theorem."""
+"""Velocities of all freedoms of a mechanism whose loops remain closed, by the implicit function theorem."""
 
 from __future__ import annotations
 

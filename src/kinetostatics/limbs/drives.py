@@ -53,14 +53,14 @@ def branch_joints(model: StaticModel, drive: Drive) -> tuple[BranchJoint, ...]:
 
 @dataclass(frozen=True)
 class LimbDrive:
-    """Corresponding actuators of g limbs.
+    """Corresponding elastic actuators of g equal limbs, one in each limb.
 
     Attributes:
-        joints: its name in each limb.
-        compliance: (g, 1) compliance along its coordinate [m/N, rad/(N·m)].
-        freedoms: indices of the freedoms of the limbs that it moves.
-        ratios: (freedoms, g, 1) their motion per unit of its coordinate.
-        branches: for each limb, the joints of open branches that it moves.
+        joints: name of the actuator in each limb.
+        compliance: (g, 1) compliance along the actuator's coordinate [m/N, rad/(N·m)].
+        freedoms: indices of the limb's freedoms that the actuator moves.
+        ratios: (freedoms, g, 1) motions of these freedoms per unit of the actuator's coordinate.
+        branches: for each limb, the joints of open branches that the actuator moves.
     """
 
     joints: tuple[str, ...]

@@ -309,7 +309,7 @@ class LimbGroup:
         )
 
     def _own(self, weights: Array) -> Array:
-        """Return the limbs' own weights (6, own weights, g, N) out of all of them (6, W, N)."""
+        """Return the weights of each limb's own parts (6, own weights, g, N) from all weights (6, W, N)."""
         found: Array = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
         return found
 

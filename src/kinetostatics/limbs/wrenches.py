@@ -56,7 +56,8 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
     Args:
         group, geometry: the limbs and their geometry.
         outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
-        loaded: whether these are loads, which may also act on links inside a platform joint.
+        loaded: whether ``outboard`` are loads on links instead of weights. Loads may also act on links inside a platform joint;
+            their wrenches are then no combinations of the attached wrenches of weights.
     """
     T = geometry.twists[:, group.passive]
     demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
@@ -70,7 +71,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
         group, geometry: the limbs and their geometry.
         T: (6, k, g, N) unit twists of the passive freedoms.
         demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
-        loaded: whether wrenches other than the attached ones of weights may occur.
+        loaded: whether ``demand`` is that of loads on links instead of weights; see :func:`limb_wrenches`.
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))

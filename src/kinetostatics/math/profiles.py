@@ -1,4 +1,4 @@
-"""Motions through waypoints: splines of the least jerk, and trapezoids of speed; both are at rest at the ends."""
+"""Motions through waypoints: splines of minimum jerk, and trapezoidal velocity profiles; both start and end at rest."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Profile: TypeAlias = tuple[Array, Array, Array]
 
 
 def _powers(tau: Array, order: int) -> Array:
-    """Return a derivative (6, N) of 1, τ, …, τ⁵."""
+    """Return the derivative (6, N) of this order of 1, τ, …, τ⁵ with respect to τ."""
     return np.array([math.perm(j, order) * tau ** max(j - order, 0) for j in range(6)])
 
 
@@ -23,10 +23,15 @@ _QUINTIC = np.linalg.inv([_powers(np.array(end), order) for end in (0.0, 1.0) fo
 
 
 def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
-    """Return the motion through ``points`` (c, n) at ``times`` (n,), at rest and unaccelerated at the ends.
+    """Return the motion through ``points`` (c, n) at ``times`` (n,) [s], with zero velocity and acceleration at the ends.
 
-    It is the spline of quintics with continuous fourth derivatives, whose integral of the squared jerk is the least
-    (T. Flash and N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points).
+    It is the quintic spline with continuous fourth derivatives, which minimizes the integral of the squared jerk (T. Flash and
+    N. Hogan, The coordination of arm movements, Journal of Neuroscience 5, 1985, for two and three points).
+
+    Args:
+        times: times of the points [s].
+        points: points of c coordinates.
+        at: (N,) times of the returned values [s].
     """
     steps, n = np.diff(times), len(times)
     sizes = np.tile(np.stack([np.ones(n - 1), steps, steps**2], axis=1), 2)
@@ -50,22 +55,25 @@ def minimum_jerk(times: Array, points: Array, at: Array) -> Profile:
 
 
 def trapezoid_times(points: Array, speed: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return the times (n,) at the points (c, n), and rate [1/s] and acceleration [1/s²] (n − 1,) of the part of each way.
+    """Return the times (n,) [s] of the points, and largest velocity [1/s] and acceleration [1/s²] (n − 1,) of each line.
+
+    Velocity and acceleration are those of the travelled fraction of the line, from 0 to 1. All coordinates reach a point at the
+    same time, and at least one of them reaches a limit.
 
     Args:
-        points: at which the motion stops; two in succession differ.
-        speed, acceleration: (c,) limits of each coordinate; all reach their points together, and one has its limit.
+        points: (c, n) points at which the motion stops; successive points differ.
+        speed, acceleration: (c,) limits of velocity and acceleration of each coordinate.
     """
-    ways = np.abs(np.diff(points, axis=1))
+    travel = np.abs(np.diff(points, axis=1))
     with np.errstate(divide="ignore"):
-        fastest = np.min(speed[:, None] / ways, axis=0)
-        steepest = np.min(acceleration[:, None] / ways, axis=0)
+        fastest = np.min(speed[:, None] / travel, axis=0)
+        steepest = np.min(acceleration[:, None] / travel, axis=0)
     fastest = np.minimum(fastest, np.sqrt(steepest))  # a triangle, where the speed is not reached
     return np.concatenate([[0.0], np.cumsum(1 / fastest + fastest / steepest)]), fastest, steepest
 
 
 def trapezoids(points: Array, speed: Array, acceleration: Array, at: Array) -> Profile:
-    """Return the motion along straight lines, with trapezoids of speed; see :func:`trapezoid_times`."""
+    """Return the motion along straight lines with trapezoidal velocity profiles; see :func:`trapezoid_times`."""
     times, fastest, steepest = trapezoid_times(points, speed, acceleration)
     part = _part(times, at)
     rate, rise, since, left = fastest[part], steepest[part], at - times[part], times[part + 1] - at
@@ -73,10 +81,10 @@ def trapezoids(points: Array, speed: Array, acceleration: Array, at: Array) -> P
     where = [since < ramp, left <= ramp]
     s = np.select(where, [rise * since**2 / 2, 1 - rise * left**2 / 2], rate * (since - ramp / 2))
     v, a = np.select(where, [rise * since, rise * left], rate), np.select(where, [rise, -rise], 0.0)
-    start, way = points[:, part], np.diff(points, axis=1)[:, part]
-    return start + way * s, way * v, way * a
+    start, travel = points[:, part], np.diff(points, axis=1)[:, part]
+    return start + travel * s, travel * v, travel * a
 
 
 def _part(times: Array, at: Array) -> Array:
-    """Return between which two times each instant is."""
+    """Return the index of the interval of ``times`` (n,) that contains each instant of ``at`` (N,)."""
     return np.clip(np.searchsorted(times, at, side="right") - 1, 0, len(times) - 2)

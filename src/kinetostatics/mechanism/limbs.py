@@ -57,7 +57,7 @@ def carries(edge: Edge, name: str) -> int:
 
 @dataclass(frozen=True)
 class LimbSegment:
-    """A part of a limb between two bodies that all its paths pass.
+    """A part of a limb between two bodies through which all paths of the limb pass.
 
     Attributes:
         keys: keys of its edges, inboard ones first.
@@ -107,7 +107,7 @@ class Limb(ShortRepr):
 
     @property
     def platform_edges(self) -> tuple[Edge, ...]:
-        """Its outermost edges at the platform: joints, and beams welded to the platform."""
+        """The limb's outermost edges, at the platform: joints, and beams welded to the platform."""
         cut_joints = [number for number, ends in enumerate(self.to_platform) if ends]
         return tuple([edge for edge in self.edges if number in dict(edge.cut_joints)][-1] for number in cut_joints)
 

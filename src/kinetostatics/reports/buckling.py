@@ -1,4 +1,4 @@
-"""Report of buckling: load factors, and where modes bend."""
+"""Report of buckling: load factors, and the members with the largest strain energy in each mode."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _sections(buckling: Buckling) -> Iterator[ReportSection]:
 
 
 def buckling_blocks(buckling: Buckling) -> list[Block]:
-    """Return a table of the modes of one pose; nothing where no factor is finite."""
+    """Return a table of the buckling modes of one pose with finite load factors; an empty list if there are none."""
     modes = [k for k in range(buckling.count) if np.isfinite(buckling.load_factors[k])]
     names = [str(name) for name in buckling.members[modes]]
     parts = [f"{share(buckling.energy_shares[name][k], 1.0):.1f}" if name else "" for k, name in zip(modes, names, strict=True)]

@@ -33,8 +33,8 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckli
         configuration: the pose or poses.
         batch_shape: batch shape of all results.
         count: number of modes of each pose.
-        chunks: the modes of the poses that have numbers, in their order.
-        valid: (N,) which poses have numbers.
+        chunks: the modes of the poses with results, in their order.
+        valid: (N,) mask of poses with results.
 
     Examples:
         >>> import kinetostatics as ks
@@ -100,7 +100,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckli
 def buckling_of(
     configuration: Configuration, shape: tuple[int, ...], solutions: Iterable[Solution], valid: Mask, count: int
 ) -> Buckling:
-    """Return the first modes of all poses that are ``valid`` (N,)."""
+    """Return the first ``count`` buckling modes of all poses in the mask ``valid`` (N,)."""
     members, chunks, first = robot_of(configuration).members, list[BucklingModes](), 0
     for solution in solutions:
         last = first + solution.o.shape[1]
@@ -148,9 +148,9 @@ def second_order_of(
 
     Args:
         robot: the robot.
-        batch, solutions: its poses.
+        batch, solutions: the poses and their solutions of first order.
         linear: twist, compliance and stiffness of first order, about the reference point.
-        moved: moves a twist, or a "compliance", from o to this point.
+        moved: function that transforms a twist, or a "compliance", from o to this point.
 
     Raises:
         StaticsError: the robot has springs.

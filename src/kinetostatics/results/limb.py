@@ -21,11 +21,11 @@ from kinetostatics.statics.solution import Solution
 
 
 class Found(Protocol):
-    """The data of a result that its limbs use."""
+    """Data from which the results of limbs are computed."""
 
     @property
     def solutions(self) -> Sequence[Solution]:
-        """The equilibrium, chunk by chunk."""
+        """Solutions of the equilibrium, one for each chunk of poses."""
 
     @property
     def sources(self) -> tuple[str, ...]:

@@ -15,19 +15,19 @@ from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.robot import Robot
 from kinetostatics.statics.small_motions import PlacedMotions
 
-#: Points of a beam's centre line.
+#: Number of stations along the centre line of a beam.
 STATIONS = 21
 
 
 class ChunkOfModes(Protocol):
-    """Modes of n poses."""
+    """Modes of a chunk of n poses."""
 
     @property
     def motions(self) -> PlacedMotions:
-        """Where the poses are, and how bodies move."""
+        """Frames of the poses and coordinates of the small motions of rigid bodies."""
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, n) of a body, and rotation, world axes (n, count, 6)."""
+        """Return displacement of a point (3, n) of a body, and rotation of the body, world axes (n, count, 6)."""
 
     def of_beam(self, name: str, stations: int) -> Array:
         """Return displacement and rotation along a beam's centre line, beam axes (n, count, stations, 6)."""
@@ -93,7 +93,7 @@ class Shapes(Generic[Chunk]):
         )
 
     def _array(self, dims: tuple[int, ...], of: Callable[[Chunk], NDArray[np.generic]]) -> Array:
-        """Return an array (…, *dims) of all poses, from those (n, *dims) of chunks."""
+        """Return an array (…, *dims) of all poses, from arrays (n, *dims) of the chunks; NaN at poses without results."""
         found = np.full((len(self.valid), *dims), np.nan)
         if self.chunks:
             found[self.valid] = np.concatenate([of(chunk) for chunk in self.chunks])

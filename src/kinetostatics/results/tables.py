@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array
 
 
 def write_table(path: str, columns: Mapping[str, Sequence[str]]) -> None:
-    """Write columns by their titles; an existing file is replaced."""
+    """Write a CSV file of columns, by title; an existing file is replaced."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
@@ -22,10 +22,10 @@ def write_table(path: str, columns: Mapping[str, Sequence[str]]) -> None:
 
 
 def cells(values: Array) -> list[str]:
-    """Return the cells of a column."""
+    """Return numbers as texts of a column, empty if they are not finite."""
     return [f"{value:.15g}" if np.isfinite(value) else "" for value in np.ravel(values)]
 
 
 def unit_of_coordinate(name: str) -> str:
-    """Return the unit of a coordinate of the platform."""
+    """Return the SI unit of a coordinate of the platform."""
     return "m" if name in ("x", "y", "z") else "rad"

@@ -96,12 +96,12 @@ class Solution(ShortRepr):
     def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
         """Return (S, g, 1): 1 for the contribution of each limb's own weight, else 0.
 
-        Bodies attached to the base alone belong to no contribution: their index is that after the last source.
+        Bodies attached to the base alone belong to no contribution; for them an index is added after the last source.
 
         Args:
             group: the group of limbs.
-            strains: whether to mark the contribution of the strains due to these weights instead of the forces; the two differ
-                after :func:`by_mechanism`.
+            strains: whether the entry is 1 for the contribution of the strains due to the limb's own weight, instead of that of
+                the forces; these are two contributions after :func:`by_mechanism`.
         """
         hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
