@@ -7,6 +7,7 @@ from pathlib import Path
 
 import buckling_elements
 import numpy as np
+import package_robots
 import pytest
 import small_robots as sr
 from mechanisms import Joint, Link
@@ -14,6 +15,10 @@ from places import CASES
 from small_robots import E
 
 import kinetostatics as ks
+from kinetostatics.buckling.shapes import BucklingModes
+from kinetostatics.buckling.stability import forces_of, stability
+from kinetostatics.mechanism import beam_model
+from kinetostatics.sections.kinds import beam_compliance_coefficients as coefficients
 
 SECTION = sr.Section(2e-3, 4e-7, 4e-7, 6e-7)
 EI, L = E * 4e-7, 1.5
@@ -150,6 +155,24 @@ def test_opensees(name, transformation):
     np.testing.assert_allclose(found.second_order.twist, nonlinear, rtol=0, atol=5e-3 * scale)
 
 
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "6rus"])
+def test_all_modes_together_are_the_linear_result(name, monkeypatch):
+    """K⁻¹ f = Σ φ (φ · f) of loads, weights, payload and inertia along beams, without shear: so f is what acts."""
+    monkeypatch.setattr(beam_model, "beam_compliance_coefficients", lambda *given: [1, 0, 0, 1, 1, 1] * coefficients(*given))
+    robot = ks.load_robot(name)  # of its own: robots without shear are not to be shared
+    pose = robot.assemble(actuators=dict.fromkeys(robot.description.driven, 0.0))
+    motion = ks.Motion({next(iter(robot.description.driven)): 0.7}, {robot.description.driven[-1]: -3.0})
+    load, payload = (30, 20, -100, 1, 2, 3), ks.Payload(2.0, center=(0.1, 0.2, 0.3))
+    found = ks.analyze(pose, load, (1, 2, -9.81), payload=payload, motion=motion)
+    solution, structure = found.solutions[0], robot.members.structure
+    forces = forces_of(structure, solution)
+    modes = BucklingModes.of(stability(structure, forces))
+    moved = modes.of_body(structure.platform, solution.o)
+    twist = np.einsum("nm,nmi->ni", modes.work(forces), moved)[0]
+    size = np.repeat([1.0, robot.length], 3)
+    assert np.abs((twist - found.twist) * size).max() < 1e-9 * np.abs(found.twist * size).max()
+
+
 def test_frames_batches_and_points():
     """The whole robot turned with its gravity and load; a batch is its poses; about a tool's tip the twist is that of the tip."""
     spec, load = sr.puu3(), np.array([30.0, -20.0, -400.0, 2.0, -3.0, 5.0])
@@ -183,6 +206,11 @@ def test_the_mode_of_a_portal_is_sway_of_both_columns():
     lines = modes.beam_lines["column_1"][0]
     np.testing.assert_allclose(lines[-1, :3], modes.twists[0, :3], atol=1e-3 * np.abs(modes.twists[0, :3]).max())
     assert "394.8  column_1                          50.0" in str(modes) and "394.8" in str(found.report().only("buckling"))
+
+
+def test_forces_without_pressure_have_no_load_factor():
+    """A planar robot across gravity: what is left of its geometric stiffness is rounding."""
+    assert np.all(ks.analyze(package_robots.robot("five_bar").assemble()).buckling(3).load_factors == np.inf)
 
 
 def test_what_has_no_results_of_second_order():

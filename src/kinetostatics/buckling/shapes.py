@@ -19,6 +19,8 @@ from kinetostatics.statics.small_motions import PlacedMotions
 
 #: Relative size of motions, and of components, below which they count as zero.
 _MOVES = 1e-3
+#: Ratio below which forces are rounding.
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,7 @@ class BucklingModes:
         rows = np.where(still[..., None], shapes, np.concatenate([twists, np.zeros_like(shapes)], axis=2)[..., : shapes.shape[2]])
         largest = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=2, keepdims=True), axis=2)
         shapes = shapes * np.where(np.take_along_axis(rows, largest[..., None], axis=2) < 0, -1.0, 1.0)
+        ratios = np.where(ratios < _NOTHING, 0.0, ratios)
         shapes = np.where(ratios[..., None] > 0, shapes, np.nan)
         missing = ((0, 0), (0, count - ratios.shape[1]))
         return BucklingModes(np.pad(ratios, missing), np.pad(shapes, (*missing, (0, 0)), constant_values=np.nan), self.robot)

@@ -6,13 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table
+from kinetostatics.layout.blocks import Block, Cell, Facts, ReportSection, Table
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.reports.pose import state_title
 from kinetostatics.reports.sources import share
 from kinetostatics.results.buckling import Buckling
 
+#: Relative difference of load factors that count as equal.
+_EQUAL = 1e-6
 TITLE = "Load factors, common to all forces, at which the robot buckles"
 
 
@@ -32,17 +34,16 @@ def _sections(buckling: Buckling) -> Iterator[ReportSection]:
 
 
 def buckling_blocks(buckling: Buckling) -> list[Block]:
-    """Return a table of the buckling modes of one pose with finite load factors; an empty list if there are none."""
-    modes = [k for k in range(buckling.count) if np.isfinite(buckling.load_factors[k])]
-    names = [str(name) for name in buckling.members[modes]]
-    parts = [f"{share(buckling.energy_shares[name][k], 1.0):.1f}" if name else "" for k, name in zip(modes, names, strict=True)]
-    columns = [
-        Column("mode", [str(k + 1) for k in modes]),
-        Column("load factor", [float(f"{buckling.load_factors[k]:.4g}") for k in modes], "r"),
-        Column("bends most", names),
-        Column("share of beams' energy [%]", parts, "r"),
-    ]
-    return [Table(columns)] if modes else []
+    """Return a table of the modes of one pose, equal load factors in one row; an empty list if none is finite."""
+    factors = buckling.load_factors[np.isfinite(buckling.load_factors)]
+    groups = np.split(np.arange(len(factors)), np.flatnonzero(np.diff(factors) > _EQUAL * factors[1:]) + 1)
+    rows: list[tuple[Cell, ...]] = []
+    for modes in filter(len, groups):
+        shares = {name: round(float(np.mean(values[modes])), 6) for name, values in buckling.energy_shares.items()}
+        most = max(shares, key=lambda name: shares[name], default="")
+        percent = f"{share(shares[most], 1.0):.1f}" if most else ""
+        rows.append((", ".join(str(k + 1) for k in modes), f"{factors[modes[0]]:.4g}", most, percent))
+    return [Table.of_rows(("mode", "load factor", "bends most", "share of beams' energy [%]"), rows, "lrlr")] if rows else []
 
 
 def _data(buckling: Buckling) -> dict[str, object]:

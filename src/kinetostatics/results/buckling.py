@@ -27,7 +27,7 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckli
     """Load factors and modes in which a loaded robot buckles; see :meth:`kinetostatics.Result.buckling`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers, or a mode no shape. The size of a mode
-    is arbitrary; the largest component of its platform's twist is positive.
+    is arbitrary, the largest component of its platform's twist positive; of equal load factors any combinations are modes.
 
     Attributes:
         configuration: the pose or poses.
