@@ -103,4 +103,4 @@ def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
     J = np.eye(6)
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
     limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
-    assert bool(singularity.held(limbs, np.ones(6), 1)[0]) == held
+    assert bool(singularity.is_constrained(limbs, np.ones(6), 1)[0]) == held
