@@ -57,17 +57,8 @@ def page() -> str:
             f"| {r.what} | {r.equation} | {_numbers(r, r.formula)}{_noise(r.difference)} |" for r in rows if r.formula.ndim < 2
         ]
         lines.append("")
-        if "UPR limb 3" in title:
-            lines += ["Its matrices, row by row:", "", "| | rows |", "|---|---|"]
-            lines += [f"| {r.what} | {_rows(r.ours)} |" for r in rows if r.what in ("J_3c", "J_3g", "C_3c", "K_3c")]
-            lines.append("")
+
     return "\n".join([*lines, story(), ""])
-
-
-def _rows(matrix: np.ndarray) -> str:
-    """Return a matrix in full, row by row."""
-    size = np.max(np.abs(matrix))
-    return "<br>".join(", ".join("0" if abs(x) < 1e-9 * size else f"{x:.4g}" for x in row) for row in matrix)
 
 
 def _numbers(row: Row, array: np.ndarray) -> str:

@@ -61,13 +61,13 @@ def facts(name: str) -> dict[str, str]:
     soft, *_, stiff = 1e-6 / np.linalg.eigvalsh(result.compliance[:3, :3])[::-1]
     mass = float(robot.weights.masses(robot.zero_frames).sum())
     return {
-        "limbs, base to platform": f"`{alike}`",
+        "limbs": f"`{alike}`",
         "mobility": str(robot.mobility.platform),
         "redundant constraints": str(robot.mobility.redundant_constraints),
         "local freedoms": str(robot.mobility.local),
         "all that moves, at zero": f"{mass:.4g} kg",
-        "bent by its own weight, at zero": moved[1],
-        "stiffness against a force at o, at zero": f"{soft:.4g} N/µm where softest, {stiff:.4g} N/µm where stiffest",
+        "sag": moved[1],
+        "stiffness": f"{soft:.4g} … {stiff:.4g} N/µm",
     }
 
 
@@ -86,7 +86,7 @@ def cards() -> str:
         title = about(name, "title")
         lines.append(
             f"-   [![{title}](../pictures/robots/{name}.png)](robots/{name}.md)\n\n"
-            f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs, base to platform']}\n\n    {about(name, 'Kind')}.\n"
+            f"    **[{title}](robots/{name}.md)** · {facts(name)['limbs']}\n\n    {about(name, 'Kind')}.\n"
         )
     return "\n".join([*lines, "</div>\n"])
 
@@ -97,7 +97,7 @@ def rows() -> str:
     lines.append("|---|---:|---:|---:|---:|---|")
     for name in ORDER:
         cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in COUNTS)]
-        lines.append("| " + " | ".join([*cells, about(name, "Source of its dimensions")]) + " |")
+        lines.append("| " + " | ".join([*cells, about(name, "Source")]) + " |")
     return "\n".join(lines) + "\n"
 
 
