@@ -248,7 +248,7 @@ def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
     robot = package_robots.robot("3rps")
     z = np.array([[0.5, 0.52], [0.54, 0.56], [0.58, 0.6]])
     batch = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD)
-    with pytest.raises(ks.ArgumentError, match=r"shape \(3, 2\): say which by pose"):
+    with pytest.raises(ks.ArgumentError, match=r"shape \(3, 2\): choose one by pose="):
         drawn(batch)
     alone, _ = drawn(ks.analyze(robot.assemble(platform={"z": 0.54, "rx": 0.1, "ry": 0.0}), load=LOAD), exaggeration=100)
     for pose in ((1, 0), (-2, -2)):

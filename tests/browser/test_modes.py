@@ -60,7 +60,7 @@ def test_the_chosen_mode_swings_to_both_sides_of_the_pose(found, visit, tmp_path
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "say which by pose"),
+        ({}, "choose one by pose="),
         ({"pose": 0, "compare": "result"}, "leave them out"),
         ({"pose": 0, "by_mechanism": True}, "leave them out"),
         ({"pose": 2}, "index into"),

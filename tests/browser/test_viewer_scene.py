@@ -322,9 +322,9 @@ def test_what_does_not_fit_is_rounded_and_then_left_out_with_a_note(monkeypatch,
     frames, (note,) = notes(kept)
     assert frames == 60 and note.startswith("numbers are rounded to 0.001 % of the largest, to keep")
     frames, (note,) = notes(len(page_html(describe_scene(result).plain(packing=Packing(12)))))
-    assert frames == 30 and "of 2 poses that follow one another one is shown" in note
+    assert frames == 30 and "one of 2 consecutive poses is shown" in note
     frames, (note,) = notes(1000)  # less than meshcat's own script
-    assert frames == 1 and note.startswith("of 64 poses that follow one another one is shown, ")
+    assert frames == 1 and note.startswith("one of 64 consecutive poses is shown, ")
 
 
 def test_failed_poses_are_left_out_with_a_warning():
@@ -352,7 +352,7 @@ def test_unwritable_file_is_an_error(tmp_path):
     result = ks.analyze(package_robots.robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot write"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
-    with pytest.raises(ks.ArgumentError, match="by_mechanism adds sliders to a page"):
+    with pytest.raises(ks.ArgumentError, match="by_mechanism= adds sliders to a page"):
         ks.show(result, by_mechanism=True, visualizer=object())
 
 
@@ -578,11 +578,11 @@ def test_live_tells_notes_and_cards_when_they_are_asked_for():
     live.answer(question)
     few, result = live.answer({**question, "groups": ["actuator forces"]}), live.result
     moving = live.answer(question)
-    told = live.answer({"kind": "told"})
+    told = live.answer({"kind": "details"})
     wanted = describe_scene(live.result).plain()
     assert {*moving} == {"contributions", "readout", "stations", "arrows", "facts", "units", "live", "rim"}
     assert {*told} == {*moving, "notes", "cards", "quantities"} - {"rim"} and told["cards"].keys() == live.first["cards"].keys()
-    assert told["cards"] != live.first["cards"] and live.answer({**question, "told": True}).keys() == {*told, "rim"}
+    assert told["cards"] != live.first["cards"] and live.answer({**question, "details": True}).keys() == {*told, "rim"}
     for answer in (moving, told):
         assert all(answer[key] == wanted[key] for key in answer if key not in ("rim", "live"))
     names = [arrow["path"].split("/")[1:] for arrow in few["arrows"]]

@@ -109,7 +109,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda robot: ks.save_html("3rps", "x.html"), "a picture wants what analyze returns, a robot or one pose"),
+        (lambda robot: ks.save_html("3rps", "x.html"), "a picture needs a Result"),
         (lambda robot: ks.save_html(robot, "x.html", compare=ks.analyze(robot.assemble())), "compare= .* leave them out"),
         (lambda robot: ks.save_html(ks.analyze(robot.assemble()), "x.html", compare=robot), "compare= needs a Result"),
         (
@@ -118,7 +118,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path, every):
         ),
         (lambda robot: engine_report("3rps"), "engine_report needs a Robot, got '3rps'"),
         (lambda robot: ks.indices.at_point(3, (0, 0, 0)), "this is not a Dataset of ks.sweep"),
-        (lambda robot: ks.plot.save(3, "x.svg"), "3 is no figure: functions of ks.plot return the axes of one"),
+        (lambda robot: ks.plot.save(3, "x.svg"), "save needs a figure or axes"),
         (
             lambda robot: ks.pareto("3rps", {"rod_diameter": "4cm:12cm"}, ("mass", " mass")),
             "a front has two different quantities",

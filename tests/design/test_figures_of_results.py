@@ -26,7 +26,7 @@ def found():
     "what, values, ylabel",
     [
         ("uncorrected_error:x", lambda found: 1e9 * found.uncorrected_error[:, 0], "displacement along x, uncorrected [nm]"),
-        ("residual_error:rx", lambda found: 1e9 * found.residual_error[:, 3], "rotation about x that remains [nrad]"),
+        ("residual_error:rx", lambda found: 1e9 * found.residual_error[:, 3], "residual rotation about x [nrad]"),
         (
             "actuator_correction:prismatic_2",
             lambda found: 1e9 * found.corrections["prismatic_2"],

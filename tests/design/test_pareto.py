@@ -90,7 +90,7 @@ def test_table_json_file_and_picture(front, tmp_path):
     ax = ks.plot.pareto(front)
     assert ax.get_xlabel() == "mass [kg]" and ax.get_ylabel().startswith("displacement [") and ax.get_yscale() == "log"
     np.testing.assert_allclose(ax.lines[0].get_xdata(), front.objectives[:, 0])
-    with pytest.raises(ks.ArgumentError, match="is no front"):
+    with pytest.raises(ks.ArgumentError, match="pareto needs the result of"):
         ks.plot.pareto(1)
 
 

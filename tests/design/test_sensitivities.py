@@ -343,7 +343,7 @@ def test_mistakes(cantilever):
     with pytest.raises(ks.ArgumentError, match="outputs is empty"):
         ks.sensitivities(pose, outputs=[])
     pytest.importorskip("matplotlib").use("Agg")
-    with pytest.raises(ks.ArgumentError, match="the bars are of the twist, which was not asked for"):
+    with pytest.raises(ks.ArgumentError, match="sensitivities needs the twist, which is not among the outputs"):
         ks.plot.sensitivities(ks.sensitivities(cantilever.result.configuration, ["E"], ["mass"]))
 
 

@@ -405,7 +405,7 @@ def test_histogram(legs):
     assert len(ax.lines) == 2
     ax = ks.plot.tolerances(legs)
     assert ax.get_xlabel() == "displacement of o from nominal [nm]" and len(ax.lines) == 1
-    with pytest.raises(ks.ArgumentError, match="are no tolerances"):
+    with pytest.raises(ks.ArgumentError, match="tolerances needs the result of"):
         ks.plot.tolerances(1)
 
 

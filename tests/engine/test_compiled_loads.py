@@ -49,7 +49,7 @@ def test_both_engines_say_the_same_of_loads_and_payload(robot, poses):
 
 def test_places_that_are_loaded_belong_to_the_structure_and_loads_do_not(robot):
     keys = {
-        pose_model(robot, robot.statics, ANALYSIS, places)[0].taken_apart().key
+        pose_model(robot, robot.statics, ANALYSIS, places)[0].structure().key
         for places in (
             None,
             LoadedPlaces((("payload", ("platform",)),)),

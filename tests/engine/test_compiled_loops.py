@@ -151,7 +151,7 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
         return Program(program.tape, program.numbers, program.truths)
 
     monkeypatch.setattr(loops, "_FUNCTIONS", ((name, wrong, *sizes), *functions[1:]))
-    with pytest.raises(loops.NotRecordedError, match="otherwise than NumPy"):
+    with pytest.raises(loops.NotRecordedError, match="differs from NumPy"):
         solver_of(robot)
     monkeypatch.setattr(loops, "_FUNCTIONS", functions)
     _, prescribed = solver_of(robot)

@@ -29,7 +29,7 @@ def test_limits_of_all_joints_are_those_of_the_file():
     model = PoseModel.of(robot.solver, robot.statics, PrescribedCoordinates())
     record = pose_record(model, ["within"], (x[:, :1], np.zeros((6, 1)), np.zeros((3, 1))))
     within, holds = evaluate(
-        record.tape, [x, np.zeros((6, N)), np.zeros((3, N))], model.taken_apart().values, [*record.all_rows(), record.all_hold()]
+        record.tape, [x, np.zeros((6, N)), np.zeros((3, N))], model.structure().values, [*record.all_rows(), record.all_hold()]
     )
     np.testing.assert_array_equal(within.astype(bool), wanted)
     assert holds.astype(bool).all()

@@ -52,7 +52,7 @@ def test_who_waits_for_code_is_told_for_what(made, monkeypatch):
     monkeypatch.setattr(programs, "waiting", lambda what: told.append(what) or nullcontext())
     for poses in (999, 10_000, 10_000):
         code(robot, "auto", poses)
-    assert told == [f"compiling what {robot.name} needs, once on this computer"]
+    assert told == [f"compiling code for {robot.name}, once on this computer"]
 
 
 def test_single_poses_never_wait_while_code_is_made(made):

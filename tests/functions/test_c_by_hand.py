@@ -171,7 +171,7 @@ def test_actuators_are_taken_where_followers_are_given(tmp_path):
     sags[2] = load[:, 2] / LIFT
     np.testing.assert_allclose(found[:, :6].T, sags, atol=1e-12)
     header, readme = ((tmp_path / name).read_text() for name in ("table.h", "README.md"))
-    assert "double turn; /* turn: coordinate of the actuator [rad]; 0 at the zero pose; the status tells" in header
+    assert "double turn; /* turn: coordinate of the actuator [rad]; 0 at the zero pose; the status is" in header
     assert "double lift; /* lift: coordinate of the actuator [m]; 0 at the zero pose; valid from -0.2 to 0.1 */" in header
     assert ", nor are 4 sines and cosines of given angles in each step of a line." in readme
 
@@ -222,14 +222,14 @@ def test_what_is_told_of_functions(derived, corrected):
         [(item.folder / f"{item.name}.h").read_text(), (item.folder / "README.md").read_text()]
         for item in (derived[2], corrected[1])
     )
-    about = "sag and forces of one pose", "where to command the actuators, and what to feed forward, so that the loaded platform"
+    about = "sag and forces of one pose", "actuator coordinates and feedforward forces with which the loaded platform"
     for (header, readme), words in ((first, about[0]), (second, about[1])):
         assert header.startswith(f"/* turntable: {words}") and f"\n{words[0].upper()}{words[1:]}" in readme
         assert "orientation: rotation_vector. Nothing" in header and "nor are" not in readme
-        assert re.search(r" z; /\* z: coordinate of o, .*; 0.5 at the zero pose; the status tells", header)
-        assert re.search(r" rz; /\* rz: orientation .*; 0 at the zero pose; the status tells", header)
-    assert "which are not checked:\n *   lift: -0.2 to 0.1\n */" in first[0]
-    assert "which the status tells:\n *   lift: -0.2 to 0.1\n */" in second[0]
+        assert re.search(r" z; /\* z: coordinate of o, .*; 0.5 at the zero pose; the status is", header)
+        assert re.search(r" rz; /\* rz: orientation .*; 0 at the zero pose; the status is", header)
+    assert "not checked:\n *   lift: -0.2 to 0.1\n */" in first[0]
+    assert "checked by the status:\n *   lift: -0.2 to 0.1\n */" in second[0]
     assert "\nOutputs, besides" in first[1] and "\nOutputs at the corrected pose, besides" in second[1]
     assert "\nA call follows" in first[1] and "double twist_by_rz[6]; /* 6, row by row */" in first[0]
     assert "at most 40 times such a line" in second[1] and "has the wanted z, rz, and" in second[0]
@@ -239,20 +239,20 @@ def test_what_is_told_of_functions(derived, corrected):
 def test_what_is_told_of_work(derived, corrected):
     """Operations and numbers on the stack are those of the programs in C; how often, follows from what is called."""
     once = {"derivatives: coordinates": "1", "derivatives: results": "11"}
-    line = {"correction of the loops": "step of the line: 1 to 12", "is there a singular pose between": "step of the line"}
-    line |= {"start of a line": "a line, if angles may be others"}
+    line = {"correction of the loops": "step of the line: 1 to 12", "test for singular poses": "step of the line"}
+    line |= {"start of a line": "a line, if its angles are not unique"}
     again, lead = (
         "2, and each step of the search",
         {
             "correction of the loops, actuators given": "step of the actuators' line: 1 to 12",
-            "is there a singular pose between, actuators given": "step of the actuators' line",
+            "test for singular poses, actuators given": "step of the actuators' line",
         },
     )
     search = {
         "start of the search": "1",
         "step of the search": "1 to 41",
-        "what remains": "1",
-        "turns of the actuators": "1",
+        "residual error": "1",
+        "actuator coordinates": "1",
     }
     wanted = (
         line | {"frames, statics, actuators": "1"} | once,
@@ -265,4 +265,4 @@ def test_what_is_told_of_work(derived, corrected):
         totals = {name: sum(int(cell.replace(",", "")) for cell in cells.split(" | ")) for name, _, cells in rows}
         assert sum(totals.values()) == len(re.findall(r"^    const (?:double|int) v\d+ = ", source, re.M))
         assert item.operations == (totals["correction of the loops"], totals["frames, statics, actuators"])
-        assert f"WORK = {item.work // 8} " in source and item.work % 8 == 0 and f"takes\n{item.work:,} bytes" in readme
+        assert f"WORK = {item.work // 8} " in source and item.work % 8 == 0 and f"takes {item.work:,} bytes" in readme

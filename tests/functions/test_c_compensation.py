@@ -83,7 +83,7 @@ def test_what_does_not_go_with_compensation_is_told(tmp_path):
     robot = package_robots.robot("3rps")
     with pytest.raises(ks.ArgumentError, match=r"compensate=True \(--compensate\) needs platform= \(--platform\), the names"):
         ks.compile(robot, compensate=True)
-    with pytest.raises(ks.ArgumentError, match=r"'residual_error' is of functions that compensate"):
+    with pytest.raises(ks.ArgumentError, match=r"only functions with compensation have the output 'residual_error'"):
         ks.compile(robot, TRIPOD, outputs="residual_error")
     with pytest.raises(ks.ArgumentError, match="has no derivatives"):
         function("3rps", TRIPOD).jacobian("actuators", "z")

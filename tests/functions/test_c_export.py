@@ -137,8 +137,10 @@ def test_the_test_program_measures(exported):
     program = compiled(exported.folder, "five_bar_test.c", "five_bar.c")
     first, *rest = subprocess.run([program], capture_output=True, text=True, check=True).stdout.splitlines()
     assert first == "0 of 40 poses differ"
-    assert re.fullmatch(r"[\d.]+ corrections of the loops a call, on the average of 500", rest[0])
-    assert 1 <= float(rest[0].split()[0]) < 4 and re.fullmatch(r"[\d.e+]+ microseconds a call, on the same average", rest[1])
+    assert re.fullmatch(r"[\d.]+ corrections of the loops per call, average of 500 calls", rest[0])
+    assert 1 <= float(rest[0].split()[0]) < 4 and re.fullmatch(
+        r"[\d.e+]+ microseconds per call, average of the same calls", rest[1]
+    )
 
 
 def test_what_is_written(exported):
@@ -146,10 +148,13 @@ def test_what_is_written(exported):
     text = (exported.folder / "five_bar.c").read_text()
     assert not any(word in text for word in ("malloc", "static double", "printf", "alloca"))
     header = (exported.folder / "five_bar.h").read_text()
-    assert "double x; /* x: coordinate of o, world axes [m]; 0 at the zero pose; the status tells what is in reach */" in header
+    assert (
+        "double x; /* x: coordinate of o, world axes [m]; 0 at the zero pose; the status is UNREACHABLE outside the workspace */"
+        in header
+    )
     assert "twist[6]; /* displacement of o and rotation of the platform, world axes; in the order x" in header
     readme = (exported.folder / "README.md").read_text()
-    assert "| is there a singular pose between | step of the line |" in readme
+    assert "| test for singular poses | step of the line |" in readme
     assert all(f"`FIVE_BAR_{name}` | {value} |" in readme for name, value, _ in STATUSES)
     assert all(ks.Status[name] == value for name, value, _ in STATUSES if name in ks.Status.__members__)
     assert c_array([0.1, -2.0]) == "{0.1, (-2.0)}" and c_array([]) == "{0.0}"
@@ -175,7 +180,7 @@ def test_the_wrapper_is_cpp(exported):
     [
         (
             {"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion", "compensate": True, "outputs": "actuators"},
-            "azimuth and tilt are not exported together with compensation",
+            "azimuth and tilt cannot be exported together with compensation",
         ),
     ],
 )

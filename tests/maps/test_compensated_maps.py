@@ -34,7 +34,7 @@ def test_every_pose_of_a_map_is_corrected_as_alone():
         "units": "m",
         "long_name": "correction of prismatic_2",
     }
-    words = {"residual_error:z": "displacement along z that remains", "twist:rx": "rotation about x"}
+    words = {"residual_error:z": "residual displacement along z", "twist:rx": "rotation about x"}
     assert {name: ks.indices.quantity(ds, name).attrs["long_name"] for name in words} == words
     assert {"residual_error:z", "actuator_correction:prismatic_1", "residual_linear_sag"} <= set(ks.indices.names(ds))
     assert ds.residual_error.sel(component="z").max() < 1e-12

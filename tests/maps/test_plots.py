@@ -187,7 +187,7 @@ def test_slice_draws_constant_quantities_without_contours(ds):
         ({"x": "rx", "y": "rz", "at": {"z": 0.5}}, "'rz' is not swept: did you mean"),
         ({"x": "rx", "y": "ry", "at": {"z": 0.8}}, "z = 0.8 m is outside the map, which ranges from 0.3 to 0.6 m"),
         ({"x": "rx", "y": "ry", "at": {"z": float("nan")}}, "outside the map"),
-        ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx is an axis of the figure"),
+        ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx cannot be both an axis of the figure"),
         (
             {"at": {"rx": 0.0, "ry": 0.0}},
             r"coordinates with several values; not fixed are: z; ks\.plot\.line shows .* \(--kind line\)",
@@ -266,7 +266,7 @@ def test_slices_of_a_series_stand_side_by_side(ds):
     many = ds.isel(z=0, drop=True).expand_dims(rz=np.linspace(0, 1, 7))
     with pytest.warns(UserWarning, match="the figure shows 3 of the 7 values of rz"):
         assert "3 of the 7 values of rz" in ks.plot.slice(many, x="rx", y="ry", series="rz").figure.get_suptitle()
-    with pytest.raises(ks.ArgumentError, match="a figure of their own"):
+    with pytest.raises(ks.ArgumentError, match="slices of a series need a new figure"):
         ks.plot.slice(ds, "twist:x", x="rx", y="ry", series="z", ax=plt.figure().add_subplot())
 
 
@@ -372,12 +372,12 @@ def test_what_does_not_go_round_is_rectangular(tilts):
         tilts.assign_coords(azimuth=("azimuth", AZIMUTH * 1.5, {"units": "rad"})),
     ):
         assert ks.plot.slice(other, "twist:x", at={"z": 0.5}).name == "rectilinear"
-        with pytest.raises(ks.ArgumentError, match="the tilts 0 or more and the azimuths within one turn"):
+        with pytest.raises(ks.ArgumentError, match="tilts of 0 or more and azimuths within one turn"):
             ks.plot.slice(other, "twist:x", at={"z": 0.5}, polar=True)
     ax = ks.plot.slice(tilts, "twist:x", at={"z": 0.5}, polar=False)
     assert (ax.name, ax.get_xlabel(), ax.get_ylabel()) == ("rectilinear", "azimuth [°]", "tilt [°]")
     assert ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", at={"tilt": 0.2}).name == "rectilinear"
-    with pytest.raises(ks.ArgumentError, match="this one is of azimuth and z"):
+    with pytest.raises(ks.ArgumentError, match="here the coordinates are azimuth and z"):
         ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", at={"tilt": 0.2}, polar=True)
 
 
@@ -468,10 +468,14 @@ def test_lines_differ_without_colour(ds):
 @pytest.mark.parametrize(
     "what, options, message",
     [
-        (["twist:x", "twist:rx"], {"x": "rx", "at": {"z": 0.5, "ry": 0}}, "quantities in m and rad do not go into one figure"),
+        (
+            ["twist:x", "twist:rx"],
+            {"x": "rx", "at": {"z": 0.5, "ry": 0}},
+            "quantities in m and rad cannot be drawn in one figure",
+        ),
         ([], {}, "one to 6 quantities"),
-        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "at": {"ry": 0}}, "a series shows one"),
-        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be an axis of the figure"),
+        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "at": {"ry": 0}}, "or one quantity with series="),
+        ("twist:x", {"series": "z", "x": "z", "at": {"rx": 0, "ry": 0}}, "z cannot be the series"),
         ("twist:x", {"series": {"z": 7 * [0.3]}, "x": "rx", "at": {"ry": 0}}, "at most 6 values, not 7"),
         ("twist:x", {"x": "rx", "at": {"z": 0.5}}, "ry has 7 values"),
         ("twist:x", {"at": {"z": 0.5, "rx": 0, "ry": 0}}, "a line needs one coordinate with several values; not fixed are: none"),
@@ -565,7 +569,7 @@ def test_surfaces_that_hide_one_another_stand_side_by_side(ds):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"x": "rx", "y": "ry", "series": "rx"}, "rx cannot be an axis"),
+        ({"x": "rx", "y": "ry", "series": "rx"}, "rx cannot be the series"),
         ({"x": "rx", "y": "ry", "series": {"z": [0.3], "rx": [0]}}, "series takes one coordinate"),
         ({"x": "rx", "y": "ry", "series": {"z": [0.9]}}, "outside the map"),
         ({"at": {"z": 0.3, "rx": 0}}, "a surface needs two coordinates"),
@@ -681,7 +685,7 @@ def test_workspace_of_drives_is_shown_where_o_is(ds):
     "options, message",
     [
         ({"axes": ("rx", "ry")}, "three axes, not 2"),
-        ({"axes": ("rx", "ry", "w")}, "'rx' is neither swept nor|'w' is neither"),
+        ({"axes": ("rx", "ry", "w")}, "'rx' is not swept|'w' is not swept"),
         ({"at": {"z": 0.5}}, "a workspace needs three coordinates"),
     ],
 )
@@ -701,7 +705,7 @@ def test_one_row_has_one_name(ds, tilts):
     assert [text.get_text() for text in ax.get_yticklabels()] == ["0.5"] and ax.get_title() == "ry = −10°"
     ax = ks.plot.line(row, "twist:x")
     assert ax.get_title() == "z = 0.5 m, ry = −10°"
-    with pytest.raises(ks.ArgumentError, match="ry has one value, and a surface needs several along both"):
+    with pytest.raises(ks.ArgumentError, match="ry has one value; a surface needs several values along both"):
         ks.plot.surface(row, "twist:x", x="rx", y="ry")
     ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", at={"z": 0.5}, x="azimuth", y="tilt")
     assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]

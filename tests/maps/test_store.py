@@ -217,7 +217,7 @@ def test_a_sweep_that_is_killed_twenty_times_loses_and_repeats_nothing(tmp_path,
     [
         ({}, 10**12, r"takes .* PB, and this machine has .* GB of memory: write it to a file \(out=, --out\), make it lazy"),
         ({"out": "map.nc"}, 10**12, "PB, twice that while it is written, and the disk of 'map.nc' has 1 TB free"),
-        ({"out": "map.zarr"}, 10**3, "has 1 kB free: take a coarser grid or another disk"),
+        ({"out": "map.zarr"}, 10**3, "has 1 kB free: use a coarser grid or another disk"),
     ],
 )
 def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
@@ -246,9 +246,7 @@ def test_a_disk_that_is_full_is_one_error_and_costs_nothing_that_is_done(robot, 
     with monkeypatch.context() as patch, pytest.raises(ks.KinetostaticsError) as error:
         patch.setattr(LocalStore, "set", full)
         ks.sweep(robot, GRID, out=path)
-    assert re.fullmatch(
-        r".*: No space left on device; what has been computed stays in \S+, and the same call .*", str(error.value)
-    )
+    assert re.fullmatch(r".*: No space left on device; the results so far are in \S+, and the same call .*", str(error.value))
     blocks = stopped_after(None, monkeypatch)
     with ks.sweep(robot, GRID, out=path) as found:
         near(found, ks.sweep(robot, GRID))

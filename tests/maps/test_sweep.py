@@ -308,7 +308,7 @@ def test_what_a_thread_complains_about_is_raised(tmp_path):
         ({"out": "map.csv"}, r"must end in .nc"),
         ({"out": "no/such/folder/map.nc"}, "there is no folder"),
         ({"out": "map.nc", "chunks": {"z": 1}}, "out= or chunks="),
-        ({"parameters": {"rod_diameter": [0.1]}}, "give its path instead of a robot"),
+        ({"parameters": {"rod_diameter": [0.1]}}, "give its path instead of a loaded robot"),
     ],
 )
 def test_what_makes_no_sense_is_refused(robot, tmp_path, monkeypatch, arguments, message):

@@ -102,8 +102,8 @@ def evaluated(robot, record, *given, stages=ANALYSIS):
     model, _ = pose_model(robot, robot.statics, stages)
     found, N = {}, given[0].shape[1]
     for name, rows in record.rows.items():
-        found[name] = evaluate(record.tape, given, model.taken_apart().values, rows).reshape(*record.shapes[name], N)
-    return found, evaluate(record.tape, given, model.taken_apart().values, [record.all_hold()])[0].astype(bool)
+        found[name] = evaluate(record.tape, given, model.structure().values, rows).reshape(*record.shapes[name], N)
+    return found, evaluate(record.tape, given, model.structure().values, [record.all_hold()])[0].astype(bool)
 
 
 def prescribed_of(robot, convention):

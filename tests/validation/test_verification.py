@@ -38,7 +38,7 @@ from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.frame_model import build
 from kinetostatics.verification.frequencies import frequencies
 from kinetostatics.verification.pieces import Directions
-from kinetostatics.verification.solve import _held, solve
+from kinetostatics.verification.solve import _constrained, solve
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
 #: Those that may be held by nothing but springs once their beams are gone, since rods spin in them.
@@ -515,7 +515,7 @@ def test_motions_of_the_platform_are_no_spins():
     moving, spin = np.zeros(12), np.zeros(12)
     moving[[0, 7]] = 0.01, 1
     spin[11] = 1
-    found = _held(1e10 * (np.outer(moving, moving) + np.outer(spin, spin)), np.diag([0.0] * 6 + [1, 0, 1, 1, 1, 0]))
+    found = _constrained(1e10 * (np.outer(moving, moving) + np.outer(spin, spin)), np.diag([0.0] * 6 + [1, 0, 1, 1, 1, 0]))
     np.testing.assert_allclose(found, np.eye(12) - np.outer(spin, spin), atol=1e-9)
 
 

@@ -68,8 +68,7 @@ def new_robot(
         The robot, loaded from the new text.
 
     Raises:
-        ArgumentError: the notation or a value is invalid, or the actuators do not hold the platform; the message says where and
-            what would be right.
+        ArgumentError: the notation or a value is invalid, or the platform is movable with locked actuators.
     """
     chosen = name if name is not None or path is None else os.path.basename(os.fsdecode(path)).split(".")[0]
     design = _design(
@@ -97,14 +96,14 @@ def new_robot(
 
 
 def robot_text(architecture: str, **options: Keyword) -> str:
-    """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
+    """Return the text of the file of :func:`new_robot`, with the same arguments except ``path``."""
     known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
     values = {key: options.pop(key) for key in list(options) if key not in known}
     return file_text(_design(architecture, dict.fromkeys(known) | options, values))
 
 
 def _design(architecture: str, options: dict[str, Keyword], values: Mapping[str, Keyword]) -> Design:
-    """Return the design of a robot, whose name may bring arguments that are not given."""
+    """Return the design of a robot; missing arguments are those of its name, or defaults."""
     parsed = parse_architecture(architecture)
     given = {key: value for key, value in options.items() if value is not None}
     known = options_of(architecture, parsed.text, given)
@@ -112,14 +111,14 @@ def _design(architecture: str, options: dict[str, Keyword], values: Mapping[str,
 
 
 def _check_held(robot: Robot, architecture: str) -> None:
-    """Refuse a robot that no analysis can start from."""
+    """Check that the platform is constrained with locked actuators at the zero pose."""
     actuators, mobility = len(robot.description.driven), robot.mobility.platform
     if actuators < mobility:
-        raise ArgumentError(f"{architecture} has {mobility} freedoms as it stands here, which {actuators} actuators do not hold")
+        raise ArgumentError(f"{architecture} has {mobility} freedoms in this placement and only {actuators} actuators")
     try:
         analyze(robot.assemble())
     except StaticsError as error:
-        raise ArgumentError(f"{architecture}, as it stands here: {error}") from None
+        raise ArgumentError(f"{architecture}, in this placement: {error}") from None
 
 
 def write_new(text: str, path: str | os.PathLike[str]) -> None:
@@ -133,6 +132,6 @@ def write_new(text: str, path: str | os.PathLike[str]) -> None:
         with open(name, "x", encoding="utf-8", newline="\n") as file:
             file.write(text)
     except FileExistsError:
-        raise ArgumentError(f"{name} is there already, and is not overwritten; delete it or choose another name") from None
+        raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
     except OSError as error:
         raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None

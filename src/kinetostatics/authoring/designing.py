@@ -1,4 +1,4 @@
-"""The design of a named robot: limbs, places, sections and file arguments, from the notation and given sizes."""
+"""Design of a robot from its notation and given sizes: limbs, placements, sections and file arguments."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class Design:
-    """All that a generated file is written from.
+    """Data of a generated file.
 
     Attributes:
-        name: of the robot.
+        name: name of the robot.
         architecture: its limbs.
-        skeletons, places: of each limb.
-        options: of each limb's macro.
-        sections: of each role, by what its arguments begin with.
+        skeletons, places: parts and placement of each limb.
+        options: options of the macro of each limb.
+        sections: sections by prefix of their file arguments.
         shared_material: whether all beams have the same material.
-        arguments: of the file.
+        arguments: arguments of the file.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Design:
     arguments: FileArguments
 
 
-#: Sizes where none are given [m].
+#: Default sizes [m].
 BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
 
 
@@ -111,7 +111,7 @@ def design_robot(
 
 
 def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
-    """Whether limbs that point at the middle would leave the platform free to turn about Z."""
+    """Whether radial limbs would leave the platform a rotation about Z, which an offset of its azimuths prevents."""
     straight = not any(skeleton.has_elbow for skeleton in skeletons)
     pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
     return straight and (planar or pivoted)
@@ -199,7 +199,7 @@ def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank:
 
 
 def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
-    """Return why a name that other robots have is not there."""
+    """Return the reasons why arguments of other robots do not exist here, by name."""
     found = {"base_radius": "its placements come from a table", "base_height": "its placements come from a table"}
     if not any(skeleton.has_elbow for skeleton in skeletons):
         found["rod_length"] = "it follows from height and radii"
@@ -248,7 +248,7 @@ def _limb_options(
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
-    """Refuse limbs whose parallel axes would have to reach a point beside their plane."""
+    """Raise an error if the platform point is outside the plane of a limb with parallel axes."""
     ends = skeleton.points[-2:]
     if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(
@@ -258,7 +258,7 @@ def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span:
 
 
 def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
-    """Return a limb macro's parameters, the lines that place it, and the direction of its guide."""
+    """Return parameters of a limb macro, the lines with its frame, and the direction of its guide."""
     vectors = {
         "vertical": "[0, 0, 1]",
         "radial": "[cos(at_base), sin(at_base), 0]",

@@ -10,7 +10,7 @@ from numbers import Real
 
 from kinetostatics.exceptions import ArgumentError, near_names
 
-#: Largest lengths [m], beyond which they are probably in mm, by the last part of an argument's name.
+#: Largest plausible lengths [m], by the last part of an argument's name; larger ones are probably in mm.
 LARGEST = {
     **dict.fromkeys(("radius", "height", "length", "stroke"), 20.0),
     **dict.fromkeys(("width", "diameter", "thickness"), 4.0),
@@ -20,13 +20,13 @@ _LENGTH = re.compile(f"({'|'.join(LARGEST)})$")
 
 @dataclass
 class FileArguments:
-    """Collects the arguments of a file; values that the user gave replace defaults.
+    """Arguments of a file; given values replace defaults.
 
     Attributes:
-        given: values by name.
-        texts: what is written as default, by name, in the file's order.
-        comments: what they mean.
-        headings: comments of their own line, before the argument of that name.
+        given: given values by name.
+        texts: texts of the defaults by name, in the order of the file.
+        comments: meanings by name.
+        headings: comments on a separate line before an argument, by its name.
     """
 
     given: Mapping[str, object]
@@ -35,7 +35,7 @@ class FileArguments:
     headings: dict[str, str] = field(default_factory=dict)
 
     def add(self, name: str, default: object, comment: str = "", heading: str = "") -> None:
-        """Add an argument, unless it is there."""
+        """Add an argument, unless it exists."""
         if name in self.texts:
             return
         self.texts[name] = text_of_value(name, self.given.get(name, default))
@@ -44,7 +44,7 @@ class FileArguments:
             self.headings[name] = heading
 
     def number(self, name: str, default: float) -> float:
-        """Return the number that a name has, before it is added."""
+        """Return the given or default number of an argument."""
         value = self.given.get(name, default)
         try:
             number = float(value)  # type: ignore[arg-type]
@@ -55,24 +55,24 @@ class FileArguments:
         return number
 
     def length(self, name: str, default: float) -> float:
-        """Return a length greater than zero."""
+        """Return the given or default length of an argument [m], which must be positive."""
         number = self.number(name, default)
         if number <= 0:
             raise ArgumentError(f"{name} is {self.given.get(name)!r}; it must be greater than zero, in metres")
         return number
 
     def check_all_used(self, reasons: Mapping[str, str]) -> None:
-        """Refuse values of unknown arguments; ``reasons`` gives the reason why an argument is missing."""
+        """Raise an error for values of unknown arguments, with the reason in ``reasons`` or similar names."""
         for name in self.given:
             if name not in self.texts:
                 reason = reasons.get(name, near_names(name, self.texts))
                 raise ArgumentError(f"this robot has no value {name!r}: {reason}")
 
     def lines(self, used_in: str) -> list[str]:
-        """Return the lines that declare the arguments, and make properties of those that expressions use.
+        """Return the lines with the declarations of arguments, and of properties for arguments used in expressions.
 
         Args:
-            used_in: the text that uses them.
+            used_in: text with the expressions.
         """
         expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
         used = set(re.findall(r"\w+", expressions))

@@ -12,7 +12,7 @@ from kinetostatics.authoring.notation import JOINTS
 from kinetostatics.authoring.placement import direction
 from kinetostatics.authoring.section_words import SectionText
 
-#: Lines are as long at most.
+#: Largest length of lines [letters].
 WIDTH = 125
 
 
@@ -21,7 +21,7 @@ def _ruler(title: str) -> str:
 
 
 def _wrapped(line: str) -> list[str]:
-    """Return an element on as many lines as it needs, its attributes below each other."""
+    """Return an element wrapped before attributes, with aligned continuation lines."""
     found = []
     element = re.match(r"\s*<[\w:]+ ", line)
     while element is not None and len(line) > WIDTH:
@@ -104,10 +104,10 @@ def _about(design: Design) -> str:
         )
         limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")
         number += group.count
-    said = "  The notation marked no actuator: these are the usual ones.\n" if architecture.actuators_chosen else ""
+    note = "  The notation marked no actuator: these are the usual ones.\n" if architecture.actuators_chosen else ""
     return (
         "<!--\n"
-        f"  {architecture.text}, built by name. Actuators stand in brackets.\n" + "\n".join(limbs) + "\n" + said + "\n"
+        f"  {architecture.text}, built by name. Actuators stand in brackets.\n" + "\n".join(limbs) + "\n" + note + "\n"
         "  Units: m, kg, N, rad. All joints at zero closes the loops exactly, also after a value was changed.\n"
         "  Change a value here, or without editing the file: ks.load_robot(FILE, parameters={'platform_mass': 5})\n"
         "-->"
@@ -143,8 +143,8 @@ def _call(design: Design, k: int) -> str:
     values |= {"base_point": f"${{{place.base_text}}}", "platform_point": f"${{{place.platform_text}}}"}
     values["axis"] = "across" if place.axis is None else f"${{{_vector(direction(place.axis, azimuth))}}}"
     values["guide_direction"] = f"${{{_vector(direction(place.guide, azimuth))}}}"
-    wanted = options.parameters.split()
-    return f"  <xacro:{options.macro} " + " ".join(f'{key}="{values[key]}"' for key in wanted) + "/>"
+    names = options.parameters.split()
+    return f"  <xacro:{options.macro} " + " ".join(f'{key}="{values[key]}"' for key in names) + "/>"
 
 
 def _vector(values: Sequence[float]) -> str:

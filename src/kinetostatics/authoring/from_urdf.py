@@ -13,7 +13,7 @@ import numpy as np
 from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.authoring.by_name import write_new
 from kinetostatics.authoring.section_words import MATERIALS, SHAPES, parse_section
-from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
+from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
@@ -35,7 +35,7 @@ from kinetostatics.sections.kinds import Tube
 TURN, SLIDE = 5e-3, 5e-4
 #: Word for all suggestions of the file.
 SUGGESTED = "suggested"
-#: Smallest rotation [degrees] of the platform's axes at zero that is mentioned in a comment.
+#: Smallest rotation of the platform's axes at zero with a comment [degrees].
 LEAST_TURN = 0.1
 
 
@@ -96,7 +96,7 @@ def extend_robot(
     description = parse_robot_text(text, out, parameters if includes else None)
     robot = Robot(replace(description, file_warnings=(*description.file_warnings, *warnings)) if warnings else description)
     if description.beams:
-        _ = robot.beams  # which complain where one cannot lie between its joints
+        _ = robot.beams  # raises an error if a beam does not fit between its joints
     if path is not None:
         write_new(text, path)
     return robot
@@ -120,15 +120,15 @@ def extension(
     for tag, link in (("platform", platform_link), ("base", base_link)):
         if link is not None and root.named(tag):
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
-    found, loops, said, warnings = _loops(name, root, yaml)
+    found, loops, record, warnings = _loops(name, root, yaml)
     if loops:
-        closed, driven, more = complete(found, loops, said, platform_link, types, axes, actuators)
+        closed, driven, more = complete(found, loops, record, platform_link, types, axes, actuators)
         warnings += more
         added = (*map(write_loop, closed), *(plain_transmission(joint, found.root.place) for joint in driven))
         description = describe(replace(found.root, content=(*found.root.content, *added)), name, [], platform_link, base_link)
         holding: list[str] = []
     elif types or axes:
-        raise ArgumentError(f"types and axes are of loops that another tool has written, and {name} has none")
+        raise ArgumentError(f"types= and axes= are for loops of another tool, and {name} has none")
     else:
         closed, description = (), describe(root, name, [], platform_link, base_link)
         driven, holding = _actuators(root, description, actuators)
@@ -154,19 +154,19 @@ def extension(
 
 
 def _floats(description: RobotDescription) -> bool:
-    """Return whether the base is not the root of the tree, but hangs on it by a joint that holds nothing."""
+    """Return whether the base is connected to the root of the tree by a floating joint."""
     children = {joint.child for joint in description.joints.values()}
     tree = next(name for name in description.links if name not in children)
     return description.base != tree and description.base == first_base(tree, description.joints)
 
 
-# ---- loops that other tools have written -----------------------------------------------------------------------------------
+# ---- loops of other tools --------------------------------------------------------------------------------------------------
 
 
 def _loops(
     path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
 ) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source, with joints that the YAML retypes, its loops, its actuators and warnings."""
+    """Return the source with joint types changed by the YAML file, its loops, its actuators and warnings."""
     source = _source(path, root)
     entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
@@ -176,19 +176,19 @@ def _loops(
         if yaml is None:
             return source, [*onshape.read(source), *isaac.read(source)], Actuators(None, transmissions), []
         warnings = [f"{yaml}: the loops are those of this file, which stands beside the URDF."]
-    said = gepetto.read(source, yaml)
-    loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
+    record = gepetto.read(source, yaml)
+    loops = [*record.loops, *onshape.read(source, record.frames), *isaac.read(source)]
     if not loops:
         raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-    named = None if said.driven is None else gepetto.driven_after(said.driven, said.retyped)
-    if said.retyped:
-        retyped = _source(path, gepetto.retype(source, said.retyped))
+    named = None if record.driven is None else gepetto.driven_after(record.driven, record.retyped)
+    if record.retyped:
+        retyped = _source(path, gepetto.retype(source, record.retyped))
         source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, Actuators(named, transmissions, said.driven_note), [*warnings, *said.warnings]
+    return source, loops, Actuators(named, transmissions, record.driven_note), [*warnings, *record.warnings]
 
 
 def _source(path: str, root: XmlElement) -> SourceRobot:
-    warnings: list[str] = []  # the same will come up when the new file is read
+    warnings: list[str] = []  # repeated when the new file is read
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
     tree_root(links, joints)
@@ -196,11 +196,11 @@ def _source(path: str, root: XmlElement) -> SourceRobot:
 
 
 def _turned_axes(description: RobotDescription) -> str:
-    """Return a comment on the platform's axes if they are not parallel to the base's where all joints are at zero."""
+    """Return a comment on the platform's axes if they are not parallel to the base's with all joints at zero."""
     robot = Robot(description)
     try:
         rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]
-    except KinetostaticsError:  # check says what
+    except KinetostaticsError:  # reported by check
         return ""
     angle = float(np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))))
     if angle < LEAST_TURN:
@@ -216,7 +216,7 @@ def _turned_axes(description: RobotDescription) -> str:
 
 
 def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[str] | None) -> tuple[tuple[str, ...], list[str]]:
-    """Return the joints that get a transmission, and those that get one to carry their outboard bodies."""
+    """Return the joints that become actuators, and further joints outside the chain that are locked by a transmission."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     free = [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if given is None:
@@ -228,7 +228,7 @@ def _actuators(root: XmlElement, description: RobotDescription, given: Iterable[
     for name in names:
         if name not in known:
             raise ArgumentError(f"actuators: no joint {name!r}: {near_names(str(name), known)}")
-    passed = {joint.name for joint, _ in way(description)}
+    passed = {joint.name for joint, _ in chain_joints(description)}
     return tuple(name for name in names if name not in there), [name for name in free if name not in passed and name not in names]
 
 
@@ -243,18 +243,18 @@ def _actuators_text(names: Iterable[str], comment: str) -> str:
 def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], elastic: Mapping[str, str] | str | None) -> str:
     suggested = {link: text for link, span in candidates.items() if (text := _suggestion(description, span))}
     if elastic == SUGGESTED:
-        wanted = {link: "" for link in suggested}
-        if not wanted:
+        chosen = {link: "" for link in suggested}
+        if not chosen:
             raise ArgumentError(f"elastic: no link of the file has the data of a beam; {_tip(description) or 'name links'}")
     elif isinstance(elastic, str):
         raise ArgumentError(
             f"elastic is {elastic!r}; it is {SUGGESTED!r}, or sections by link: {{'upper_arm': 'tube 60mm 50mm steel'}}"
         )
     else:
-        wanted = dict(elastic or {})
-        check_mapping("elastic", wanted, '{"upper_arm": "tube 60mm 50mm steel"}')
-    written = [suggested[link] if not text else _beam_text(description, candidates, link, text) for link, text in wanted.items()]
-    rest = [link for link in suggested if link not in wanted]
+        chosen = dict(elastic or {})
+        check_mapping("elastic", chosen, '{"upper_arm": "tube 60mm 50mm steel"}')
+    written = [suggested[link] if not text else _beam_text(description, candidates, link, text) for link, text in chosen.items()]
+    rest = [link for link in suggested if link not in chosen]
     result = ""
     if written:
         result += (
@@ -273,12 +273,12 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
 
 
 def _safe(text: str) -> str:
-    """Return a text that may stand in a comment."""
+    """Return a text that is valid in a comment."""
     return text.replace("--", "- -")
 
 
 def _suggestion(description: RobotDescription, span: Span) -> str:
-    """Return the beam that a link could be; nothing where it could not."""
+    """Return the text of the suggested beam of a link; empty if there is none."""
     tube = span.tube
     if tube is None or span.link in description.beams:
         return ""
@@ -316,7 +316,7 @@ def _beam_text(description: RobotDescription, candidates: Mapping[str, Span], li
 
 
 def _tip(description: RobotDescription) -> str:
-    """Say how a platform that a moving joint carries gets an end, if it is one: the platform itself is rigid."""
+    """Return advice for a platform at the end of a moving joint, which is rigid; empty otherwise."""
     joint = next((item for item in description.joints.values() if item.child == description.platform), None)
     if joint is None or JOINT_TYPES[joint.type].is_fixed or description.loops:
         return ""
@@ -346,20 +346,20 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     there = description.joint_stiffness
     suggested = {joint.name: _actuator_stiffness(joint) for joint in actuators if joint.effort > 0 and joint.name not in there}
     if given == SUGGESTED:
-        wanted = dict(suggested)
-        if not wanted:
+        chosen = dict(suggested)
+        if not chosen:
             raise ArgumentError(
                 "joint_stiffness: no actuator of the file has an effort to estimate its stiffness from; give numbers"
             )
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
     else:
-        wanted = {str(name): _positive(description, name, value) for name, value in (given or {}).items()}
+        chosen = {str(name): _positive(description, name, value) for name, value in (given or {}).items()}
     result = ""
-    if wanted:
+    if chosen:
         result += "\n  <!-- elastic actuators and gears, in N m/rad, slides in N/m -->\n"
-        result += "".join(_stiffness(name, value) + "\n" for name, value in wanted.items())
-    rest = [joint for joint in actuators if joint.name in suggested and joint.name not in wanted]
+        result += "".join(_stiffness(name, value) + "\n" for name, value in chosen.items())
+    rest = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
     if rest:
         result += (
             "\n  <!-- How stiff actuators could be, in N m/rad, slides in N/m: as if their effort, the largest force\n"

@@ -1,4 +1,4 @@
-"""Mechanisms with names in the field: the notation of their limbs, and how these stand."""
+"""Common names of mechanisms: the notation of their limbs, and their arrangement."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from kinetostatics.exceptions import ArgumentError
 
 @dataclass(frozen=True)
 class KnownName:
-    """A mechanism with a name in the field.
+    """A mechanism with a common name.
 
     Attributes:
-        name: as the field writes it.
+        name: the common name.
         architecture: its limbs in the notation.
-        about: what it is.
-        options: arguments of ``new_robot`` that make it what it is, unless they are given.
-        also: other names; of a name that several share the user chooses.
+        about: short description.
+        options: defaults of arguments of ``new_robot``.
+        also: other names, which several mechanisms may share.
     """
 
     name: str
@@ -30,12 +30,12 @@ class KnownName:
 
     @property
     def arrangement(self) -> str:
-        """How its limbs stand."""
+        """Arrangement of its limbs."""
         return str(self.options.get("arrangement", "symmetric"))
 
     @property
     def line(self) -> str:
-        """The name with its limbs and what it is, in one line."""
+        """Line of a list: name, limbs and description."""
         needs = "" if self.arrangement == "symmetric" else f" ({self.arrangement})"
         return f"{self.name:18} {self.architecture:16} {self.about}{needs}"
 
@@ -100,24 +100,24 @@ _SERIAL = (
     "is a serial robot, and new joins limbs in parallel; kinetostatics new --from FILE extends a serial robot's URDF, and "
     "kinetostatics robots --copy ur10 copies one that is ready"
 )
-#: Names of what limbs between a base and a platform do not make, and why.
+#: Names of robots without limbs between a base and a platform, with advice.
 OTHERS = {
     ("scara",): f'{_SERIAL}; for a double SCARA write kinetostatics new "five-bar"',
     ("puma", "ur", "ur3", "ur5", "ur10", "cartesian", "gantry"): _SERIAL,
     ("h4", "i4", "par4", "quattro"): (
-        "has a platform whose parts move against each other, which the notation of limbs does not tell; write its file by hand"
+        "has an articulated platform, which the notation of limbs does not describe; write its file by hand"
     ),
     ("cable", "cdpr", "cable driven", "cable driven parallel"): (
-        "is driven by cables, which only pull; limbs here hold forces both ways"
+        "is driven by cables, which transmit tension only; limbs here transmit tension and compression"
     ),
 }
 
 
 def named(text: str) -> KnownName | None:
-    """Return the mechanism of a name such as "Stewart platform" or "5R", upper or lower case; None if it is not known.
+    """Return the mechanism of a name such as "Stewart platform" or "5R", upper or lower case; None if unknown.
 
     Raises:
-        ArgumentError: several have this name, or limbs do not make what it means.
+        ArgumentError: several mechanisms have this name, or it is not that of a parallel mechanism.
     """
     name = _plain(text)
     for names, reason in OTHERS.items():
@@ -128,10 +128,10 @@ def named(text: str) -> KnownName | None:
 
 
 def chosen(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the only one of several mechanisms, None if there is none.
+    """Return the mechanism if exactly one was found, None if none.
 
     Raises:
-        ArgumentError: there are several.
+        ArgumentError: several were found.
     """
     if len(found) > 1:
         commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
@@ -140,12 +140,12 @@ def chosen(text: str, found: list[KnownName]) -> KnownName | None:
 
 
 def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> dict[str, Keyword]:
-    """Return the arguments of ``new_robot`` that belong to a name, or to the only mechanism known of an architecture.
+    """Return the default arguments of ``new_robot`` of a name, or of the only known mechanism of an architecture.
 
     Args:
-        text: what was asked for.
+        text: name or notation given by the user.
         architecture: its limbs in the notation, actuators in brackets.
-        given: arguments that are given; places or another arrangement leave no mechanism to be known.
+        given: given arguments; with placements or another arrangement, the notation has no defaults.
 
     Raises:
         ArgumentError: the architecture is that of several mechanisms, such as 3-RRR, planar or spherical.

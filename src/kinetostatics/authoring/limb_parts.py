@@ -1,4 +1,4 @@
-"""Parts of a limb, from its string of joints: guides, joints at points, and the links between these points."""
+"""Parts of a limb, from its string of joints: guide, points with joints, and links between these points."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from dataclasses import dataclass
 
 from kinetostatics.authoring.notation import AlikeLimbs, Architecture, JointSymbol, error_at
 
-#: Points of a limb at most: at the base, at an elbow, at the platform.
+#: Largest number of points of a limb: at the base, at an elbow, at the platform.
 MAX_POINTS = 3
 
 
 @dataclass(frozen=True)
 class LimbPoint:
-    """A point of a limb where it turns.
+    """A point of a limb with a rotational joint, or a rigid end.
 
     Attributes:
         kind: R, U, S or C; "4S" for the upper spherical joints of two rods, "" for a rigid end.
         symbol: the joint in the notation, None for a rigid end.
-        axes: of a universal joint: "n" for the axis that is parallel to the limb's revolute axes, "x" for the one across it;
-            first axis first.
-        letter: what tells its name from those of joints of the same kind in the limb; empty if there is only one.
+        axes: order of the axes of a universal joint: "n" for the axis parallel to the limb's revolute axes, "x" for the
+            perpendicular one.
+        letter: suffix of its name if the limb has several joints of this kind; else empty.
     """
 
     kind: str
@@ -34,9 +34,9 @@ class LimbSpan:
 
     Attributes:
         kind: "rod", "telescope", "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
-        role: what its section and names are called by: "crank" or "rod".
-        slide: the joint of a telescope in the notation.
-        turns: whether a telescope also turns about its line, as a cylindrical joint does.
+        role: name for its section and link: "crank" or "rod".
+        slide: the prismatic joint of a telescope in the notation.
+        turns: whether a telescope also rotates about its line, as a cylindrical joint.
     """
 
     kind: str
@@ -52,9 +52,9 @@ class Skeleton:
     Attributes:
         group: the limbs in the notation.
         guide: the prismatic joint on the base, or None.
-        guide_turns: whether the guide is a cylindrical joint, whose carriage turns about it.
-        points: where it turns, from base to platform.
-        spans: between them.
+        guide_turns: whether the guide is a cylindrical joint.
+        points: its points, from base to platform.
+        spans: links between consecutive points.
         ends_rigid: whether its last link is fixed to the platform.
     """
 
@@ -80,7 +80,7 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     """Return the parts of a limb.
 
     Raises:
-        ArgumentError: the directions of its joints do not follow from the notation; the message says where.
+        ArgumentError: the directions of its joints do not follow from the notation.
     """
     text, joints = architecture.source, list(group.joints)
     guide, guide_turns = None, False
@@ -97,7 +97,7 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
     spans: list[LimbSpan] = []
     waiting: LimbSpan | None = None
     if not guide_turns and joints and joints[0].kind in ("P", "4R", "4S"):
-        points.append(LimbPoint("", None))  # what stands rigidly on the base or on the carriage
+        points.append(LimbPoint("", None))  # fixed to the base or to the carriage
     for number, joint in enumerate(joints):
         last = number == len(joints) - 1
         slides = joint.kind == "P" or (joint.kind == "C" and points and not last)
@@ -138,11 +138,11 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
 
 
 def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
-    """Return points whose universal joints know the order of their axes.
+    """Return points with the order of the axes of universal joints.
 
-    Where a revolute joint is the neighbour, the axis on its side is parallel to it. Else the axis on the side of base or
-    platform is the one that lies along the limb's y, and the other one is across the rod. A telescope that is fixed to the
-    platform counts as a revolute neighbour: the first axis is then radial and fixed in the base.
+    The axis on the side of an adjacent revolute joint is parallel to this joint. Otherwise the axis on the side of base or
+    platform is along the limb's y, and the other one perpendicular to the rod. A telescope fixed to the platform counts as an
+    adjacent revolute joint: the first axis is then radial and fixed in the base.
     """
     found = []
     for number, point in enumerate(points):

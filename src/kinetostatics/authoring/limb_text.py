@@ -1,7 +1,8 @@
-"""The xacro text of a limb: a macro that puts its joints, links, beams and actuators between base and platform.
+"""The xacro macro of a limb: its joints, links, beams and actuators between base and platform.
 
-Its geometry is written as expressions of the file's arguments, so that the file stays closed when these are changed. In the
-limb's frame (y along its revolute axes) a link has its z along itself: turned by its pitch about y, then by its roll about its x.
+Its geometry consists of expressions of the file's arguments, so that the loops are closed for all values. Axis z of a link's
+frame is along the link; relative to the limb's frame (y along the revolute axes), it is rotated by the pitch about y, then by the
+roll about its x.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ class LimbOptions:
 
     Attributes:
         macro: name of its macro.
-        head: the lines that call ``limb_frame``, and its parameters.
-        parameters: of the macro.
-        guide_direction: of the carriage's guide in the base's axes, an expression.
-        oblique: whether the last link may leave the plane across the revolute axes.
-        prefixes: what the arguments of a role's section begin with; with a ``cylinder`` a telescope is this and a rod, both of
-            constant lengths.
-        widths: for each role the expressions of its drawing: diameter, or height and width.
-        given: names of the file's arguments: with ``crank_angle`` the rod's length follows from it, else the two lengths are
+        head: lines with the call of ``limb_frame``.
+        parameters: parameters of the macro.
+        guide_direction: direction of the carriage's guide in base axes, an expression.
+        oblique: whether the last link may leave the plane normal to the revolute axes.
+        prefixes: prefixes of the section arguments of each role; with a ``cylinder``, a telescope consists of cylinder and rod
+            of constant lengths.
+        widths: expressions for the drawing of each role: diameter, or height and width.
+        given: names of the file's arguments: with ``crank_angle`` the rod's length follows from it, else both lengths are
             given; with ``actuator_stiffness`` actuators are elastic; with ``crank_arc`` all axes of a limb meet in one point.
     """
 
@@ -46,8 +47,8 @@ class _Walk:
 
     Attributes:
         link: name of the outermost link.
-        end: where the next joint sits, in that link's frame.
-        pitch, roll: its angles, expressions; "0" where they are none.
+        end: position of the next joint in that link's frame.
+        pitch, roll: expressions of its angles; "0" if zero.
         last_joint: name of the joint at its inner end.
     """
 
@@ -59,7 +60,7 @@ class _Walk:
     lines: list[str] = field(default_factory=list)
     actuators: list[str] = field(default_factory=list)
 
-    def say(self, *lines: str) -> None:
+    def write(self, *lines: str) -> None:
         self.lines += lines
 
 
@@ -73,16 +74,16 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
         _write(skeleton, options, walk)
     for number, joint in enumerate(walk.actuators):
         letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
-        walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
+        walk.write(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
         if "actuator_stiffness" in options.given:
-            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg actuator_stiffness)"/>')
+            walk.write(f'<joint_stiffness joint="{joint}" drive="$(arg actuator_stiffness)"/>')
     body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
     return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
 
 
 def _write(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
-    """Write everything but transmissions."""
-    walk.say(*options.head, *_geometry(skeleton, options), "")
+    """Write everything except transmissions."""
+    walk.write(*options.head, *_geometry(skeleton, options), "")
     _guide(skeleton, options, walk)
     for number, point in enumerate(skeleton.points):
         is_last = number == len(skeleton.points) - 1
@@ -146,14 +147,14 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
     if skeleton.guide is None:
         return
     if skeleton.guide_turns:
-        walk.say(
+        walk.write(
             "<!-- the cylindrical joint: a slide along the limb's y, and a turn about it -->",
             '<xacro:prismatic name="prismatic_${i}" parent="foot_${i}" child="carriage_${i}" axis="0 1 0" lower="${-stroke}"',
             '                 upper="${stroke}" effort="2000"/>',
             '<link name="carriage_${i}"><xacro:box_inertial mass="${carriage_mass}" x="0.1" y="0.1" z="0.1"/></link>',
         )
     else:
-        walk.say(
+        walk.write(
             f'<xacro:guide i="${{i}}" name="prismatic_${{i}}" direction="${{{options.guide_direction}}}"',
             '             mass="${carriage_mass}" stroke="${stroke}"/>',
         )
@@ -188,7 +189,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
     inner = "turning_${i}" if span.turns else child
     _tree_joint(skeleton, point, inner, pitch, roll, walk)
     if span.turns:
-        walk.say(
+        walk.write(
             "<!-- the turn of the cylindrical joint, about the line of the telescope -->",
             f'<link name="{inner}"/>',
             f'<xacro:revolute name="turn_${{i}}" parent="{inner}" child="{child}" axis="0 0 1"',
@@ -205,14 +206,14 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
 
 
 def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
-    """Write the joint at a point, in the tree, and note its name as that at the child's inner end."""
+    """Write the joint of the tree at a point, and store its name as the joint at the inner end of the child."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
     turn, tilt = _turn(pitch, walk.pitch), "0" if roll == "0" else f"${{{roll}}}"
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
     driven = point.symbol is not None and point.symbol.driven and point.kind == "R"
     if point.kind in ("R", "C"):
         limit = "drive_angle_max" if driven else "joint_angle_max"
-        walk.say(
+        walk.write(
             f'<xacro:revolute name="{name}" {at} rpy="0 {turn} 0"',
             f'                lower="${{-{limit}}}" upper="${{{limit}}}"' + (' effort="200"/>' if driven else "/>"),
         )
@@ -228,19 +229,19 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
             back = "0 0 0" if walk.pitch == "0" else f"0 {_turn('0', walk.pitch)} 0"
             order, first, second = 'first="x" second="y"', f'rpy="{back}"', f' rpy2="0 ${{{pitch}}} 0"'
             walk.last_joint = f"{name}_y"
-        walk.say(
+        walk.write(
             f'<xacro:universal name="{name}" {at} {cross} {order}',
             f'                 {first}{second} angle_max="${{joint_angle_max}}"/>',
         )
     elif point.kind == "S":
-        walk.say(
+        walk.write(
             f'<xacro:spherical name="{name}" {at} ball="ball_${{i}}{point.letter}"',
             f'                 rpy="{tilt} {turn} 0" angle_max="${{joint_angle_max}}"/>',
         )
         walk.last_joint = f"{name}_z"
     else:
         xyz = f'xyz="{walk.end}" ' if walk.end != "0 0 0" else ""
-        walk.say(
+        walk.write(
             f'<joint name="{name}" type="fixed">',
             f'  <parent link="{walk.link}"/><child link="{child}"/>',
             f'  <origin {xyz}rpy="0 {turn} 0"/>',
@@ -258,13 +259,15 @@ def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
 
 
 def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
-    """Write a rod or crank of constant length, whose joint is written."""
+    """Write a rod or crank of constant length, after its inner joint."""
     role = skeleton.spans[number].role
     start, after = walk.last_joint, skeleton.points[number + 1]
-    walk.say(f'<link name="{walk.link}">', f"  {_drawn(options.widths[role], f'{role}_length', f'{role}_length / 2')}", "</link>")
+    walk.write(
+        f'<link name="{walk.link}">', f"  {_drawn(options.widths[role], f'{role}_length', f'{role}_length / 2')}", "</link>"
+    )
     beam, walk.end = walk.link, f"0 0 ${{{role}_length}}"
     if after.kind == "4S":
-        walk.say(
+        walk.write(
             "<!-- the elbow that holds the pair of rods is rigid, and has the limb's axes at zero -->",
             '<joint name="weld_${i}" type="fixed">',
             f'  <parent link="{walk.link}"/><child link="elbow_${{i}}"/>',
@@ -278,11 +281,11 @@ def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> 
         end, walk.link, walk.end, walk.pitch = "weld_${i}", "elbow_${i}", "0 0 0", "0"
     else:
         end = _inner_name(after, in_tree=number + 1 < len(skeleton.points) - 1)
-    walk.say(f'<xacro:{options.prefixes[role]}_beam link="{beam}" start="{start}" end="{end}"/>')
+    walk.write(f'<xacro:{options.prefixes[role]}_beam link="{beam}" start="{start}" end="{end}"/>')
 
 
 def _inner_name(point: LimbPoint, *, in_tree: bool) -> str:
-    """Return the name of the joint at a point that holds the link on its inner side."""
+    """Return the name of the joint at a point that is adjacent to the link on the inner side."""
     kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
     name = f"{kind}_${{i}}{point.letter}"
     if in_tree and point.kind == "U":
@@ -300,7 +303,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     beam = options.prefixes[role]
     if "cylinder" in options.prefixes:
         outer = options.widths["cylinder"]
-        walk.say(
+        walk.write(
             "<!-- cylinder and rod have constant lengths; the locked actuator joins them rigidly -->",
             f'<link name="{walk.link}">',
             f"  {_drawn(outer, f'cylinder_part * {length}', f'cylinder_part * {length} / 2')}",
@@ -310,7 +313,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         middle = f"{rest} / 2"
         walk.end = f"0 0 ${{{rest}}}"
     else:
-        walk.say(
+        walk.write(
             "<!-- massless: the beam below is the whole telescope, and its length follows the slide -->",
             f'<link name="{walk.link}">',
             f'  <xacro:draw_cylinder diameter="${{1.3 * {width}}}" length="${{{length} / 2}}" material="blue"',
@@ -321,7 +324,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         walk.end = "0 0 0"
     effort = ' effort="2000"' if span.slide is not None and span.slide.driven else ""
     rod = f"{role}_${{i}}"
-    walk.say(
+    walk.write(
         f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '
         f'upper="${{stroke}}"{effort}/>',
         f'<link name="{rod}">',
@@ -329,12 +332,12 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         "</link>",
     )
     if "cylinder" in options.prefixes:
-        walk.say(
+        walk.write(
             f'<xacro:{options.prefixes["cylinder"]}_beam link="{walk.link}" start="{start}" end="{slide}"/>',
             f'<xacro:{beam}_beam link="{rod}" start="{slide}" end="{end}"/>',
         )
     else:
-        walk.say(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
+        walk.write(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
     if span.slide is not None and span.slide.driven:
         walk.actuators.append(slide)
     walk.link, walk.last_joint = rod, slide
@@ -343,7 +346,7 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
 def _rod_pair(options: LimbOptions, walk: _Walk) -> None:
     width = options.widths["rod"][-1]
     beam = options.prefixes["rod"]
-    walk.say(
+    walk.write(
         "<!-- two rods between spherical joints: they keep their far ends parallel to this one -->",
         f'<xacro:rod_pair i="${{i}}" link="{walk.link}" width="${{pair_width}}" pitch="${{rod_pitch}}" length="${{rod_length}}"',
         f'                diameter="${{{width}}}" angle_max="${{joint_angle_max}}"/>',
@@ -353,7 +356,7 @@ def _rod_pair(options: LimbOptions, walk: _Walk) -> None:
 
 def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
     width, beam = options.widths["rod"][-1], options.prefixes["rod"]
-    walk.say(
+    walk.write(
         '<link name="head_${i}"><xacro:box_inertial mass="${head_mass}" x="0.02" y="${pair_width}" z="0.02"/></link>',
         '<xacro:parallelogram i="${i}" width="${pair_width}" length="${rod_length}" angle_max="${joint_angle_max}"',
         f'                     thickness="${{{width}}}"/>',
@@ -367,33 +370,33 @@ def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
 
 def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
     """Write the loop that closes the limb at the platform."""
-    if point.kind == "4S":  # its rods are closed already
+    if point.kind == "4S":  # the loops of its rods are already written
         return
     end = "${limb_x} ${limb_y} ${limb_z}" if len(skeleton.points) < 2 else walk.end
     at = f'link="{walk.link}" platform="seat_${{i}}" xyz="{end}"'
     back = f"0 {_turn('0', walk.pitch)} 0" if walk.pitch != "0" else "0 0 0"
     name, limit = _inner_name(point, in_tree=False), 'angle_max="${joint_angle_max}"'
     if point.kind == "R":
-        walk.say(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
+        walk.write(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
         if point.symbol is not None and point.symbol.driven:
             walk.actuators.append(name)
     elif point.kind == "C":
-        walk.say(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')
+        walk.write(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')
     elif point.kind == "U" and point.axes == "nx":
-        walk.say(
+        walk.write(
             f'<xacro:universal_loop name="{name}" {at} rpy="{back}"',
             f'                      axis="0 1 0" axis2="1 0 0" {limit}/>',
         )
     elif point.kind == "U":
         flat = "0 0 0" if walk.roll == "0" else f"${{-{walk.roll}}} 0 0"
         seat = "0 0 0" if walk.pitch == "0" else f"0 ${{{walk.pitch}}} 0"
-        walk.say(
+        walk.write(
             f'<xacro:universal_loop name="{name}" {at} rpy="{flat}" rpy2="{seat}"',
             f'                      axis="1 0 0" axis2="0 1 0" {limit}/>',
         )
     elif point.kind == "S":
         roll = "0" if walk.roll == "0" else f"${{{walk.roll}}}"
         seat = "0" if walk.pitch == "0" else f"${{{walk.pitch}}}"
-        walk.say(f'<xacro:spherical_loop name="{name}" {at} rpy2="{roll} {seat} 0" {limit}/>')
+        walk.write(f'<xacro:spherical_loop name="{name}" {at} rpy2="{roll} {seat} 0" {limit}/>')
     else:
-        walk.say(f'<xacro:fixed_loop name="{name}" {at} rpy="{back}"/>')
+        walk.write(f'<xacro:fixed_loop name="{name}" {at} rpy="{back}"/>')

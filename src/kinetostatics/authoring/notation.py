@@ -1,6 +1,6 @@
 """The notation of parallel mechanisms: ``3-R[P]S``, ``2-[P]RU+U[P]R``, ``3-U[P]S+UP``, ``3-[R](4S)``.
 
-A mechanism is a sum of limbs; ``3-`` stands for three alike. A limb is a string of joints from base to platform:
+A mechanism is a sum of limbs; ``3-`` denotes three equal limbs. A limb is a string of joints from base to platform:
 
 ====== ================ ========
 letter joint            freedoms
@@ -14,7 +14,7 @@ S      spherical        3
 (4R)   parallelogram with four revolute joints in its corners, also written Pa
 ====== ================ ========
 
-Driven joints stand in brackets or are underlined (U+0332 behind the letter). The notation is that of J.-P. Merlet, Parallel
+Driven joints are in brackets or underlined (U+0332 after the letter). The notation is that of J.-P. Merlet, Parallel
 Robots, 2nd ed., Springer 2006, and of X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007.
 
 >>> architecture = parse_architecture("3-U[P]S+UP")
@@ -33,7 +33,7 @@ from kinetostatics.authoring.known_names import named
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 
-#: Joints by letter: name, and freedoms. A parallelogram counts what it leaves its far side: (4S) also lets both rods spin.
+#: Joints by letter: name, and freedoms of the outer side relative to the inner one (without the spin of the rods of (4S)).
 JOINTS: dict[str, tuple[str, int]] = {
     **{
         JOINT_TYPES[name].symbol: (name, JOINT_TYPES[name].freedoms)
@@ -43,9 +43,9 @@ JOINTS: dict[str, tuple[str, int]] = {
     "4R": ("parallelogram", 1),
 }
 LETTERS = "R (revolute), P (prismatic), C (cylindrical), U (universal), S (spherical), (4S) and (4R) (parallelograms)"
-#: What can be driven.
+#: Joints that can be driven.
 DRIVABLE = ("R", "P", "C")
-#: Marks behind an underlined letter.
+#: Combining characters after an underlined letter.
 UNDERLINES = "\u0332\u0331"
 #: Other ways to write the parallelograms.
 PARALLELOGRAMS = {**dict.fromkeys(("4S", "SS", "2SS"), "4S"), **dict.fromkeys(("4R", "RR", "2RR", "Pa"), "4R")}
@@ -61,8 +61,8 @@ class JointSymbol:
 
     Attributes:
         kind: a key of ``JOINTS``.
-        driven: whether it is; of a cylindrical joint: whether its slide is.
-        place: where it begins in the notation, from 1.
+        driven: whether it is driven; for a cylindrical joint, whether its translation is.
+        place: position in the notation, from 1.
     """
 
     kind: str
@@ -71,19 +71,19 @@ class JointSymbol:
 
     @property
     def text(self) -> str:
-        """The joint as it is written."""
+        """The joint in the notation."""
         letter = self.kind if len(self.kind) == 1 else f"({self.kind})"
         return f"[{letter}]" if self.driven else letter
 
 
 @dataclass(frozen=True)
 class AlikeLimbs:
-    """Limbs that are alike.
+    """Equal limbs.
 
     Attributes:
-        count: how many they are.
-        joints: from base to platform.
-        place: where they begin in the notation, from 1.
+        count: number of limbs.
+        joints: joints of a limb from base to platform.
+        place: position in the notation, from 1.
     """
 
     count: int
@@ -92,7 +92,7 @@ class AlikeLimbs:
 
     @property
     def text(self) -> str:
-        """The limb as it is written, actuators in brackets."""
+        """The limb in the notation, with actuators in brackets."""
         return "".join(joint.text for joint in self.joints)
 
     @property
@@ -108,12 +108,12 @@ class AlikeLimbs:
 
 @dataclass(frozen=True)
 class Architecture:
-    """A mechanism: its limbs.
+    """The limbs of a mechanism.
 
     Attributes:
-        source: the notation as it was given.
-        groups: the limbs, those alike together.
-        actuators_chosen: whether the notation marked no actuator, so that the usual ones were taken.
+        source: the given notation.
+        groups: groups of equal limbs.
+        actuators_chosen: whether the notation has no marks of actuators, so that the usual ones are chosen.
     """
 
     source: str
@@ -137,19 +137,19 @@ class Architecture:
 
     @property
     def formula_freedoms(self) -> int:
-        """Freedoms by Grübler's formula, sum of joint freedoms less six for every loop; overconstrained mechanisms have more."""
+        """Freedoms by Grübler's formula, sum of joint freedoms minus 6 per loop; overconstrained mechanisms have more."""
         return sum(limb.freedoms for limb in self.limbs) - 6 * (len(self.limbs) - 1)
 
 
 def parse_architecture(text: str) -> Architecture:
-    """Read a mechanism in the field's notation, or one of the field's names.
+    """Return a mechanism from its notation or its common name.
 
-    Without any mark of actuators the usual ones are taken: of each limb the first prismatic joint, else its first revolute or
-    cylindrical one, which mostly is that at the base. Limbs that leave less than six freedoms stay passive where those with
-    six are as many as the mechanism's freedoms: the tube of 3-UPS+UP.
+    Without marks of actuators, the usual ones are chosen: the first prismatic joint of each limb, otherwise its first revolute or
+    cylindrical joint. Limbs with fewer than six freedoms remain passive if the number of the other limbs equals the freedoms of
+    the mechanism (the tube of 3-UPS+UP).
 
     Raises:
-        ArgumentError: it cannot be read; the message says where and what would be right.
+        ArgumentError: the notation is invalid.
     """
     if not isinstance(text, str) or not text.strip():
         raise ArgumentError(f"the architecture is {text!r}; write limbs as strings of joints, such as '3-R[P]S' or '6-U[P]S'")
@@ -168,7 +168,7 @@ def parse_architecture(text: str) -> Architecture:
         groups.append(group)
         if at == len(text):
             break
-        at += 1  # a plus, or what stands for it
+        at += 1  # a plus, or another separator
     found = Architecture(text, tuple(groups))
     if len(found.limbs) > MAX_LIMBS:
         raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
@@ -176,19 +176,19 @@ def parse_architecture(text: str) -> Architecture:
 
 
 def _is_a_word(text: str) -> bool:
-    """Whether a text is a name rather than notation: with other letters in a word of four, or a chain of revolute joints (6R)."""
+    """Whether a text is a name, not notation: a word of four letters with foreign ones, or a chain of revolutes (6R)."""
     foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
     return re.fullmatch(r"\s*\dR\s*", text) is not None or (len(foreign) > 1 and re.search("[A-Za-z]{4,}", text) is not None)
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:
-    """Return the error of a place in a notation, which is counted from 1."""
+    """Return the error for a position in a notation, counted from 1."""
     here = repr(text[place - 1]) if place <= len(text) else "the end"
     return ArgumentError(f"architecture {text!r}, place {place} ({here}): {reason}")
 
 
 def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
-    """Read the limbs of one term; return them and where the next sign stands."""
+    """Return the limbs of one term, and the position of the next separator."""
     start = re.compile(r"\s*").match(text, at)
     place = (start.end() if start else at) + 1
     head = _TERM.match(text, at)
@@ -214,7 +214,7 @@ def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
 
 
 def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
-    """Read a joint, or the driven joints of a bracket; return them and the next position."""
+    """Return a joint, or the driven joints in brackets, and the next position."""
     place = at + 1
     if text[at] == "[":
         end = text.find("]", at)
@@ -261,12 +261,12 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
 
 
 def _with_usual_actuators(found: Architecture) -> Architecture:
-    """Return an architecture whose notation marks no actuator with the usual ones."""
+    """Return an architecture without marks of actuators with the usual ones."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
 
     def driven(group: AlikeLimbs) -> AlikeLimbs:
-        """Return limbs whose first prismatic joint is driven, else the first that can be."""
+        """Return limbs with the first prismatic joint driven, otherwise the first joint that can be driven."""
         number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
         joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))
         return group if only_full and group.freedoms < 6 else replace(group, joints=joints)

@@ -1,4 +1,4 @@
-"""Placement of limbs: rotational symmetry, a plane, three perpendicular directions, around a point, or a table."""
+"""Placement of limbs: with rotational symmetry, in a plane, along three perpendicular axes, about a point, or by a table."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from kinetostatics.files.csv_tables import read_csv
 
 Point = tuple[float, float, float]
 
-#: Where limbs may stand if there is no table.
+#: Arrangements of limbs without a table.
 ARRANGEMENTS = SYMMETRIC, PLANAR, CARTESIAN, SPHERICAL = ("symmetric", "planar", "cartesian", "spherical")
-#: Directions in words, of guides and of revolute axes.
+#: Names of directions of guides and revolute axes.
 DIRECTIONS = ("vertical", "radial", "tangential")
 #: Columns of a table, and kinds of their numbers.
 COLUMNS = {"base": "length", "platform": "length", "axis": "number", "guide": "number"}
@@ -40,11 +40,11 @@ class LimbPlace:
     """Placement of a limb.
 
     Attributes:
-        base, platform: its ends, in the frames of base and platform [m].
-        at_base, at_platform: their azimuths where their radii are the file's; else None.
-        base_text, platform_text: the points as expressions, where there are no azimuths.
-        axis: direction of its revolute axes in the base: a word of ``DIRECTIONS``, a vector, or None for across the limb.
-        guide: of the carriage's guide: a word or a vector.
+        base, platform: positions of its ends in the frames of base and platform [m].
+        at_base, at_platform: azimuths of its ends, if their radii are arguments of the file; else None.
+        base_text, platform_text: expressions of the positions, if there are no azimuths.
+        axis: direction of its revolute axes in the base: one of ``DIRECTIONS``, a vector, or None: perpendicular to the limb.
+        guide: direction of the carriage's guide: one of ``DIRECTIONS`` or a vector.
     """
 
     base: Point
@@ -66,9 +66,9 @@ def direction(word: str | Point, azimuth: float) -> Point:
 
 
 def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
-    """Return the platform's point in the limb's frame at zero [m], and the reference azimuth of its directions.
+    """Return the platform point in the limb's frame at zero [m], and the reference azimuth of its directions [rad].
 
-    It is what the macro ``limb_frame`` of the library computes.
+    The formulas are those of the macro ``limb_frame`` of the library.
     """
     base, platform = np.array(place.base), np.array(place.platform)
     line = platform - base + np.array([0.0, 0.0, height])
@@ -97,10 +97,10 @@ def limb_frame(place: LimbPlace, height: float) -> tuple[np.ndarray, float]:
 
 
 def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> list[float | None]:
-    """Return the limbs' azimuths [rad], None for one in the middle.
+    """Return the azimuths of the limbs [rad], None for a limb at the centre.
 
-    All limbs stand evenly around the vertical. Of 2 + 1 limbs the two stand on Y and −Y, the one on X; a single limb beside three
-    or more that are alike stands in the middle.
+    Limbs are evenly spaced about the vertical. Of 2 + 1 limbs, the two equal ones are at Y and −Y, the other one at X; a single
+    limb besides three or more equal ones is at the centre.
     """
     count = len(architecture.limbs)
     if given is not None:
@@ -134,15 +134,15 @@ def arranged(
     guide: str,
     axis: str | None,
 ) -> list[LimbPlace]:
-    """Return where limbs stand, by symmetry.
+    """Return the placements of limbs of a symmetric arrangement.
 
     Args:
         architecture: the mechanism.
-        skeletons: of each limb.
+        skeletons: parts of each limb.
         arrangement: one of ``ARRANGEMENTS``.
-        azimuths: of the limbs [rad]; None for even ones.
+        azimuths: azimuths of the limbs [rad]; None: evenly spaced.
         values: base_radius, base_height, platform_radius, base_spread, platform_spread and platform_turn.
-        guide, axis: directions in words; None for across the limb.
+        guide, axis: names of directions; axis None: perpendicular to the limb.
     """
     check_choice("arrangement", arrangement, ARRANGEMENTS)
     if arrangement == CARTESIAN:
@@ -181,10 +181,10 @@ def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
 
 
 def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[LimbPlace]:
-    """Return three limbs that are the same one turned cyclically, X to Y to Z to X.
+    """Return the placements of three limbs, obtained from one another by cyclic permutation of X, Y, Z.
 
-    Limbs whose revolute axes are parallel to their guide stand beside it, as in a Tripteron: limb 1 at −Y, guide and axes along
-    X. Other limbs stand on it, as in an Orthoglide: limb 1 on X, its guide along X, its axes along Y.
+    Limbs with revolute axes parallel to their guide are beside the axes, as in a Tripteron: limb 1 at −Y, guide and axes along
+    X. Other limbs are on the axes, as in an Orthoglide: limb 1 on X, its guide along X, its axes along Y.
     """
     if len(skeletons) != 3:
         raise ArgumentError(
@@ -216,7 +216,7 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
 def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     """Read a CSV table of placements, one limb a row, in the order of the notation.
 
-    Its columns are ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, where they are needed, ``axis_x, …`` and
+    Its columns are ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, if necessary, ``axis_x, …`` and
     ``guide_x, …``; lengths in metres, or with their unit.
 
     Raises:
@@ -237,10 +237,10 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
 
 
 def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: object, guide: str) -> list[LimbPlace]:
-    """Return where limbs stand by a table: a list with a mapping, or (base, platform) or (base, platform, direction), for each.
+    """Return the placements of limbs in a table: for each a mapping, (base, platform) or (base, platform, direction).
 
     Raises:
-        ArgumentError: it is invalid.
+        ArgumentError: the table is invalid.
     """
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)

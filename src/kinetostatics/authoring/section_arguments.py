@@ -48,7 +48,7 @@ def chosen_sections(
 
 
 def _usual(length: float, paired: bool) -> SectionText:
-    """Return a steel tube whose diameter is a fifteenth of its length, a fortieth in pairs of rods, its wall a tenth of that."""
+    """Return the default steel tube: diameter length/15, length/40 in pairs of rods; wall a tenth of the diameter."""
     outer = rounded(length / (40 if paired else 15))
     return SectionText("tube", {"outer_diameter": outer, "inner_diameter": rounded(0.8 * outer)})
 
@@ -84,7 +84,7 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
 
 
 def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> None:
-    """Add a tube's wall, from which its inner diameter follows; or that alone, where it is given."""
+    """Add a tube's wall thickness, which determines its inner diameter; or the inner diameter if that is given."""
     inner, wall = f"{prefix}_inner_diameter", f"{prefix}_wall_thickness"
     if inner in arguments.given:
         if wall in arguments.given:

@@ -45,10 +45,10 @@ def parse_section(text: str, what: str = "section") -> SectionText:
 
     Args:
         text: the section.
-        what: what messages call it.
+        what: name for messages.
 
     Raises:
-        ArgumentError: it is none; the message says what would be right.
+        ArgumentError: the text is not a section.
     """
     words = text.split() if isinstance(text, str) else []
     if not words:

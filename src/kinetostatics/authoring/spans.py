@@ -16,24 +16,24 @@ from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 
-#: Wall of the tubes that are suggested, as part of their outer diameter, their material, and how slender a tube of the link's
-#: mass, in which motors count, must be.
+#: Suggested tubes: wall as a part of the outer diameter, material, and least ratio of length to diameter of the tube with the
+#: link's mass (including motors).
 WALL, MATERIAL, SLENDER = 0.1, "aluminium", 1.5
-#: Two axes are parallel if the sine between them is smaller.
+#: Sine of the angle below which two axes are parallel.
 PARALLEL = 1e-3
 
 
 @dataclass(frozen=True)
 class Span:
-    """A link between two joints on the way from base to platform, or between the last of them and the platform.
+    """A link between two joints of the chain from base to platform, or between the last joint and the platform.
 
     Attributes:
-        link: its name.
-        start, end: the joints at its ends, towards the base and towards the platform; empty: its only ones.
-        along: unit vector from one to the other at the zero pose, in the link's frame.
-        axis: of the revolute or prismatic joint ``start``, in the link's frame.
+        link: name of the link.
+        start, end: names of the joints at its inner and outer end; empty if it has only two joints.
+        along: unit vector from start to end at the zero pose, in the link's frame.
+        axis: axis of the revolute or prismatic joint ``start``, in the link's frame.
         length: distance of the two joints at the zero pose [m].
-        mass: of the link alone [kg].
+        mass: mass of the link alone [kg].
     """
 
     link: str
@@ -46,16 +46,16 @@ class Span:
 
     @property
     def y_axis(self) -> NDArray[np.float64]:
-        """A direction across the span for the y of its section: along the joint's axis as far as it can be."""
+        """Axis y of the section: projection of the joint's axis on the plane normal to the span."""
         across = (axis - (axis @ self.along) * self.along for axis in (self.axis, *np.eye(3)))
         first = next(vector for vector in across if np.linalg.norm(vector) > PARALLEL)
         return np.asarray(first / np.linalg.norm(first))
 
     @property
     def tube(self) -> tuple[float, float] | None:
-        """Outer and inner diameter [m] of the tube with the link's mass, but no thicker than ``check`` takes beams to be.
+        """Outer and inner diameter [m], with two digits, of the tube with the link's mass, limited to slender beams.
 
-        They have two digits. None without mass, or where that tube is much thicker.
+        None without mass, or if the tube with this mass is not slender at all.
         """
         if self.mass <= 0:
             return None
@@ -68,12 +68,12 @@ class Span:
 
 
 def _rounded_down(value: float) -> float:
-    """Return a positive number with two digits, which is not larger."""
+    """Return a positive number rounded down to two digits."""
     digit: float = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(f"{math.floor(value / digit * (1 + 1e-12)) * digit:.2g}")
 
 
-def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
+def chain_joints(description: RobotDescription) -> list[tuple[Joint, bool]]:
     """Return the joints of the tree from base to platform, and whether each is passed from its parent to its child."""
     above = {joint.child: joint for joint in description.joints.values()}
 
@@ -91,15 +91,18 @@ def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
 
 
 def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
-    """Return the links between any two joints that move and follow one another from base to platform, by name.
+    """Return the links between consecutive moving joints of the chain from base to platform, by name.
 
-    The last one ends at the fixed joint of the platform's link, if it has one. Of several links that are fixed to one another
-    it is the heaviest, but never the platform. Of a robot with loops all links that two joints or loops hold. ``frames`` are
-    those of the links at the zero of all joints, (4, 4) matrices.
+    The last one ends at the fixed joint of the platform's link, if there is one. Of several links fixed to each other, the
+    heaviest one is returned, except the platform. In a robot with loops, all links with two joints or loops are returned.
+
+    Args:
+        description: the robot.
+        frames: (4, 4) frames of the links with all joints at zero.
     """
     if description.loops:
         return _between_two(description)
-    passed = way(description)
+    passed = chain_joints(description)
     ends = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
     if ends and ends[-1] < len(passed) - 1:
         ends.append(len(passed) - 1)
@@ -118,7 +121,7 @@ def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64
 
 
 def _between_two(description: RobotDescription) -> dict[str, Span]:
-    """Return the links that are neither base nor platform and that two joints or loops hold, which need not be named as ends."""
+    """Return the links with exactly two joints or loops, except base and platform."""
     ends: dict[str, list[tuple[NDArray[np.float64], str, tuple[float, float, float]]]] = {}
     for joint in (item for item in description.joints.values() if not JOINT_TYPES[item.type].is_fixed):
         ends.setdefault(joint.parent, []).append((joint.origin.matrix, joint.type, joint.axis))

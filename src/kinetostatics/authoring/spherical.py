@@ -1,4 +1,4 @@
-"""Spherical robots by name: limbs of three revolute joints whose axes all pass through one point, as in an Agile Eye.
+"""Spherical robots: limbs with three revolute joints whose axes all pass through one point, as in an Agile Eye.
 
 See C. M. Gosselin, J. Angeles, The optimum kinematic design of a spherical three-degree-of-freedom parallel manipulator,
 J. Mech. Transm. Autom. Des. 111 (1989).
@@ -17,13 +17,13 @@ from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.placement import LimbPlace
 from kinetostatics.exceptions import ArgumentError
 
-#: Both cones in which the axes lie where none is given: three axes at right angles.
+#: Default half angle of the cones of axes: three perpendicular axes.
 CONE = math.acos(1 / math.sqrt(3))
 CONE_TEXT = "${acos(1 / sqrt(3))}"
 
 
 def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -> None:
-    """Refuse limbs that are no RRR."""
+    """Check that all limbs are RRR."""
     for skeleton in skeletons:
         if skeleton.group.kinds != ("R", "R", "R"):
             raise ArgumentError(
@@ -64,7 +64,7 @@ def add_spherical_arguments(
 def _check_arcs(
     architecture: Architecture, k: int, place: LimbPlace, cones: tuple[float, float], arcs: tuple[float, float]
 ) -> None:
-    """Refuse arcs that do not reach from a limb's first axis to its last."""
+    """Check that the arcs of crank and rod reach from a limb's first axis to its last."""
     assert place.at_base is not None and place.at_platform is not None  # its azimuths are given or even
     first, last = (
         np.array([math.sin(cone) * math.cos(angle.value), math.sin(cone) * math.sin(angle.value), sign * math.cos(cone)])
@@ -84,8 +84,8 @@ def spherical_limb(skeleton: Skeleton, prefixes: Mapping[str, str], flat: Mappin
 
     Args:
         skeleton: the limb.
-        prefixes: what the arguments of a role's section begin with.
-        flat: whether a role's section needs its y axis.
+        prefixes: prefixes of the section arguments of each role.
+        flat: whether the section of a role needs a y axis.
     """
     names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
     driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]

@@ -1,1 +1,1 @@
-"""Properties of a robot before any load: limbs, mobility, redundancy, warnings; the data of ``kinetostatics check``."""
+"""Properties of a robot without loads: limbs, mobility, redundancy, warnings; the data of ``kinetostatics check``."""

@@ -12,7 +12,7 @@ from kinetostatics.layout.text import WIDTH
 
 @dataclass(frozen=True)
 class Body:
-    """Links and beams that move together between two joints, by name, directed outwards."""
+    """Links and beams that form one body between two joints, by name, in the direction from base to platform."""
 
     names: tuple[str, ...]
 
@@ -26,7 +26,7 @@ class JointStep:
         joints: the joints' names.
         kind: URDF or loop type.
         driven, elastic: whether it is driven, and whether it or its actuator is elastic.
-        follows: the joint that it mimics, or None.
+        follows: name of the joint that it mimics, or None.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Branches:
-    """Runs between two bodies: all from one to the other if they are ``parallel``, else a network."""
+    """Runs between two bodies: parallel branches if all connect both bodies (``parallel``), otherwise a network."""
 
     start: str
     end: str
@@ -62,7 +62,7 @@ Chain: TypeAlias = tuple[Item, ...]
 
 @dataclass(frozen=True)
 class Hanging:
-    """A branch on the body ``at``; ``is_ring``: it ends there too."""
+    """A branch that starts at the body ``at``; ``is_ring``: it also ends there."""
 
     at: str
     chain: Chain
@@ -139,7 +139,7 @@ def body_words(body: Body) -> str:
 
 
 def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[str]:
-    """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, branches on lines of their own."""
+    """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, with branches on separate lines."""
     lines: list[str] = []
     words = [start] if start else []
     left: str | None = end
@@ -177,7 +177,7 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
 
 
 def _filled(words: list[str], last: str, indent: str) -> list[str]:
-    """Return words in lines; those after the first are indented more."""
+    """Return words distributed over lines; continuation lines are indented further."""
     if not words and not last:
         return []
     words = [*words[:-1], words[-1] + last] if words else [last]

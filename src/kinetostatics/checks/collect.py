@@ -31,7 +31,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
     def attempt(compute: Callable[[], T]) -> T | None:
         nonlocal open_loops
-        if open_loops:  # all other properties need a closed pose, whose search takes a second each time
+        if open_loops:  # the other properties need a closed pose, and every attempt takes a second
             return None
         try:
             return compute()

@@ -1,4 +1,4 @@
-"""Properties of a robot before any load, as data for ``kinetostatics check`` and its ``--json``."""
+"""Properties of a robot without loads, as data for ``kinetostatics check`` and its ``--json``."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class LimbFacts:
 
     Attributes:
         name: ``limb_1``, …
-        word: its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
-        like: an earlier equal limb, or None.
+        word: symbols of its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
+        like: name of the first equal limb, or None.
         graph: chain of bodies and joints.
         links, beams: names.
-        joints: in the order of the graph.
+        joints: joints in the order of the graph.
         parts: first and last link of each part of a limb divided by pieces in series.
         rigid: whether no part of it is elastic.
         mass: mass at the zero pose [kg], None if unknown.
@@ -43,7 +43,7 @@ class LimbFacts:
 
 @dataclass
 class BeamFacts:
-    """A beam; ``length`` [m] and ``mass`` [kg] are those of the zero pose, None if it is not known.
+    """A beam; ``length`` [m] and ``mass`` [kg] at the zero pose, None if unknown.
 
     ``start`` and ``end`` name the joints at its ends, base to platform; ``depth`` [m] is the section's larger side or diameter.
     """
@@ -98,7 +98,8 @@ class MobilityFacts:
         platform: freedoms of the platform.
         local: number of freedoms that do not move it, listed in ``local_freedoms``.
         redundant_constraints: number of dependent constraints, located in ``redundancies``.
-        gap: ratio of the smallest kept to the largest dropped singular value; if small, the numbers are doubtful.
+        gap: ratio of the smallest singular value taken as nonzero to the largest taken as zero; if small, the numbers are
+            doubtful.
         coordinates: platform coordinates that determine its pose, as many as its freedoms.
         redundant_actuators: number of actuators minus number of freedoms that they move.
         uncontrolled_freedoms: number of freedoms of the platform with locked actuators.
@@ -132,7 +133,7 @@ class ZeroFacts:
     warnings: list[str] = field(default_factory=list)
 
     def widest(self, unit: str) -> tuple[float, str]:
-        """Return the largest opening in ``m`` or ``rad``, and the loop's name."""
+        """Return the largest gap in ``m`` or ``rad``, and the name of its loop."""
         return max(((item[unit], name) for name, item in self.loop_gaps.items()), default=(0.0, ""))
 
 

@@ -21,24 +21,25 @@ from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
 
-#: Length over depth below which beam theory is doubtful: the ends, which it does not describe, are most of such a beam.
+#: Ratio of length to depth below which beam theory is doubtful, because end effects dominate.
 STUBBY = 5.0
-#: Length over depth above which a section looks like one in wrong units.
+#: Ratio of length to depth above which the units of a section are probably wrong.
 WIRE = 2000.0
-#: Part of the characteristic length, or angle [rad], by which open loops at zero are far from closing.
+#: Gap of loops with all joints at zero that counts as large: part of the characteristic length, or angle [rad].
 FAR = 0.1
-#: Ratio of a beam's weight by its density to its link's <inertial> from which they count as different.
+#: Ratio of a beam's mass by density to the mass in its link's <inertial> above which they are inconsistent.
 OTHER_MASS = 1.3
 #: Plausible thermal expansion of solids [1/K].
 EXPANSIONS = (-2e-5, 1e-3)
 #: Largest dimensions of robots [m].
 SIZES = (1e-3, 100.0)
-#: Elastic displacement of a joint that may be under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
+#: Largest plausible displacement of an elastic joint under the robot's weight [m, rad]; largest plausible stiffness [N/m,
+#: N·m/rad].
 GIVES, RIGID = (0.01, 0.2), 1e12
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
-    """Return the warnings that need no statics."""
+    """Return the warnings that do not require statics."""
     found = [*_closing(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
     found += [*_materials(facts), *_masses(robot, facts), *_without_mass(robot, facts), *_elastic_joints(robot, facts)]
     found += [
@@ -57,7 +58,7 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
 
 
 def warnings_of_zero(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    """Yield warnings of the zero pose that can be seen without statics."""
+    """Yield warnings of the zero pose that do not require statics."""
     zero = facts.zero
     if zero.closing_error is None:
         return
@@ -97,13 +98,13 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _coordinate(robot: Robot, joint: str, value: float) -> str:
-    """Write a joint's coordinate [m, rad] in mm or degrees."""
+    """Return a joint's coordinate [m, rad] as text in mm or degrees."""
     slides = robot.mechanism.connections[joint].type.is_slide
     return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
 
 
 def zero_loop_gaps(facts: RobotFacts) -> str:
-    """Say how far each loop is open where all joints are at zero, loops that are open alike together."""
+    """Return a text with the gaps of the loops with all joints at zero; loops with equal gaps are grouped."""
     alike: dict[str, list[str]] = {}
     for name, item in facts.zero.loop_gaps.items():
         sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []
@@ -118,7 +119,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         return
     try:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], closure_tolerance=1e-9 + 1e3 * robot.closing_error)
-    except KinetostaticsError:  # said elsewhere
+    except KinetostaticsError:  # reported elsewhere
         return
     beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]
     if beyond:
@@ -143,7 +144,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -> Iterable[str]:
-    """Yield warnings of beams, one for all beams with the same text; words in ``<>`` are put in the plural then."""
+    """Yield warnings of beams, one for all beams with the same text; words in ``<>`` are then replaced by plural forms."""
     same: dict[str, list[str]] = {}
     for beam in beams:
         words = say(beam)
@@ -168,7 +169,8 @@ def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             thick = quantity(depth, LENGTHS, digits=4)
             return f"<is> thicker ({thick}) than long ({quantity(length, LENGTHS, digits=4)}): sizes are in m"
         if length < STUBBY * depth * (1 - 1e-9):
-            long, times = quantity(length, LENGTHS, digits=4), float(f"{length / depth:.6g}")  # so that alike ones stay alike
+            # rounded, so that equal beams have equal texts
+            long, times = quantity(length, LENGTHS, digits=4), float(f"{length / depth:.6g}")
             return (
                 f"<is> stubby: <its> length of {long} is only {times:.2g} times <its> depth; beam theory is doubtful "
                 f"below {STUBBY:g}"
@@ -181,9 +183,9 @@ def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
-    """Return for each beam length and depth [m] of the member that it is part of.
+    """Return for each beam the length and depth [m] of its member.
 
-    Beams that go on in much the same direction, welded or joined by a locked slide along them, are one member.
+    A member consists of beams in about the same direction that are welded, or connected by a locked prismatic joint.
     """
     graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
     known = {beam.name: beam for beam in facts.beams}
@@ -260,12 +262,12 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    """Yield warnings of limbs, of the platform and of drawn bodies that weigh nothing, where anything else does.
+    """Yield warnings of limbs, platform and drawn bodies without mass, if other parts have mass.
 
-    Links without shape may be massless: crosses of universal joints, frames, the tools of arms, neglected sliders. So may those
-    that say so, by an ``<inertial>`` with the mass 0 or a beam's density 0; beams that say nothing have a warning of their own.
+    Links without shape may be massless: crosses of universal joints, frames, tools of arms, neglected sliders. So may links with
+    an explicit mass 0 in ``<inertial>``, or a beam of density 0; beams without data have a separate warning.
     """
-    if not facts.mass:  # said elsewhere, or not known
+    if not facts.mass:  # reported elsewhere, or unknown
         return
     links = robot.description.links
     found = []
@@ -295,7 +297,7 @@ def _without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
-    """Return the moving links with <visual> or <collision> whose body, all that is welded together, has no inertia given."""
+    """Return the moving links with <visual> or <collision> in rigid bodies (welded links) without any <inertial>."""
     description, connections = robot.description, robot.mechanism.connections
     fixed = [joint for joint in connections.values() if joint.type.is_fixed]
     body = joined(description.links, ((joint.predecessor, joint.successor) for joint in fixed))
@@ -322,7 +324,7 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         for words, value, unit, turns in _held(robot, joint):
             force = weight * robot.length if turns else weight
             if value > RIGID:
-                yield f"{words} is {value:.3g} {unit}, more than anything is; write inf for rigid"
+                yield f"{words} is {value:.3g} {unit}, more than any real joint has; write inf for rigid"
             elif force / value > GIVES[turns]:
                 gives = f"{np.degrees(force / value):.3g}°" if turns else quantity(force / value, LENGTHS, digits=3)
                 lever = f" at a distance of {quantity(robot.length, LENGTHS, digits=3)}" if turns else ""
@@ -346,7 +348,7 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
 
 
 def _free_axes(joint: Connection) -> set[tuple[int, str]]:
-    """Return along (0) and about (1) which axes of its frame a joint may move, so that a spring there may be soft."""
+    """Return the free axes of a joint's frame, (0, axis) for translations and (1, axis) for rotations."""
     near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
     axes = {Axes.NONE: set(), Axes.AXIS: near}
     return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}

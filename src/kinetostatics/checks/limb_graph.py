@@ -1,7 +1,8 @@
 """The chain of each limb, read from the graph of rigid bodies, see :mod:`checks.chains`.
 
-Edges in series are merged to runs between branching bodies. A body that all paths from base to platform pass divides the chain;
-several runs between two such bodies are branches. Dead ends and rings belong to the body of the chain that carries them.
+Edges in series are merged to runs between branching bodies. The chain is divided at bodies that are on all paths from base to
+platform; several runs between two such bodies are branches. Dead ends and rings are listed with the body to which they are
+attached.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class GraphReader:
         return _Reducer(self, edges, compounds).alone(self.graph.base if role == "base" else self.graph.platform)
 
     def joint(self, compound: CompoundJoint | Connection) -> JointStep:
-        """Return a joint as it stands in a chain."""
+        """Return a joint as a step of a chain."""
         names = compound.joints if isinstance(compound, CompoundJoint) else (compound.name,)
         label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         connections = [self.mechanism.connections[name] for name in names]
@@ -55,19 +56,19 @@ class GraphReader:
 
 @dataclass(eq=False)
 class _Edge:
-    """An edge of the graph while it is reduced."""
+    """An edge of the graph during its reduction."""
 
     start: RigidBody
     end: RigidBody
     chain: Chain
 
     def leaving(self, node: RigidBody) -> _Edge:
-        """Return the same edge as it leads away from a node."""
+        """Return the edge with the given node as its start."""
         return self if self.start is node else _Edge(self.end, self.start, _turned(self.chain))
 
 
 def _turned(chain: Chain) -> Chain:
-    """Return a chain from its other end."""
+    """Return a chain in reverse order."""
     found: list[Item] = []
     for item in reversed(chain):
         found.append(Body(item.names[::-1]) if isinstance(item, Body) else item)
@@ -75,7 +76,7 @@ def _turned(chain: Chain) -> Chain:
 
 
 def _joined(*chains: Chain) -> Chain:
-    """Return chains end to end, with bodies that follow one another in one."""
+    """Return concatenated chains, with consecutive bodies merged."""
     found: list[Item] = []
     for item in (item for chain in chains for item in chain):
         before = found[-1] if found else None
@@ -89,7 +90,7 @@ def _joined(*chains: Chain) -> Chain:
 
 
 class _Reducer:
-    """Merges the edges of one limb, or of a dead weight, to a chain."""
+    """Reduction of the edges of one limb, or of attached bodies, to a chain."""
 
     def __init__(self, reader: GraphReader, edges: list[Edge], compounds: Sequence[CompoundJoint]) -> None:
         self.reader, self.graph = reader, reader.graph
@@ -98,7 +99,7 @@ class _Reducer:
         mine = [edge for edge in self.graph.edges if edge.key in keys]
         self.ends = (self.graph.base, self.graph.platform)
         welds = joined(self.graph.bodies, (edge.ends for edge in mine if self._is_weld(edge)))
-        #: the piece that stands for all that are welded to each
+        #: for each body, the representative of all bodies welded to it
         self._node = {body: next(other for other in welds if other in welds[body]) for body in welds}
         self._names = self._name_nodes(mine)
         self.lines = self._make_lines(mine, compounds)
@@ -120,7 +121,7 @@ class _Reducer:
         return not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
-        """Return the rigid links of every node that weigh something or hold a joint, in the order of the file."""
+        """Return the rigid links of every node that have mass or a joint, in the order of the file."""
         description = self.reader.mechanism.description
         holding = {
             link
@@ -153,12 +154,12 @@ class _Reducer:
         for joints, parts in runs.items():
             ends = [self._node[body] for edge in parts for body in edge.ends]
             outer = [node for node in ends if ends.count(node) == 1]
-            if len(outer) == 2:  # else a run whose ends are one piece: it lies within the base or a ring of its own
+            if len(outer) == 2:  # otherwise both ends are on one piece: inside the base, or a ring
                 found.append(_Edge(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
         return found
 
     def _along_beam(self, edge: BodyEdge) -> Chain:
-        """Return a beam as a body; a telescope as its links and the joints between them."""
+        """Return a beam as a body; a telescopic beam as its links and the joints between them."""
         span = edge.beam
         assert span is not None
         here = span.start_link
@@ -196,7 +197,7 @@ class _Reducer:
         return Graph((), tuple(self.hanging), self.rings)
 
     def _reduce(self, terminals: set[RigidBody]) -> None:
-        """Merge edges that follow one another, and take off rings and dead ends."""
+        """Merge edges in series, and remove rings and dead ends."""
         while True:
             at: dict[RigidBody, list[_Edge]] = {}
             for line in self.lines:
@@ -221,7 +222,7 @@ class _Reducer:
                     self.hanging.append(Hanging(self.name(first.end), inwards, False))
 
     def _without_rings(self, start: RigidBody, end: RigidBody, lines: list[_Edge]) -> list[_Edge]:
-        """Take off the runs that hang together on one of two bodies and do not lead to the other."""
+        """Remove groups of connected runs that are attached to only one of two bodies."""
         inner = [{line.start, line.end} - {start, end} for line in lines]
         pairs = ((k, h) for k, h in combinations(range(len(lines)), 2) if inner[k] & inner[h])
         left = list(lines)

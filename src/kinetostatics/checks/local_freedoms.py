@@ -1,4 +1,4 @@
-"""Mobility: platform coordinates that place the platform, local freedoms by name, redundant actuators."""
+"""Mobility: platform coordinates that determine the pose, local freedoms by link, redundant actuators."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import Robot
 
-#: Zero in motions and self-stresses of unit size.
+#: Magnitude below which components of unit motions and self-stresses are zero.
 NOTHING = 1e-6
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
 #: Order of preference of coordinates that determine the platform about equally well: z, x, y, rz, rx, ry.
 _PREFERRED = (2, 0, 1, 5, 3, 4)
-#: Relative difference of measures within which sets of coordinates count as equally good.
+#: Relative difference of singular values within which sets of coordinates are equally good.
 _CLEARLY = 0.5
 
 
@@ -71,7 +71,7 @@ class Motions:
 
     @property
     def actuators(self) -> Array:
-        """The scaled rates (n, nv) of the driven joints, those of the tree first."""
+        """Map (n, nv) from scaled velocities to rates of the driven joints, first those of the tree, then those of loops."""
         prescribed = self.robot.actuator_coordinates
         rows = np.eye(self.twists.shape[1])[np.array(prescribed.columns, dtype=np.intp)]
         loops = PrescribedCoordinates(loops=prescribed.loops)
@@ -182,10 +182,10 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
     """Return kind and joint of a :class:`LocalFreedom` of some links.
 
     Args:
-        motions: of the robot.
-        links: that matter.
-        moving: all bodies that move, massless ones too.
-        table: (bodies, 6, columns) their scaled twists.
+        motions: motions of the robot.
+        links: links of the local freedom.
+        moving: all moving bodies, including massless ones.
+        table: (bodies, 6, columns) scaled twists of all bodies.
     """
     robot = motions.robot
     body = robot.mechanism.body_of[links[0]][0]
@@ -213,9 +213,9 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the joint of some links that slides along ``axis``, or that turns about it through ``foot``.
+    """Return the prismatic joint of some links along ``axis``, or their revolute joint about this axis through ``foot``.
 
-    A hinge inside a universal or spherical joint is none.
+    Hinges inside universal or spherical joints are excluded.
     """
     robot = motions.robot
     compounds = [compound for group in robot.statics.groups for row in group.compounds for compound in row]
@@ -234,9 +234,9 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
 
 
 def eliminated(matrix: Array) -> Array:
-    """Return combinations (n, r) of the columns of a matrix of about unit size, its rank many, in reduced echelon form.
+    """Return r combinations (n, r) of the columns of a matrix of rank r and about unit size, in reduced echelon form.
 
-    Where the column space is a sum of spaces with no row in common, each combination lies in one of them.
+    If the column space is a direct sum of spaces without common rows, each combination is in one of them.
     """
     work, columns = np.array(matrix), np.eye(matrix.shape[1])
     pivots: list[int] = []
@@ -257,7 +257,7 @@ def eliminated(matrix: Array) -> Array:
 
 
 def groups_of(loaded: NDArray[np.bool_]) -> list[list[int]]:
-    """Return the rows of a table put together that have a True in a column in common."""
+    """Return groups of the rows of a table that are connected by columns in which both rows are True."""
     rows = range(len(loaded))
     groups = joined(rows, ((k, h) for k, h in combinations(rows, 2) if np.any(loaded[k] & loaded[h])))
     return [list(group) for group in sorted({tuple(sorted(group)) for group in groups.values()})]

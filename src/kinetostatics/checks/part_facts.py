@@ -35,17 +35,17 @@ def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None
 
 
 def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
-    """Return the first limb that is built like this one, None if it is the first of its kind.
+    """Return the name of the first limb equal to this one; None if this is the first one.
 
     Args:
-        limb: to be compared.
-        basis: of its wrenches.
-        beams: of the robot.
-        alike: the first limb of every kind, to which this one is added.
+        limb: the limb.
+        basis: basis of its wrenches.
+        beams: beams of the robot.
+        alike: first limb of each kind, to which this limb may be added.
     """
 
     def rounded(value: float | None) -> str:
-        return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # short decimals are not on the edge of rounding
+        return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # avoids ties in the rounding of short decimals
 
     mine = [beam for beam in beams if beam.name in limb.beams]
     rows = tuple(
@@ -61,7 +61,7 @@ def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dic
 
 
 def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
-    """Return the rigid links between joints that weigh nothing: those inside universal and spherical joints left out."""
+    """Return the massless rigid links between joints, except those inside universal and spherical joints."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
     chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
@@ -104,9 +104,9 @@ def beam_facts(
 
     Args:
         robot: the robot.
-        labels: what joints are called in the limbs.
-        models: of the beams, None if there are none.
-        frames: of the zero pose, None if there is none.
+        labels: names of joints in the limbs.
+        models: beam models, None if unknown.
+        frames: frames of the zero pose, None if unknown.
     """
     found = []
     for name, beam in robot.description.beams.items():
@@ -120,7 +120,7 @@ def beam_facts(
 
 def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None, mass: float | None) -> BeamFacts:
     section, span = beam.section, robot.topology.beams[beam.name]
-    if length is not None and mass is not None:  # rounding must not tell equal beams apart
+    if length is not None and mass is not None:  # so that equal beams have equal numbers
         length, mass = float(f"{length:.12g}"), float(f"{mass:.12g}")
     given = {end.joint for end in (beam.start, beam.end) if end is not None}
 
@@ -152,7 +152,7 @@ def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None
 
 
 def section_words(section: Section) -> str:
-    """Return the words for a cross-section, in mm."""
+    """Return the text for a cross-section, in mm."""
 
     def mm(value: float) -> str:
         return f"{1e3 * value:.5g}"

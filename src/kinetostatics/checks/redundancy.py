@@ -57,7 +57,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
         words = describe_wrenches(zero.braced(limbs), robot.length) if same else None
         found.append(Redundancy(count, names, wrenches=words))
     rest = total - sum(item.count for item in found)
-    if rest > 0:  # in loops of links that are welded to one another, or through joints that follow others
+    if rest > 0:  # in loops of welded links, or by joints that mimic others
         known = {edge.joint for limb in robot.topology.all_limbs for edge in (*limb.edges, *limb.branches)}
         loops = (loop.name for loop in robot.equations.loops if loop.name not in known)
         found.append(Redundancy(rest, (), tuple(loops)))
@@ -136,7 +136,7 @@ class _SelfStress:
         return found
 
     def between(self) -> list[tuple[int, list[int]]]:
-        """Return how many self-stresses there are between which limbs."""
+        """Return the number of self-stresses between limbs, with the indices of these limbs."""
         wrenches = self.platform_wrenches
         if not wrenches.size:
             return []
@@ -150,7 +150,7 @@ class _SelfStress:
         ]
 
     def braced(self, limbs: list[int]) -> Array:
-        """Return an orthonormal basis (6, k) of the scaled wrenches by which some limbs, and no others, brace."""
+        """Return an orthonormal basis (6, k) of the scaled wrenches of self-stresses that load only the given limbs."""
         wrenches = self.platform_wrenches
         others = [k for k in range(len(wrenches)) if k not in limbs]
         mine = wrenches[limbs] @ _null(wrenches[others].reshape(-1, wrenches.shape[2]))
@@ -190,7 +190,7 @@ def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
 
 
 def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
-    """Say along which world axes forces or couples are."""
+    """Return a text with the world axes of forces or couples."""
     axes = [axis for axis, is_along in zip("xyz", aligned, strict=True) if is_along]
     if len(axes) == 3:
         return f"{kind}s in all directions"
@@ -198,11 +198,11 @@ def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
 
 
 def _directions(kind: str, basis: Array, how: str) -> str:
-    """Say along which directions forces or couples are, that an orthonormal basis (3, 1 … 3) spans."""
+    """Return a text with the directions of forces or couples spanned by an orthonormal basis (3, 1 … 3)."""
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
     one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])
-    one = one * np.sign(one[int(np.argmax(np.abs(one) > 1e-6))])  # of the two senses the one that begins positively
+    one = one * np.sign(one[int(np.argmax(np.abs(one) > 1e-6))])  # first nonzero component positive
     names = [axis for axis, part in zip("xyz", one, strict=True) if part > 1 - 1e-8]
     words = names[0] if names else _vector(one)
     return f"a {kind} {how} {words}" if basis.shape[1] == 1 else f"{kind}s across {words}"

@@ -15,9 +15,9 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.warnings import undetermined_parts
 from kinetostatics.robot import Robot
 
-#: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
+#: Ratio of the smallest nonzero to the largest zero singular value below which a count is doubtful.
 SMALL_GAP = 1e4
-#: How the text of a problem of the zero pose alone begins.
+#: Beginning of the text of a problem at the zero pose only.
 AT_ZERO = "at the zero pose"
 
 
@@ -68,7 +68,7 @@ def _owner(robot: Robot, joint: str) -> str:
 
 
 def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
-    """Say why the platform or a limb is not held: everywhere, or at the zero pose alone."""
+    """Return the reason why statics has no results, at all poses or at the zero pose only; None if it has."""
     if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
         return _complaint(zero)
     if np.all(np.isnan(generic.twist)):
@@ -79,7 +79,7 @@ def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
 
 
 def _complaint(result: Result) -> str | None:
-    """Say why a pose that is reached has no numbers, if it has none."""
+    """Return the reason why a reached pose has no results; None if it has."""
     if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
         try:
             analyze(result.configuration)
@@ -89,7 +89,7 @@ def _complaint(result: Result) -> str | None:
 
 
 def facts_of_poses(result: Result, where: str = "") -> list[str]:
-    """Return warnings of results that are missing at nearly all poses, or at the pose that ``where`` names."""
+    """Return warnings of missing results at generic poses, or at the pose named by ``where``."""
     found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
     bad = {
         limb.name
@@ -106,6 +106,6 @@ def facts_of_poses(result: Result, where: str = "") -> list[str]:
 
 
 def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
-    """Return a robot at poses of the solver, or at the first of them, which close the loops as well as its file lets them."""
+    """Return the configuration of solver poses, or of the first one, with a closure tolerance that the file's numbers allow."""
     q = robot.model_q(poses).T
     return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

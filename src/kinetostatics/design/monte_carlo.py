@@ -206,7 +206,7 @@ class ManyRobots:
         self._prescribed = derivatives.prescribed
         self._model = derivatives.model(self._robot.statics)
         self._names = tuple(name for name in WANTED if name in derivatives.outputs)
-        own, nodes = self._model.taken_apart(all_vary=True).values, []
+        own, nodes = self._model.structure(all_vary=True).values, []
         for number, amount in zip(numbers, reach.tolist(), strict=True):
             try:
                 made = [varied(self._robot, number.changed(node * amount), self._model)[1] for node in NODES]

@@ -1,1 +1,1 @@
-"""Dynamics of a robot about a pose: natural frequencies and modes."""
+"""Small vibrations of a robot about a pose: natural frequencies, modes and harmonic response."""

@@ -20,7 +20,7 @@ from kinetostatics.robot import robot_of
 from kinetostatics.vibration.response import Damping, responses
 from kinetostatics.vibration.rods import Numbers
 
-#: Poses of a chunk.
+#: Number of poses in a chunk.
 _AT_ONCE = 50
 
 
@@ -35,16 +35,17 @@ def frequency_response(
 ) -> FrequencyResponse:
     """Compute the response of the platform to harmonic forces on it, and to harmonic motion of the floor.
 
-    The dynamic stiffness of the robot, whose beams are continuous rods, is solved at each frequency: no modes are left out.
+    The equations with the dynamic stiffness of the robot, whose beams are continuous rods, are solved at each frequency, without
+    truncation to a set of modes.
 
     Args:
         configuration: the pose or poses.
-        frequencies: (F,) [Hz].
+        frequencies: (F,) frequencies [Hz].
         damping: damping ratio ζ of all modes, as a loss factor 2ζ of the stiffness; or proportional damping
             ``{"mass": α, "stiffness": β}`` [1/s, s] with α M + β K, of motions relative to the floor.
-        tool: (3,) the point of the platform at which forces act and which is observed, from o in its axes [m]; default: o.
+        tool: (3,) point of the platform for forces and displacements, from o in platform axes [m]; default: o.
         drives: "locked" or "free", see :func:`kinetostatics.modes`.
-        payload: what the robot carries, a :class:`Payload`, with its inertia.
+        payload: a :class:`Payload` with its inertia.
 
     Returns:
         Compliance and transmissibility, complex.
@@ -84,7 +85,7 @@ def frequency_response(
 
 
 def _damping(damping: object) -> Damping:
-    """Return damping, checked."""
+    """Return the checked damping."""
     values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
     known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
     good = set(values) <= known and all(isinstance(value, (int, float)) and value >= 0 for value in values.values())

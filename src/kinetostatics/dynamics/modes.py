@@ -1,4 +1,4 @@
-"""Natural frequencies and modes of poses, small vibrations about them."""
+"""Natural frequencies and modes of small vibrations about poses."""
 
 from __future__ import annotations
 
@@ -14,23 +14,22 @@ from kinetostatics.results.modes import Modes
 from kinetostatics.vibration.eigenpairs import eigenpairs
 from kinetostatics.vibration.mode_shapes import ModeShapes
 
-#: Poses of a chunk: threads take turns at them.
+#: Number of poses in a chunk, the unit of work of a thread.
 _AT_ONCE = 200
 
 
 def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked", payload: Payload | None = None) -> Modes:
     """Compute the lowest natural frequencies and modes of one pose or a batch of poses.
 
-    Links vibrate by their inertia, beams as continuous Timoshenko rods with rotary inertia; elastic joints and actuators are
-    springs. Nothing is discretized: the dynamic stiffness of beams is exact, and no mode is missed (the page on natural
-    frequencies). What loads and weights do to the stiffness is neglected; the tension of springs is not.
+    Links are rigid bodies with inertia, beams are continuous Timoshenko rods with rotary inertia, elastic joints and actuators
+    are springs. The dynamic stiffness of beams is exact, without discretization, and no mode is missed (see the page on natural
+    frequencies). The geometric stiffness of loads and weights is neglected; that of spring tensions is included.
 
     Args:
         configuration: the pose or poses.
         count: number of modes.
-        drives: "locked": actuators hold their coordinates, those with a stiffness elastically; "free": brakes are open, and
-            actuators put up no force.
-        payload: what the robot carries, a :class:`Payload`, with its inertia.
+        drives: "locked": coordinates of actuators are fixed, or elastic with their stiffness; "free": actuators exert no force.
+        payload: a :class:`Payload` with its inertia.
 
     Returns:
         Frequencies, shapes, effective masses and shares of energy.

@@ -1,4 +1,4 @@
-"""Trajectories: poses along a path with their velocities and accelerations, and the analysis of all of them."""
+"""Trajectories: poses along a path with velocities and accelerations, and their analysis with inertia forces."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Trajectory:
     """A motion of a robot through poses; see :func:`kinetostatics.trajectory`.
 
     Attributes:
-        times: (N,) [s].
+        times: (N,) instants [s].
         configuration: the poses (N,).
         motion: velocities and accelerations (N,) of the coordinates.
     """
@@ -80,17 +80,17 @@ def trajectory(
 ) -> Trajectory:
     """Return a motion through waypoints, at rest at the first and the last.
 
-    With ``times``, the coordinates are splines of quintics through the waypoints, those of the least jerk, whose accelerations
-    begin and end with zero. With ``speed`` and ``acceleration``, the coordinates move in straight lines from waypoint to
-    waypoint, with a trapezoid of speed, and stop at each: as fast as the limits permit.
+    With ``times``, the coordinates are minimum-jerk quintic splines through the waypoints, with zero acceleration at both ends.
+    With ``speed`` and ``acceleration``, the coordinates follow straight lines between waypoints with trapezoidal velocity
+    profiles in minimum time, and stop at each waypoint.
 
     Args:
         robot: the robot.
         times: (n,) times of the waypoints [s], increasing.
-        platform: coordinates of the platform, (n,) or constant, as for :meth:`Robot.assemble`.
-        actuators: or those of the actuators.
+        platform: coordinates of the platform, (n,) or constant, see :meth:`Robot.assemble`.
+        actuators: coordinates of the actuators, instead of ``platform``.
         speed: largest speed of each coordinate [m/s, rad/s], a number or by name.
-        acceleration: the same [m/s², rad/s²].
+        acceleration: largest acceleration of each coordinate [m/s², rad/s²], a number or by name.
         samples: number of poses, at equal intervals of time.
         orientation, near, closure_tolerance: see :meth:`Robot.assemble`.
 
@@ -155,7 +155,7 @@ def _waypoints(what: str, given: Mapping[str, ArrayLike]) -> tuple[list[str], Ar
 
 
 def _limits(what: str, given: float | Mapping[str, float], names: list[str], points: Array) -> Array:
-    """Return the limits (c,) of the coordinates; those of coordinates that do not move may be missing."""
+    """Return the limits (c,) of the coordinates; those of constant coordinates may be missing."""
     if not isinstance(given, Mapping):
         return np.full(len(names), positive(what, given))
     for name in given:

@@ -21,14 +21,14 @@ from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_a
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Poses about which a robot vibrates.
+    """Poses, actuators and payload of a robot for small vibrations.
 
     Attributes:
         configuration: the pose or poses.
         structure: the coordinates of small motions.
-        loads: the payload, its arrays with the batch axis last; None if nothing is carried.
-        inertia: (3, 3) of the payload about its centre of mass, axes of its link [kg·m²].
-        valid: (N,) which poses have numbers: those that are reached, with all telescopes of positive length.
+        loads: the payload, with the batch axis of its arrays last; None without payload.
+        inertia: (3, 3) inertia of the payload about its centre of mass, axes of its link [kg·m²].
+        valid: (N,) mask of valid poses: reached, with positive lengths of all telescopic beams.
     """
 
     configuration: Configuration
@@ -42,7 +42,7 @@ class Vibrations:
         """Check the arguments of a function ``name``.
 
         Raises:
-            ArgumentError: one has an invalid value.
+            ArgumentError: an argument has an invalid value.
         """
         if not isinstance(configuration, Configuration):
             raise ArgumentError(f"{name} needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
@@ -62,7 +62,7 @@ class Vibrations:
         return cls(configuration, structure, loads, inertia, valid)
 
     def chunks(self, most: int) -> list[Index]:
-        """Return the numbers of the poses that have numbers, so many at a time at most."""
+        """Return the indices of the valid poses in chunks of at most ``most``."""
         poses = np.flatnonzero(self.valid)
         return np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
 
@@ -87,7 +87,7 @@ def _free_drives(robot: Robot) -> Mapping[str, Drive]:
 
 
 def _carried(loads: LinkLoads, inertia: Array, motions: PlacedMotions) -> dict[str, Part]:
-    """Return the payload, for each of the places where it is at any pose."""
+    """Return the payload as parts, one for each place at which it is attached at some pose."""
     found = {}
     for number, (place, _, point, mass, R) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))

@@ -12,9 +12,9 @@ from decimal import Decimal, localcontext
 from functools import cache
 from itertools import count
 
-#: Constant that, added to a number, rounds it to an integer in the last bits.
+#: Constant whose addition rounds a number to an integer, which then stands in the last bits of the mantissa.
 _ROUNDER = 1.5 * 2.0**52
-#: Bits of the first two parts of π/2, so few that a multiple of them is exact.
+#: Mantissa bits of the first two parts of π/2: products of such a part with the number of quarter turns are exact.
 _BITS = 33
 _PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
 _SINE = [(-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9)]
@@ -22,20 +22,20 @@ _COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
 #: Number of Chebyshev coefficients of the angle.
 _TERMS = 11
 
-Spell = Callable[[float], str]
+NumberText = Callable[[float], str]
 
 
 class Instructions:
-    """Instructions under construction, whose results have numbers behind the name of the last.
+    """Sequence of LLVM instructions under construction; intermediate results are called NAME_0, NAME_1, …, the last one NAME.
 
     Args:
         result: name of the last result.
-        real, whole, truth: types.
-        short: how intrinsics call the type.
-        constant: spells a number.
+        real, whole, truth: types of floating-point numbers, integers and truth values.
+        short: suffix of the type in names of intrinsics.
+        constant: function that writes a number as a constant.
     """
 
-    def __init__(self, result: str, real: str, whole: str, truth: str, short: str, constant: Spell) -> None:
+    def __init__(self, result: str, real: str, whole: str, truth: str, short: str, constant: NumberText) -> None:
         self.lines: list[str] = []
         self._result, self._numbers = result, count()
         self.real, self.whole, self.truth, self._short, self._constant = real, whole, truth, short, constant
@@ -47,16 +47,16 @@ class Instructions:
         return name
 
     def of(self, what: str, *operands: str | float) -> str:
-        """Add an arithmetic instruction on numbers."""
+        """Add an arithmetic instruction on floating-point operands."""
         return self.add(f"{what} {self.real} {', '.join(self.text(item) for item in operands)}")
 
     def call(self, what: str, *operands: str | float, last: bool = False) -> str:
-        """Add a call of an intrinsic."""
+        """Add a call of an intrinsic function."""
         taken = ", ".join(f"{self.real} {self.text(item)}" for item in operands)
         return self.add(f"call {self.real} @llvm.{what}.{self._short}({taken})", last)
 
     def choose(self, condition: str, a: str | float, b: str | float) -> str:
-        """Add a choice."""
+        """Add a selection: a where the condition is true, else b."""
         return self.add(f"select {self.truth} {condition}, {self.real} {self.text(a)}, {self.real} {self.text(b)}")
 
     def polynomial(self, z: str, coefficients: Sequence[float]) -> str:
@@ -67,12 +67,12 @@ class Instructions:
         return str(result)
 
     def bits(self, text: str, value: int, what: str) -> str:
-        """Add an instruction on whole numbers with a constant one."""
+        """Add an integer instruction whose second operand is a constant."""
         spelt = str(value) if self.whole == "i64" else "<" + ", ".join([f"i64 {value}"] * int(self.whole[1:].split()[0])) + ">"
         return self.add(f"{what} {self.whole} {text}, {spelt}")
 
     def text(self, item: str | float) -> str:
-        """Spell a number, or return a name."""
+        """Return the text of an operand: a constant, or the name of a result."""
         return item if isinstance(item, str) else self._constant(item)
 
 
@@ -98,7 +98,7 @@ def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:
 
 
 def angle_of_point(lines: Instructions, y: str, x: str) -> None:
-    """Write the angle of the point (x, y)."""
+    """Write the angle atan2(y, x) of the point (x, y)."""
     across, along = lines.call("fabs", y), lines.call("fabs", x)
     steep = lines.add(f"fcmp ogt {lines.real} {across}, {along}")
     large, small = lines.choose(steep, across, along), lines.choose(steep, along, across)
@@ -121,7 +121,7 @@ def angle_of_point(lines: Instructions, y: str, x: str) -> None:
 
 @cache
 def _parts_of_a_quarter() -> tuple[float, ...]:
-    """Return numbers that together are π/2, the first ones short."""
+    """Return three numbers whose sum is π/2; the first two have ``_BITS`` bits."""
     rest, parts = _PI / 2, []
     for _ in range(2):
         fraction, exponent = math.frexp(float(rest))
@@ -132,18 +132,18 @@ def _parts_of_a_quarter() -> tuple[float, ...]:
 
 @cache
 def _angle_coefficients() -> tuple[float, ...]:
-    """Return the coefficients of t³, t⁵, … in the angle whose tangent is t, |t| ≤ tan π/8: that of t is 1."""
+    """Return the coefficients of t³, t⁵, … in the polynomial of arctan t, |t| ≤ tan π/8; the coefficient of t is 1."""
     with localcontext() as context:
         context.prec = 60
         root = Decimal(2).sqrt()
         largest, base = root - 1, (4 + 2 * root).sqrt() - root - 1  # tan π/8, tan π/16
-        before = polynomial = [Decimal(0), Decimal(1)]  # Chebyshev polynomials of degrees −1 and 1, which are alike, by powers
+        before = polynomial = [Decimal(0), Decimal(1)]  # Chebyshev polynomials of degrees −1 and 1 (equal), by powers
         found = [Decimal(0)] * (2 * _TERMS)
         for n in range(_TERMS):
             factor = 2 * (-1) ** n * base ** (2 * n + 1) / (2 * n + 1)
             for power, value in enumerate(polynomial):
                 found[power] += factor * value / largest**power
-            # T of the next odd degree is 2 T₂ T of this one, less that before
+            # recurrence of odd degrees: T₍ₙ₊₂₎ = 2 T₂ Tₙ − T₍ₙ₋₂₎
             times = [Decimal(0)] * (len(polynomial) + 2)
             for power, value in enumerate(polynomial):
                 times[power + 2] += 4 * value

@@ -29,7 +29,7 @@ class CProgram:
     """A record in C.
 
     Attributes:
-        text: functions that only the file itself sees; the last, ``name``, calls the others.
+        text: static functions; the last one, ``name``, calls the others.
         work: length of the work array.
         counts: number of operations of each kind, by the names of a :class:`Tape`.
     """
@@ -47,7 +47,7 @@ class CProgram:
 def c_program(
     name: str,
     tape: Tape,
-    wanted: Sequence[int],
+    outputs: Sequence[int],
     constants: Array,
     inputs: Sequence[str],
     where: Sequence[tuple[str, int]] | None = None,
@@ -55,14 +55,14 @@ def c_program(
     """Return ``static void name(const double *…, double *work, double *out)``; truth values are written as 0 and 1.
 
     Args:
-        name: of the function.
+        name: name of the function.
         tape: the record.
-        wanted: the operations whose results are written to ``out``, in order.
-        constants: the numbers that stand for the parameters.
-        inputs: names of the arrays that the function takes.
-        where: for each input array of the record, the array that holds it and where it begins there; default: one array each.
+        outputs: the operations whose results are written to ``out``, in order.
+        constants: values of the parameters.
+        inputs: names of the input arrays of the function.
+        where: for each input array of the record, the array that contains it and its offset there; default: one array each.
     """
-    needed, held = needed_by(tape, wanted), [(item, 0) for item in inputs] if where is None else where
+    needed, offsets = needed_by(tape, outputs), [(item, 0) for item in inputs] if where is None else where
     known: dict[int, str] = {}
     steps: list[int] = []
     for number, operation in enumerate(tape.operations):
@@ -70,7 +70,7 @@ def c_program(
         if not needed[number]:
             continue
         if kind == "input":
-            array, first = held[operation[1]]
+            array, first = offsets[operation[1]]
             known[number] = f"{array}[{first + operation[2]}]"
         elif kind == "parameter":
             known[number] = literal(float(constants[operation[1]]))
@@ -87,7 +87,7 @@ def c_program(
         for operand in operands(tape.operations[number]):
             if operand in last_use:
                 last_use[operand] = max(last_use[operand], piece_of[number])
-    for number in wanted:
+    for number in outputs:
         if number in last_use:
             last_use[number] = len(pieces)
     places, work = _places(pieces, piece_of, last_use)
@@ -116,9 +116,9 @@ def c_program(
         lines += ["}", ""]
     lines += [f"static void {name}({arguments}, double *out)", "{", *_unused(inputs)]
     lines += [f"    {name}_{k}({', '.join([*inputs, 'w'])});" for k in range(len(pieces))]
-    if not wanted:
+    if not outputs:
         lines.append("    (void)out;")
-    for row, number in enumerate(wanted):
+    for row, number in enumerate(outputs):
         lines.append(f"    out[{row}] = {known[number] if number in known else f'w[{places[number]}]'};")
     lines += ["}", ""]
     return CProgram("\n".join(lines), max(work, 1), Counter(tape.operations[number][0] for number in steps))
@@ -152,7 +152,7 @@ def _expression(kind: str, taken: Sequence[str]) -> str:
 def _places(
     pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
 ) -> tuple[dict[int, int], int]:
-    """Return the places in the work array of what later pieces need, and how many there are."""
+    """Return the entries of the work array for values used in later functions, by operation, and the length of the array."""
     places: dict[int, int] = {}
     free: list[int] = []
     ends: list[tuple[int, int]] = []

@@ -15,7 +15,7 @@ _MAGIC = b"kinetostatics object code 1\n"
 
 
 def cache_folder() -> Path:
-    """Return where object code is kept: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
+    """Return the folder of object code: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
     if given := os.environ.get("KINETOSTATICS_CACHE"):
         return Path(given)
     if sys.platform == "darwin":
@@ -54,14 +54,14 @@ def write(key: str, content: bytes) -> None:
         try:
             with os.fdopen(number, "wb") as file:
                 file.write(_MAGIC + hashlib.sha256(content).digest() + content)
-            os.replace(name, folder / f"{key}.code")  # at once: nobody reads half a file
+            os.replace(name, folder / f"{key}.code")  # atomic: no other process can read an incomplete file
         except OSError:
             os.unlink(name)
             raise
 
 
 def _own(folder: Path) -> Path | None:
-    """Return a folder if it is the user's own and nobody else may write there: its content is run."""
+    """Return a folder if it belongs to the user and nobody else may write there (its content is executed), else None."""
     try:
         facts = folder.stat()
     except OSError:

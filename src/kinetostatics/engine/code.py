@@ -18,11 +18,11 @@ from kinetostatics.layout.plain import Json
 from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
 
-#: Folders, and a module, whose functions are recorded or compile.
+#: Folders and the module whose functions are recorded, or generate code: their text is part of the key of stored code.
 _SOURCES = ("quantities.py", "buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")
-#: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
+#: Poses computed at a time; their results fit into the processor's cache before they are copied to the result arrays.
 BLOCK = 256
-#: The stage in which everything is computed, see :func:`kinetostatics.engine.llvm.module_of`.
+#: Stage in which all outputs are computed, see :func:`kinetostatics.engine.llvm.module_of`.
 LAST = 99
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
@@ -52,12 +52,13 @@ class Code:
         truths: Mask,
         stage: int = LAST,
     ) -> None:
-        """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight.
+        """Compute outputs of n ≥ 8 poses; in all arrays the poses are contiguous.
 
         Args:
-            inputs, parameters: what is taken.
-            numbers, truths: where results go; numbers may stand where the first input is.
-            stage: which numbers are wanted: the first ones need less to be computed.
+            inputs: arrays (k, n).
+            parameters: (P,) numbers of the robot.
+            numbers, truths: result arrays (R, n) and (T, n); ``numbers`` may share the memory of the first input.
+            stage: outputs that are computed: those of this stage and the stages before it.
         """
         n = numbers.shape[1]
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
@@ -78,7 +79,7 @@ class Code:
         truths: int,
         stage: int = LAST,
     ) -> tuple[Array, Mask]:
-        """Return so many numbers (R, N), and the truth values (T, N) of N poses, few or many; see :meth:`__call__`."""
+        """Return the given quantity of numbers (R, N) and truth values (T, N) at N poses; see :meth:`__call__`."""
         N = inputs[-1].shape[1]
         if N == 1:
             return self._alone(inputs, parameters, numbers, truths, stage)
@@ -93,7 +94,9 @@ class Code:
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int) -> tuple[Array, Mask]:
-        """Return the numbers (R, 1) and the truth values (T, 1) of one pose, by arrays that are bound once."""
+        """Return the numbers (R, 1) and the truth values (T, 1) of one pose; the arrays of a stage are allocated in its first
+        call.
+        """
         with self._calling:
             if stage not in self._bound:
                 taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
@@ -112,9 +115,9 @@ def found_or_made(
     """Return a set of functions, from disk if available and correct, otherwise compiled now; empty if neither is possible.
 
     Args:
-        keys: names under which they are kept.
-        make: what makes them, see :func:`packed`; None: they are not made.
-        is_right: whether they give what they should, whatever may be wrong with code from a disk.
+        keys: names of the stored files.
+        make: functions that return the content of the files, see :func:`packed`; None: nothing is compiled.
+        is_right: check of the functions against NumPy, for code from the disk and new code alike.
     """
     kept = [disk.read(key) for key in keys]
     codes = [Code(item) for item in kept if item is not None]
@@ -132,7 +135,7 @@ def found_or_made(
 
 
 def blocks(N: int) -> Iterator[slice]:
-    """Yield N poses in blocks of BLOCK, of which the last may begin within the one before; N is at least BLOCK."""
+    """Yield slices of BLOCK poses that cover N ≥ BLOCK poses; the last one may overlap the one before it."""
     for start in range(0, N, BLOCK):
         first = min(start, N - BLOCK)
         yield slice(first, first + BLOCK)
@@ -144,7 +147,7 @@ class Bound:
     def __init__(
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST
     ) -> None:
-        """Take the arrays; see :meth:`Code.__call__`. There may be more poses in the inputs than in the results."""
+        """Bind the arrays; see :meth:`Code.__call__`. Inputs may have more poses than the results."""
         self._code, n = code, numbers.shape[1]
         self._pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
         self._moving = [(k, array.ctypes.data) for k, array in enumerate(inputs) if array.shape[1] > n]
@@ -156,12 +159,12 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(stage))
 
     def move(self, first: int) -> None:
-        """Take inputs that have more poses than the results from the pose ``first`` on."""
+        """Read inputs that have more poses than the results from the pose ``first`` on."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 
     def __call__(self) -> None:
-        """Compute."""
+        """Compute the outputs into the bound arrays."""
         self._code.function(*self._arguments)
 
 
@@ -169,23 +172,23 @@ def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level:
     """Return the content of a cache file: the size of a table, the table as JSON, and the object code.
 
     Args:
-        table: what goes into the table.
-        text: of a module, see :func:`kinetostatics.engine.llvm.module_of`.
-        lanes: poses in its instructions.
-        level: see :func:`kinetostatics.engine.llvm.compiled`.
+        table: entries of the table.
+        text: text of the module, see :func:`kinetostatics.engine.llvm.module_of`.
+        lanes: poses per instruction.
+        level: optimization level, see :func:`kinetostatics.engine.llvm.compiled`.
     """
     head = json.dumps({"lanes": lanes, **table}).encode()
     return len(head).to_bytes(8, "little") + head + llvm.compiled(text, level)
 
 
 def table_of(kept: bytes) -> dict[str, Json]:
-    """Return the table of what :func:`packed` returned."""
+    """Return the table in the content of a cache file, see :func:`packed`."""
     table: dict[str, Json] = json.loads(kept[8 : 8 + int.from_bytes(kept[:8], "little")])
     return table
 
 
 def side_by_side(array: Array, n: int) -> Array:
-    """Return an array (k, n) whose poses lie side by side, of one (k, N) with the last pose again and again."""
+    """Return an array (k, N) as one (k, n) whose poses are contiguous in memory; missing columns repeat the last pose."""
     N = array.shape[1]
     if n > N:
         found = np.empty((array.shape[0], n))
@@ -195,13 +198,13 @@ def side_by_side(array: Array, n: int) -> Array:
 
 
 def code_key(structure: str) -> str:
-    """Return the name under which code is kept: structure, what is recorded, and the processor."""
+    """Return the key of stored code: a digest of structure, source text of recorded functions, NumPy's version and processor."""
     return hashlib.sha256(f"{structure} {_versions()} {llvm.processor()}".encode()).hexdigest()
 
 
 @cache
 def _versions() -> str:
-    """Return what tells the recorded functions and their recorder apart: their text, and NumPy's version."""
+    """Return a digest of the source text of all recorded functions and of the recorder, and NumPy's version."""
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for folder in _SOURCES:

@@ -16,10 +16,10 @@ from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Computations by NumPy with every engine.
 _BY_NUMPY = (
-    "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
+    "poses near which a loop's joint is turned by half a revolution, and paths close to a singular pose",
     "analyses with assembly errors",
     "poses at which a limb's bases degenerate, its joints are dependent or its self-stress is rigid",
-    "what is computed when it is asked for: wrenches of limbs and joints, beams, motions of links, energies",
+    "results computed on request: wrenches of limbs and joints, beams, motions of links, energies",
 )
 
 
@@ -36,15 +36,15 @@ class EngineReport(ShortRepr):
     """Parts of a robot that run as compiled code.
 
     Attributes:
-        robot: its name.
+        robot: name of the robot.
         is_compiled: whether the equilibrium of its poses is compiled.
-        reason: reason why not; None if it is.
-        operations: how many additions, multiplications and so on a pose takes; None if it does not.
-        loops_compiled: whether closing its loops is compiled.
-        loops_reason: why not; None if it is.
-        loop_operations: how many operations one correction of a pose takes at given actuators; None if it is not.
-        by_numpy: what NumPy does in any case.
-        folder: where code is kept.
+        reason: reason why not; None if it is compiled.
+        operations: number of arithmetic operations per pose; None if it is not compiled.
+        loops_compiled: whether loop closure is compiled.
+        loops_reason: reason why not; None if it is compiled.
+        loop_operations: number of operations of one Newton correction at given actuators; None if it is not compiled.
+        by_numpy: computations that NumPy does for this robot.
+        folder: folder of the compiled code.
     """
 
     robot: str
@@ -78,7 +78,7 @@ class EngineReport(ShortRepr):
 def engine_report(robot: _HasStatics) -> EngineReport:
     """Return a report on the parts of a robot that run as compiled code (``engine="compiled"``), with reasons for the others.
 
-    The code is made, and kept on disk, if it is not there yet: that takes a second or more.
+    Code that is not on disk yet is compiled and stored, which takes a second or more.
     """
     if not isinstance(robot, RobotKinematics):
         raise ArgumentError(f"engine_report needs a Robot, got {robot!r}; load one with ks.load_robot(…)")

@@ -13,7 +13,7 @@ class LaterFrames(Frames):
     """Frames of poses, computed on first use.
 
     Attributes:
-        x: (nq', N) coordinates, which are the poses' own: what corrects the poses moves the frames as well.
+        x: (nq', N) coordinates, shared with the poses: a correction of the poses changes the frames as well.
     """
 
     x: Array
@@ -42,7 +42,9 @@ class LaterFrames(Frames):
         return self.known.take(poses) if "known" in vars(self) else LaterFrames(self.x[:, poses], vars(self)["_place"])
 
     def put(self, poses: Index, others: Frames) -> None:
-        """Do nothing if the frames are not computed yet: these poses' coordinates are changed already."""
+        """Replace the frames of some poses; nothing is to be done before the first use, since the coordinates have changed
+        already.
+        """
         if "known" in vars(self):
             self.known.put(poses, others)
 

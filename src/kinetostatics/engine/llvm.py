@@ -1,7 +1,7 @@
 """Machine code of a record by LLVM's intermediate representation, for eight poses per instruction, or one.
 
-Operations on parameters alone are done once per call, all others in a loop over blocks of eight poses. The last block overlaps
-the one before, so that any number of poses from eight on takes the same code.
+Operations on parameters alone are executed once per call, all others in a loop over blocks of eight poses. The last block may
+overlap the one before it, so that one code serves any number of poses n ≥ 8.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
 
 #: Poses per instruction; code for single poses is shorter and faster with one.
 LANES = 8
-#: Operations of a short block.
+#: Number of operations in a basic block where blocks are kept short.
 _BLOCK = 300
 #: Name of the compiled function.
 NAME = "poses"
 
-#: A product and a sum may become one instruction, which rounds once.
+#: ``contract`` allows a product and a sum to be fused into one instruction, with one rounding.
 _INFIX = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul contract", "divide": "fdiv"}
 _INFIX |= {">": "fcmp ogt", ">=": "fcmp oge", "<": "fcmp olt", "<=": "fcmp ole", "==": "fcmp oeq", "!=": "fcmp une"}
 _INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}
 _DECLARED = {**dict.fromkeys(_INTRINSICS.values(), 1), "copysign": 2, "fmuladd": 3}
 
 
-def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
-    """Return the operations on which the wanted ones depend, including these."""
+def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
+    """Return for each operation whether it is an output, or an output depends on it."""
     needed = [False] * len(tape.operations)
-    for number in wanted:
+    for number in outputs:
         needed[number] = True
     for number in range(len(needed) - 1, -1, -1):
         if needed[number]:
@@ -45,7 +45,7 @@ def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
 
 
 def operands(operation: Operation) -> tuple[int, ...]:
-    """Return the numbers of the operations that one takes its operands from."""
+    """Return the operands of an operation, as numbers of operations."""
     return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
@@ -59,20 +59,21 @@ def module_of(
     lanes: int = LANES,
     short_blocks: bool = False,
 ) -> str:
-    """Return LLVM's text of a function of many poses.
+    """Return the text of an LLVM module with one function of many poses.
 
     ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n, int64 stage)``:
     component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ lanes.
 
     Args:
         tape: the record.
-        numbers, truths: the operations whose results are wanted, in order.
+        numbers, truths: the operations of the outputs, in order.
         inputs: number of input arrays.
-        repeats: 0, or how often at most everything is done anew with the poses of an instruction, as long as the first truth
-            value holds for one of them. Results may then stand where inputs are.
-        stages: how many of the numbers are all that is computed, besides truth values, where ``stage`` is 0, 1, …; beyond: all.
-        lanes: poses in an instruction.
-        short_blocks: whether operations stand in short blocks, which are compiled quickly.
+        repeats: 0, or the largest number of iterations: a block of poses is computed again while the first truth value is true
+            for one of its poses. Results may then share memory with inputs.
+        stages: for each stage 0, 1, …, the quantity of numbers computed in it; truth values are computed in all stages, and all
+            numbers in a stage beyond the last.
+        lanes: poses per instruction.
+        short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
     block = _BLOCK if short_blocks else len(tape.operations) + 1
     return _Writer(tape, numbers, truths, inputs, repeats, stages, lanes, block).text()
@@ -97,8 +98,8 @@ class _Writer:
         needed = [needed_by(tape, (*numbers[:end], *truths)) for end in stages]
         self._stages = [sum(not those[number] for those in needed) for number in range(len(tape.operations))]
         self._rows: dict[int, list[tuple[str, int]]] = {}
-        for kind, wanted in (("number", numbers), ("truth", truths)):
-            for row, number in enumerate(wanted):
+        for kind, outputs in (("number", numbers), ("truth", truths)):
+            for row, number in enumerate(outputs):
                 self._rows.setdefault(number, []).append((kind, row))
         self._varies: list[bool] = []
         for operation in tape.operations:
@@ -224,7 +225,7 @@ class _Writer:
         return f"%{letter}{number}"
 
     def _spread(self, number: int) -> list[str]:
-        """Return what puts a number that is the same at all poses into all lanes."""
+        """Return instructions that copy a number independent of the pose into all lanes."""
         if self._tape.operations[number][0] in ("constant", "truth"):
             return []
         kind = "i1" if self._is_truth[number] else "double"
@@ -258,10 +259,10 @@ class _Writer:
 
 
 class MachineCode:
-    """Object code, ready to be called; keeps what it needs alive.
+    """Object code loaded for calls.
 
     Attributes:
-        address: of the function.
+        address: address of the function.
     """
 
     def __init__(self, code: bytes) -> None:
@@ -273,18 +274,20 @@ class MachineCode:
 
 
 def compiled(text: str, level: int = 1) -> bytes:
-    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find.
+    """Return the object code of a module for this processor; optimization passes are omitted, since the record is already
+    simplified.
 
     Args:
         text: see :func:`module_of`.
-        level: 0 takes a tenth of the time, and the code almost twice as long as at 1.
+        level: optimization level of code generation. Level 0 compiles in a tenth of the time of level 1; its code takes almost
+            twice as long.
     """
-    module = _binding().parse_assembly(text)  # which must live as long as code is made of it
+    module = _binding().parse_assembly(text)  # must exist until the code is emitted
     return bytes(_machine(level).emit_object(module))
 
 
 def processor() -> str:
-    """Return what object code is made for: versions of LLVM and its binding, and the processor."""
+    """Return the versions of LLVM and its binding and the name of the processor, on which object code depends."""
     binding = _binding()
     features = binding.get_host_cpu_features().flatten()
     import llvmlite

@@ -1,4 +1,4 @@
-"""Records of the closure of a robot's loops: a step of Newton's method, frames, actuators, and the side of a singular pose.
+"""Records of loop closure: a step of Newton's method, frames, rates of coordinates, and the test for a singular pose between two.
 
 The functions of :class:`kinetostatics.kinematics.solver.Solver` are recorded, with lengths and placements as parameters.
 """
@@ -27,19 +27,25 @@ def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape |
 
 
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape) -> Solver:
-    """Return a solver's copy that records."""
+    """Return a copy of a solver with recorded numbers."""
     copy: Solver = structure_of(solver, prescribed, tape).copy[0]
     return copy
 
 
-#: Numbers of a pose that :func:`newton_record` keeps besides its coordinates: size of the correction before, by how much that was
-#: smaller than the one before it, and whether the pose is to be corrected again, has converged, and was never beside the record.
+#: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction, its ratio to the one before, and
+#: three truth values: the pose needs another correction, has converged, has met all guards of the record up to now.
 BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
 
 
 @dataclass(frozen=True)
 class Program:
-    """Operations whose results are wanted, in order; ``stages`` tell how many of the numbers may be computed alone."""
+    """A record with its outputs.
+
+    Attributes:
+        tape: the record.
+        numbers, truths: the operations of the outputs, in order.
+        stages: see :func:`kinetostatics.engine.llvm.module_of`.
+    """
 
     tape: Tape
     numbers: tuple[int, ...]
@@ -50,9 +56,9 @@ class Program:
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next.
 
-    Inputs are the state, that is x (nq'), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; and the prescribed coordinates
-    (n,), behind them whether the pose is only passed. The numbers wanted are the next state; the truth value says whether the
-    pose is to be corrected again.
+    Inputs: the state x (nq',), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; the prescribed coordinates (n,), followed by 1
+    for an intermediate pose of a path, else 0. Outputs: the next state, and as truth value whether the pose needs another
+    correction.
     """
     tape = Tape()
     copy = _copy_of(solver, prescribed, tape)
@@ -65,7 +71,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     def computed() -> list[Array]:
         going, passing = more[GOING] != 0, given[-1] != 0
         found = copy.correct(prescribed, poses, given[:-1], more[BEFORE], more[SHRUNK], passing)
-        holds = held(tape)
+        holds = guards_met(tape)
         again, good = going & found.going & holds, (more[GOOD] != 0) | (going & found.done)
         now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
         moved = [np.where(going, new, old) for new, old in zip(now, state[: size + 5], strict=True)]
@@ -77,14 +83,14 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
 
 
 def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.surely_on_one_side`; inputs are x and c of the first and of the second pose."""
+    """Record :meth:`Solver.surely_on_one_side`. Inputs: x and c of the first and of the second pose."""
     tape = Tape()
     copy = _copy_of(solver, prescribed, tape)
     x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
 
     def computed() -> list[Array]:
         found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
-        return [found & held(tape)]
+        return [found & guards_met(tape)]
 
     return Program(tape, (), tuple(recorded_rows(tape, computed)))
 
@@ -92,9 +98,8 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.line`.
 
-    Inputs are x and c of the pose where a line starts, the target (n,), and whether the shorter way is wanted (1,). The numbers
-    are the prescribed coordinates and all orientation coordinates (3,) with which it starts, the truth value tells whether the
-    record holds.
+    Inputs: x and c of the pose where a line starts, the target (n,), and 1 where angles shall turn the shorter way, else 0 (1,).
+    Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; as truth value, the guards.
     """
     tape = Tape()
     copy = _copy_of(solver, prescribed, tape)
@@ -103,17 +108,17 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 
     def computed() -> list[Array]:
         numbers = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
-        return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
+        return [*(row for array in numbers for row in array.reshape(-1, 1)), guards_met(tape)]
 
     *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
 
 
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record how fast x changes with each given coordinate, see :mod:`kinetostatics.kinematics.velocities`.
+    """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.velocities`.
 
-    Inputs are x and c of a closed pose. The numbers are the rates, for one coordinate after the other; the truth value is whether
-    the record holds.
+    Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; as truth value, the
+    guards.
     """
     tape = Tape()
     copy = _copy_of(solver, prescribed, tape)
@@ -123,10 +128,11 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
         poses = SolverState(x, c)
         gradient, rates = copy.rates(prescribed, poses, np.zeros((prescribed.size, 1)))
         step = -least_squares(gradient, rates, prescribed.local_dofs)
-        left = rates + np.einsum("mnN,nkN->mkN", gradient, step)  # in digits that the step has lost
+        # residual of the least-squares solution, for one step of refinement
+        left = rates + np.einsum("mnN,nkN->mkN", gradient, step)
         step = step - least_squares(gradient, left, prescribed.local_dofs)
         v = with_given(copy, prescribed, freedom_rates(copy, prescribed, gradient, rates, step))
-        return [*(row for k in range(prescribed.size) for row in copy.tree.rates(x, v[:, k])), held(tape)]
+        return [*(row for k in range(prescribed.size) for row in copy.tree.rates(x, v[:, k])), guards_met(tape)]
 
     *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
@@ -135,7 +141,7 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.place`.
 
-    The input is x, the numbers are q, rotations, positions and residual, and the truth value is whether the record holds.
+    Input: x. Outputs: q, rotations, positions and residual; as truth value, the guards.
     """
     tape = Tape()
     copy = _copy_of(solver, prescribed, tape)
@@ -144,18 +150,18 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     def computed() -> list[Array]:
         q, frames, residual = copy.equations.place(x)
         numbers = [q, frames.rotation.reshape(-1, 1), frames.position.reshape(-1, 1), residual]
-        return [*(row for array in numbers for row in array), held(tape)]
+        return [*(row for array in numbers for row in array), guards_met(tape)]
 
     *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
 
 
-def held(tape: Tape) -> Number:
-    """Return whether (1,) all guards up to now are met."""
+def guards_met(tape: Tape) -> Number:
+    """Return whether (1,) all guards recorded up to now are met."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 
 def recorded_rows(tape: Tape, computed: Callable[[], list[Array]]) -> list[int]:
-    """Return the numbers of the operations that give arrays (1,)."""
+    """Return the operations of the arrays (1,) that a function returns."""
     with recording():
         return [tape.number_of(array[0]) for array in computed()]

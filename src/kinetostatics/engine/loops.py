@@ -35,24 +35,24 @@ from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver,
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 
-#: What goes from one closed pose to coordinates (n, 1) in one go, as :meth:`CompiledSolver.newton` and ``on_one_side`` do. It
-#: takes x and c of the pose, one below the other (nq' + 3, 1), and returns whether it arrived beyond doubt. Where it did, those
-#: of the pose found are in every column of the array that comes with it, which is used again by every call.
+#: Pair of an array and a function for one step from a closed pose to prescribed coordinates (n, 1). The function takes x and c of
+#: the pose, stacked (nq' + 3, 1), and the coordinates; it returns whether Newton's method converged and no singular pose lies
+#: between the two. Then all columns of the array contain x and c of the new pose; every call overwrites the array.
 Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 
-#: Change of coordinates of an example [m, rad] for a test of code, and tolerance of the comparison with NumPy.
+#: Step of the prescribed coordinates [m, rad] in the test of new code, and tolerance of its comparison with NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
 
 
 def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.place`, with q and the residual before the frames, which not everybody wants."""
+    """Record :meth:`Solver.place`, with q and the residual in a first stage and the frames in a second."""
     program, nq, closures = place_record(solver, prescribed, example), solver.mechanism.tree.nq, solver.equations.closures
     frames = len(program.numbers) - closures
     numbers = (*program.numbers[:nq], *program.numbers[frames:], *program.numbers[nq:frames])
     return replace(program, numbers=numbers, stages=(nq + closures,))
 
 
-#: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
+#: A compiled function: name, function that records it, number of input arrays, largest number of iterations.
 _Function: TypeAlias = tuple[str, Callable[[Solver, PrescribedCoordinates, SolverState], Program], int, int]
 _FUNCTIONS: tuple[_Function, ...] = (
     ("newton", newton_record, 2, MOST_CORRECTIONS),
@@ -65,16 +65,16 @@ _START: _Function = ("start", start_record, 4, 0)
 
 
 class CompiledSolver(Solver):
-    """A solver whose corrections of poses with some prescribed coordinates are compiled.
+    """A solver whose corrections for one choice of prescribed coordinates are compiled.
 
     Attributes:
-        operations: how many operations a correction takes.
+        operations: number of operations of a correction.
     """
 
     is_compiled = True
 
     def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> None:
-        """Find or make the code.
+        """Load the code from disk, or compile it.
 
         Args:
             solver: the solver with the corrections.
@@ -86,7 +86,7 @@ class CompiledSolver(Solver):
         """
         self._begin(solver, prescribed, example)
         if not self._codes(self._functions, self._is_right, llvm.LANES):
-            raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
+            raise NotRecordedError("compiled loop closure differs from NumPy's")
 
     @classmethod
     def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> CompiledSolver | None:
@@ -102,14 +102,15 @@ class CompiledSolver(Solver):
         structure = structure_of(solver, prescribed)
         self._parameters, self._structure = structure.values, structure.key
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
-        # where freedoms are local, nobody asks on which side of a singular pose one is
+        # the test for singular poses is not used where freedoms are local
         self._functions = _FUNCTIONS[:2] if prescribed.local_dofs else _FUNCTIONS
 
     def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int = 0) -> list[Code]:
-        """Return code of functions, from the disk, or unless ``lanes`` is 0 made now of so many; nothing if none is right.
+        """Return the code of functions from disk, or compile it for so many ``lanes`` unless that is 0; empty if no code is
+        correct.
 
         Raises:
-            NotRecordedError: it is to be made, and the equations do something that cannot be recorded.
+            NotRecordedError: the code is to be compiled, and the equations contain something that cannot be recorded.
         """
         given = self._solver, self._own, self._example
         make = [partial(_compiled, item[1], given, self._sizes, *item[2:], lanes) for item in functions]
@@ -118,7 +119,7 @@ class CompiledSolver(Solver):
         return found_or_made(keys, make if lanes else None, fits)
 
     def _is_right(self, codes: list[Code]) -> bool:
-        """Load code, and return whether its result near the example is that of NumPy."""
+        """Load code, and return whether its result near the example agrees with NumPy."""
         self._newton, self._place = codes[:2]
         self._side = None if self._own.local_dofs else codes[2]
         self.operations = int(self._newton.table["operations"])
@@ -139,7 +140,7 @@ class CompiledSolver(Solver):
 
     @cached_property
     def _start(self) -> Code | None:
-        """Where lines start, made when the first does that is not known to start at the zero pose; None: that is NumPy's."""
+        """Code for the start of lines, compiled on first use; None if it cannot be recorded."""
         target = self.values(self._own, self._example) + _TRIED
         expected = Solver.line(self, self._own, self._example, target)
 
@@ -155,7 +156,9 @@ class CompiledSolver(Solver):
         return None
 
     def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return the prescribed and the orientation coordinates where lines start, and where the record holds."""
+        """Return the prescribed and the orientation coordinates at the start of lines, and the mask of poses that meet the
+        guards.
+        """
         n, N = target.shape
         x, c = (start.x, start.c) if N == 1 else (for_each(start.x, N), for_each(start.c, N))
         inputs = x, c, target, np.full((1, N), float(shorter))
@@ -165,8 +168,8 @@ class CompiledSolver(Solver):
     def line(
         self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
     ) -> tuple[Array, Array]:
-        """Return where lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
-        # the record turns actuators the shorter way in any case
+        """Return the coordinates at which lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
+        # recorded is the shorter rotation of actuators
         known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
         code = self._start if known else None
         if code is None:
@@ -200,7 +203,7 @@ class CompiledSolver(Solver):
     def _corrected(
         self, poses: SolverState, target: Array, before: Array | None, passing: NDArray[np.bool_] | None
     ) -> tuple[SolverState, NDArray[np.bool_], NDArray[np.bool_]]:
-        """Return poses, which have converged, and where the record holds."""
+        """Return the corrected poses, and the masks of converged poses and of poses that meet the guards."""
         (size, N), count = poses.x.shape, target.shape[0]
         n = max(N, llvm.LANES)
         state, given = np.empty((size + 8, n)), np.empty((count + 1, n))
@@ -231,7 +234,7 @@ class CompiledSolver(Solver):
         return self._step_of([self._newton] if self._side is None else [self._newton, self._side])
 
     def single_step(self) -> Step:
-        """Return a function that moves from one closed pose to another in one call, see :data:`Step`, for single poses."""
+        """Return a function for one step between closed poses, see :data:`Step`, compiled for single poses."""
         functions = [(f"{item[0]}_of_one", *item[1:]) for item in self._functions if item[0] != "place"]
         target = self.values(self._own, self._example) + _TRIED
         start = np.concatenate([self._example.x, self._example.c])
@@ -247,7 +250,7 @@ class CompiledSolver(Solver):
         return self._step_of(codes) if codes else self._single
 
     def _step_of(self, codes: list[Code]) -> Step:
-        """Return a step by code of corrections, and unless freedoms are local of on which side of a singular pose one is."""
+        """Return a step from the code of corrections and, unless freedoms are local, the code of the test for singular poses."""
         size, n = self.tree.nq, codes[0].lanes
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, flags, expected = state[: size + 3], state[size + 3 :], given[:-1]
@@ -273,7 +276,7 @@ class CompiledSolver(Solver):
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
-        """Return whether there is no singular pose (N,) between two poses each."""
+        """Return the mask (N,) of pairs of poses without a singular pose between them."""
         if prescribed != self._own or self._side is None or first.x.shape[1] == 0:
             return super().on_one_side(prescribed, first, second, target)
         found = self._surely(self._side, first, second)
@@ -283,7 +286,7 @@ class CompiledSolver(Solver):
         return found
 
     def place(self, x: Array) -> Placed:
-        """Return where coordinates ``x`` (nq', N) put everything."""
+        """Return joint coordinates, frames and residual of the loops at coordinates ``x`` (nq', N)."""
         if x.shape[1] == 0:
             return super().place(x)
         found, holds = self._placed(x, 0 if x.shape[1] > 2 * BLOCK else LAST)
@@ -295,7 +298,9 @@ class CompiledSolver(Solver):
         return found
 
     def _placed(self, x: Array, stage: int = LAST) -> tuple[Placed, NDArray[np.bool_]]:
-        """Return where coordinates put everything, the frames in the last stage or when they are asked for; where that holds."""
+        """Return the placed bodies and the mask of poses that meet the guards; frames are computed in the last stage, or on first
+        use.
+        """
         nq, bodies, soon = self.mechanism.tree.nq, self.mechanism.tree.bodies, self.mechanism.tree.nq + self.equations.closures
         turned, N = soon + 9 * bodies, x.shape[1]
         numbers, truths = self._place.results([x], self._parameters, turned + 3 * bodies if stage else soon, 1, stage)
@@ -318,7 +323,7 @@ class CompiledSolver(Solver):
 def _compiled(
     record: Callable[..., Program], given: tuple[object, ...], sizes: dict[str, int], inputs: int, repeats: int, lanes: int
 ) -> bytes:
-    """Return what is kept on disk."""
+    """Return the content of a cache file: the compiled record of one function."""
     program = record(*given)
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
     text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.stages, lanes)

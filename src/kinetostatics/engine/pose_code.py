@@ -21,17 +21,17 @@ from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 
-#: Largest difference of two results for an example, relative to the largest entry of an array.
+#: Largest difference between compiled code and NumPy at the example, relative to the largest entry of an array.
 _ALIKE = 1e-7
 _FIRST = ("contributions", "singular", "indeterminate", "basis_degenerate", "doubtful")
-#: What an analysis computes in turn: what everybody asks, and all the rest that is quick. Where a pose is surely stable is told
-#: by code of its own, which is long.
+#: Stages of an analysis: twist and states of singularity first, then the other outputs of the equilibrium. The sufficient
+#: condition of stability has its own code, since it takes many operations.
 ANALYSIS = (_FIRST, tuple(name for name in OF_EQUILIBRIUM if name not in ("twist", "usual", *_FIRST)))
 STABILITY = (("is_stable",),)
 
 
 class OutputPlace(NamedTuple):
-    """Where an output is: its shape without the poses, whether it is truths, its rows there or of numbers, and its stage."""
+    """Place of an output: shape without the poses, whether it has truth values, its rows in the result array, its stage."""
 
     shape: Sequence[int]
     truth: bool
@@ -46,19 +46,19 @@ class OutputPlace(NamedTuple):
 def pose_model(
     robot: RobotKinematics, statics: RobotStatics, stages: Sequence[Sequence[str]], places: LoadedPlaces | None = None
 ) -> tuple[PoseModel, tuple[Array, ...]]:
-    """Return what outputs are computed of, see :class:`PoseCode`, and an example: coordinates, load, gravity, loads on links."""
+    """Return the model of :class:`PoseCode` and its example: coordinates, load, gravity, wrenches on links."""
     members = SmallMotions(statics) if stages == STABILITY else None
     model = PoseModel(JointCoordinates(robot.solver), statics, None, places, members)
     return model, (robot.generic_poses.x[:, :1], *example_of(statics, places)[1:])
 
 
 class PoseCode:
-    """Compiled code for some outputs of a robot.
+    """Compiled code of some outputs of a robot.
 
     Attributes:
-        places: where each output is.
-        operations: how many operations a pose takes.
-        is_there: whether it was found or made.
+        places: place of each output.
+        operations: number of operations per pose.
+        is_there: whether the code was on disk or has been compiled.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class PoseCode:
             NotRecordedError: the analysis cannot be recorded.
         """
         model, example = pose_model(robot, statics, stages, places)
-        structure = model.taken_apart()
+        structure = model.structure()
         self._parameters = structure.values
         self._sizes = [len(structure.values), *(len(array) for array in example)]
         self._key = code_key(f"poses {lanes} {stages} {structure.key}")
@@ -92,10 +92,10 @@ class PoseCode:
         is_right = lambda codes: self._is_right(codes[0], expected, example)  # noqa: E731
         self.is_there = bool(found_or_made([self._key], make if anew else None, is_right))
         if anew and not self.is_there:
-            raise NotRecordedError("compiled code gives other numbers than NumPy")
+            raise NotRecordedError("results of compiled code differ from NumPy's")
 
     def _is_right(self, code: Code, expected: Mapping[str, Array], example: tuple[Array, ...]) -> bool:
-        """Load code, and return whether its result at the example is that of NumPy."""
+        """Load code, and return whether its result at the example agrees with NumPy."""
         if code.table["sizes"] != self._sizes:
             return False
         self.code, self.operations = code, int(code.table["operations"])
@@ -106,27 +106,28 @@ class PoseCode:
         self._ends, self._truths = code.table["ends"], int(code.table["truths"])
         numbers, truths = self.computed(*example)
         found = {name: place.of(numbers, truths) for name, place in self.places.items()}
-        closed = ("opening", "worst_equation")  # which are rounding
+        closed = ("opening", "worst_equation")  # rounding errors only
         return bool(truths[0, 0]) and all(agree(expected[name], found[name]) for name in found if name not in closed)
 
     def computed(self, x: Array, load: Array, gravity: Array, *wrenches: Array, stage: int = LAST) -> tuple[Array, Mask]:
-        """Compute poses: what :meth:`OutputPlace.of` takes outputs from; the first row of truth values is where the record holds.
+        """Return the arrays from which :meth:`OutputPlace.of` takes outputs; the first row of truth values is the mask of the
+        guards.
 
         Args:
             x: (nq', N) coordinates.
             load: (6, N) [N, N·m].
             gravity: (3, N) [m/s²].
-            wrenches: (6 P, N) what acts at the loaded places [N, N·m], if there are any.
-            stage: the last one that is computed.
+            wrenches: (6 P, N) wrenches at the P loaded places of links [N, N·m], if any.
+            stage: the last stage computed.
         """
         rows = self._ends[min(stage, len(self._ends) - 1)]
         return self.code.results([x, load, gravity, *wrenches], self._parameters, rows, self._truths, stage)
 
     def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[Array, Mask]]]:
-        """Return arrays (k, 1) for load and gravity of one pose, and what computes it: these arrays are used by every call.
+        """Return arrays for the load (6, 1) and gravity (3, 1) of one pose, and a function that computes its outputs from them.
 
         Args:
-            x: (nq', n) the coordinates, in the first column, which stay in this array.
+            x: (nq', n) the coordinates, in the first column; every call reads them from this array.
         """
         load, gravity = np.zeros((6, 1)), np.zeros((3, 1))
         numbers, truths = np.empty((self._ends[-1], 1)), np.empty((self._truths, 1), dtype=bool)
@@ -142,7 +143,7 @@ class PoseCode:
 def compiled(
     model: PoseModel, stages: Sequence[Sequence[str]], example: Sequence[Array], sizes: Sequence[int], lanes: int = llvm.LANES
 ) -> bytes:
-    """Return what is kept on disk, with a table of the places."""
+    """Return the content of a cache file: compiled outputs, with a table of their places."""
     record = pose_record(model, [name for stage in stages for name in stage], example)
     rows: tuple[list[int], list[int]] = [], [record.all_hold()]
     places, ends = {}, []
@@ -155,13 +156,13 @@ def compiled(
         ends.append(len(rows[0]))
     operations = sum(llvm.needed_by(record.tape, (*rows[0], *rows[1])))
     table = {"sizes": sizes, "places": places, "ends": ends, "truths": len(rows[1]), "operations": operations}
-    quickly = model.members is not None  # of many operations, which few poses take
+    quickly = model.members is not None  # many operations for few poses: fast compilation matters more than fast code
     text = llvm.module_of(record.tape, *rows, len(example), stages=ends[:-1], lanes=lanes, short_blocks=quickly)
     return packed(table, text, lanes, 0 if quickly else 1)
 
 
 def agree(expected: Array, found: Array) -> bool:
-    """Whether arrays are the same but for rounding of their largest entry; NaN in the same places."""
+    """Whether arrays agree within rounding of their largest entry, with NaN at the same places."""
     if expected.shape != found.shape or (expected.dtype == bool) != (found.dtype == bool):
         return False
     if expected.dtype == bool:

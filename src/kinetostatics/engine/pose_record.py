@@ -1,7 +1,6 @@
-"""Records of closed poses: joint coordinates, frames, equilibrium and all that follows from it, operation by operation.
+"""Records of closed poses: joint coordinates, frames, equilibrium and derived outputs, operation by operation.
 
-Machine code, exported C, derivatives and samples of many robots are made from these records of the functions that assemble and
-analyse poses.
+Machine code, exported C, derivatives and samples of many robots are generated from these records.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ class PoseModel(NamedTuple):
         statics: the equilibrium.
         prescribed: prescribed coordinates, if residuals are requested.
         places: places of loads on links.
-        members: the robot as a structure that may buckle, where that is asked for.
+        members: model of small motions, for the stability of members, if requested.
     """
 
     joints: JointCoordinates
@@ -52,11 +51,11 @@ class PoseModel(NamedTuple):
 
     @classmethod
     def of(cls, solver: Solver, statics: RobotStatics, prescribed: PrescribedCoordinates | None = None) -> PoseModel:
-        """Return the model of a robot by what closes its loops and its statics."""
+        """Return the model of a robot from its solver and its statics."""
         return cls(JointCoordinates(solver), statics, prescribed)
 
-    def taken_apart(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
-        """Return structure and numbers; with a tape also a copy that records, see :class:`Structure`."""
+    def structure(self, tape: Tape | None = None, all_vary: bool = False) -> Structure:
+        """Return structure and numbers; with a tape also a recording copy, see :class:`Structure`."""
         return Structure(self, tape, all_vary=all_vary)
 
 
@@ -67,7 +66,7 @@ class Pose:
         model: the robot.
         x: (nq', N) solved coordinates.
         load, gravity: (6, N) [N, N·m] and (3, N) [m/s²].
-        given: (3, N) orientation and (n, N) prescribed coordinates, where residuals are wanted; or (6 P, N) what acts on links.
+        given: (3, N) orientation and (n, N) prescribed coordinates, if residuals are requested; or (6 P, N) wrenches on links.
     """
 
     def __init__(self, model: PoseModel, x: Array, load: Array, gravity: Array, *given: Array) -> None:
@@ -76,12 +75,12 @@ class Pose:
 
     @cached_property
     def placed(self) -> Placed:
-        """What Pinocchio's coordinates say."""
+        """Joint coordinates, frames and residual of the loops."""
         return self.solver.equations.place(self.x)
 
     @cached_property
     def frames(self) -> Frames:
-        """Frames of all bodies; only those inside spherical joints take the angles of single hinges, which may be singular."""
+        """Frames of all bodies; only those inside spherical joints use the angles of single hinges, which may be singular."""
         frames = self.solver.equations.forward(self.x)
         inside = [joint.body for *_, joints in self.solver.equations.runs for joint in joints[:2]]
         if inside:
@@ -108,14 +107,14 @@ class Pose:
         return self.solver.equations.evaluate(self.frames)[0]
 
     def opening(self) -> Array:
-        """Return the largest gap of a loop (N,) [m, rad]."""
+        """Return the largest gap (N,) of all loops [m, rad]."""
         worst = zeros_for((self.x.shape[1],), self.x)
         for metres, radians in self.solver.equations.loop_gaps(self.closures, self.x).values():
             worst = np.maximum(worst, np.maximum(metres, radians))
         return worst
 
     def actuators(self) -> Array:
-        """Return the actuators' coordinates (n, N) in the file's order."""
+        """Return the coordinates (n, N) of the actuators, in the order of the file."""
         coordinates = self.model.joints.at(self.placed.q, self.frames)
         rows = [coordinates[name] for name in self.statics.description.driven]
         return np.stack(rows) if rows else zeros_for((0, self.x.shape[1]), self.x)
@@ -138,7 +137,7 @@ class Pose:
         return np.concatenate([R.reshape(9, -1), o])
 
 
-#: What may be recorded of a pose besides :data:`OF_EQUILIBRIUM`, each (…components, N).
+#: Outputs of a pose besides :data:`OF_EQUILIBRIUM`, each (…components, N).
 OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
     "residual": lambda pose: pose.system[0],
     "gradient": lambda pose: pose.system[1],
@@ -153,7 +152,7 @@ OUTPUTS: Mapping[str, Callable[[Pose], Array | Mask]] = {
 
 
 def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> dict[str, Number]:
-    """Return outputs (…, N) by name; twist, stiffness and compliance about a ``tool`` (3,) from o in the platform's axes [m]."""
+    """Return outputs (…, N) by name; twist, stiffness and compliance at a ``tool`` (3,), from o in platform axes [m]."""
     found: dict[str, Number] = {}
     for name in names:
         if name in OUTPUTS:
@@ -169,19 +168,19 @@ def outputs_at(pose: Pose, names: Sequence[str], tool: Array | None = None) -> d
 
 
 def _is_unknown(array: Array) -> bool:
-    """Whether all entries are NaN whatever the pose, as an infinite stiffness is: sums with it would spoil derivatives."""
+    """Whether all entries are NaN at every pose (an infinite stiffness, say), which must not enter sums and derivatives."""
     return all(isinstance(entry, float) and math.isnan(entry) for entry in np.asarray(array).ravel().tolist())
 
 
 @dataclass(frozen=True)
 class PoseRecord:
-    """What some outputs of a robot take, operation by operation.
+    """Recorded operations of some outputs of a robot.
 
     Attributes:
-        tape: the operations; inputs are x, load, gravity, and where residuals are wanted c and the target.
+        tape: the operations; inputs are x, load, gravity and, if residuals are requested, c and the target.
         rows: the operations of each output's components, in order.
-        shapes: of each output.
-        holds: the operation that tells whether the record holds, by the output up to which it is to.
+        shapes: shape of each output.
+        holds: by output, the operation whose truth value is that of all guards recorded up to this output.
     """
 
     tape: Tape
@@ -194,7 +193,7 @@ class PoseRecord:
         return [row for name in (self.rows if names is None else names) for row in self.rows[name]]
 
     def all_hold(self) -> int:
-        """Return the operation that tells whether the record of all outputs holds."""
+        """Return the operation whose truth value is that of all guards."""
         return list(self.holds.values())[-1]
 
 
@@ -205,16 +204,16 @@ def pose_record(
 
     Args:
         model: the robot.
-        names: of the outputs, at least one.
-        example: x, load, gravity, and where residuals are wanted c and target of one pose, whose way is taken at branches.
-        all_vary: 0, 1 and −1 are numbers like others, see :class:`Structure`.
+        names: names of the outputs, at least one.
+        example: x, load, gravity and, if residuals are requested, c and target of one pose; branches follow this pose.
+        all_vary: whether to record 0, 1 and −1 as parameters too, see :class:`Structure`.
         tool: see :func:`outputs_at`.
 
     Raises:
-        NotRecordedError: it takes something that is not an operation on scalars.
+        NotRecordedError: a function is not a sequence of operations on scalars.
     """
     tape = Tape()
-    copy = model.taken_apart(tape, all_vary).copy
+    copy = model.structure(tape, all_vary).copy
     pose = Pose(copy, *(recorded_input(tape, number, array) for number, array in enumerate(example)))
     rows, shapes, holds = {}, {}, {}
     for name in names:

@@ -1,4 +1,4 @@
-"""Compiled programs of robots. Whether a call is computed by them depends on the call alone, never on earlier calls."""
+"""Compiled programs of robots, and the rule by which a call uses them or NumPy."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 
 #: Names of the engines.
 ENGINES = ("auto", "numpy", "compiled")
-#: Environment variable with the meaning of "auto".
+#: Environment variable with the engine that replaces "auto".
 VARIABLE = "KINETOSTATICS_ENGINE"
-#: Poses of a call from which on "auto" takes code from the disk, and from which on it compiles. Below, reading it takes longer
-#: than NumPy does, and below, compiling. Code that is in memory answers whatever the number.
+#: Smallest numbers of poses for which "auto" loads code from disk, and for which it compiles: with fewer poses NumPy is faster
+#: than loading, or compiling. Code in memory is used for any number of poses.
 READING, COMPILING = 1_000, 10_000
 
 Made = TypeVar("Made")
@@ -60,20 +60,20 @@ def _answering(
     poses: int,
     find: Callable[[bool], Made | None],
 ) -> _Program[Made]:
-    """Return one of a robot's programs, with its code if that is what answers a call.
+    """Return one of a robot's programs; its code is loaded or compiled if the engine and the number of poses call for it.
 
     Args:
-        programs, robot, key: which one.
+        programs, robot, key: identify the program.
         engine: "auto" or "compiled".
-        poses: of the call.
-        find: returns the code if it is on disk; compiles it if not, where its argument says so.
+        poses: number of poses of the call.
+        find: returns the code on disk, or None; compiles missing code if its argument is True.
     """
     with _LOCK:
         program = programs.setdefault(robot, defaultdict(_Program))[key]
     if program.made is None and program.reason is None and (engine == "compiled" or poses >= READING):
         from kinetostatics.engine.scalars import NotRecordedError
 
-        with program.lock, waiting(f"compiling what {robot.name} needs, once on this computer"):
+        with program.lock, waiting(f"compiling code for {robot.name}, once on this computer"):
             if program.made is None and program.reason is None:
                 try:
                     program.made = find(engine == "compiled" or poses >= COMPILING)
@@ -96,7 +96,7 @@ def check_engine(engine: str) -> str:
 
 
 def engine_for(engine: str, poses: int) -> str:
-    """Return the engine of calls that together are about so many poses, such as those of a map."""
+    """Return the engine of several calls, for instance of a map, from their total number of poses."""
     return "compiled" if engine == "auto" and poses >= COMPILING else engine
 
 
@@ -109,15 +109,15 @@ def pose_code(
     *,
     stability: bool = False,
 ) -> PoseCode | None:
-    """Return the compiled code that analyses poses; None where NumPy does.
+    """Return the compiled code that analyses poses, or None if NumPy shall.
 
     Args:
         robot, statics: the robot.
         engine: see :func:`check_engine`.
         poses: number of poses of the call.
         applied: loads on links; the code depends on their places.
-        stability: return the code for the sufficient condition of stability instead; only for robots without springs and loads on
-            links.
+        stability: whether to return the code of the sufficient condition of stability instead; only for robots without springs
+            and loads on links.
     """
     if engine == "numpy" or poses == 0 or (stability and (applied or statics.description.springs)):
         return None
@@ -148,7 +148,7 @@ def _poses_of(
 
 
 def compiled_loops(engine: str) -> SolverChoice:
-    """Return what says which solver closes the loops of a call's poses: one whose corrections are compiled, or the robot's own.
+    """Return a function that chooses the solver of a call's poses: one with compiled corrections, or the robot's own.
 
     Args:
         engine: see :func:`check_engine`.
@@ -163,12 +163,12 @@ def compiled_loops(engine: str) -> SolverChoice:
 
 
 def loops_for(analysis: Mapping[str, object]) -> SolverChoice:
-    """Return what closes the loops of poses that are analysed with arguments of :func:`kinetostatics.analyze`."""
+    """Return the choice of solver for poses that are analysed with arguments of :func:`kinetostatics.analyze`."""
     return compiled_loops(check_engine(str(analysis.get("engine", "auto"))))
 
 
 def loops_of(robot: RobotKinematics) -> CompiledSolver | str:
-    """Return what closes a robot's loops at given actuators, compiled now if need be; or why that cannot be."""
+    """Return the compiled solver for given actuators, compiled now if necessary; or the reason why there is none."""
     program = _loops_of(robot, "compiled", robot.mobility_analysis.with_dofs(robot.actuator_coordinates), 1)
     return program.made or str(program.reason)
 

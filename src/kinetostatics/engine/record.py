@@ -16,22 +16,23 @@ from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 
-#: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
+#: Load [N, N·m] and gravity [m/s²] of the example, without zeros, so that no term vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
-#: Why a robot with rigid limbs or springs that nothing holds is not recorded, and one whose rigid parts leave forces open.
-SINGULAR = "the platform can move at generic poses, which singular values tell"
-INDETERMINATE = "rigid limbs or rings overconstrain one another, so that singular values tell how their forces may change"
-#: Why one is not of which NumPy solves already the example with more care than other poses.
-CAREFUL = "a limb takes eigenvectors at generic poses already, as where self-stress is almost rigid"
+#: Reasons why a robot is not recorded: a singular platform at generic poses, and internal forces that equilibrium leaves
+#: undefined.
+SINGULAR = "the platform is singular at generic poses, which needs singular values"
+INDETERMINATE = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
+#: Reason why a robot is not recorded if its example already needs eigenvectors.
+CAREFUL = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"
 
 
 @contextmanager
 def recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
-    """Record the equilibrium of a robot inside.
+    """Record the equilibrium of a robot, as context manager.
 
     Raises:
-        NotRecordedError: it takes something that is not an operation on scalars.
+        NotRecordedError: a function is not a sequence of operations on scalars.
     """
     try:
         with recording():
@@ -40,13 +41,13 @@ def recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
         found = solve_with_springs(robot, *example_of(robot))
         if found.singular[0] or found.indeterminate[0]:
             raise NotRecordedError(SINGULAR if found.singular[0] else INDETERMINATE) from error
-        if isinstance(error.__cause__, IndexError):  # poses are picked out by what is recorded
+        if isinstance(error.__cause__, IndexError):  # a recorded mask selects poses
             raise NotRecordedError(CAREFUL) from error
         raise
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Number:
-    """Return what records an input array of one pose, whose values there are the example's."""
+    """Return an input array of recorded scalars, with the values of the example."""
     scalars = np.empty(array.size, dtype=object)
     for k, value in enumerate(array.ravel().tolist()):
         scalars[k] = tape.write(("input", number, k), value)
@@ -54,7 +55,7 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Number:
 
 
 def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:
-    """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and what acts at ``places`` (6 P, 1)."""
+    """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
     plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
     if places is None:
         return plain
@@ -70,7 +71,7 @@ def by_numpy(
     wrenches: Array | None = None,
     places: LoadedPlaces | None = None,
 ) -> Solution:
-    """Solve as :func:`solve_with_springs`, also of one pose by the operations of many: what is recorded."""
+    """Solve the equilibrium as :func:`solve_with_springs` does for many poses; this function is recorded."""
     _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches_of_many(frames, o, gravity)
     applied = () if places is None or wrenches is None else _loads_at(places, wrenches)
@@ -78,6 +79,6 @@ def by_numpy(
 
 
 def _loads_at(places: LoadedPlaces, wrenches: Array) -> tuple[AppliedLoad, ...]:
-    """Return loads whose wrenches (6 P, N) are one behind the other."""
+    """Return loads on links from their stacked wrenches (6 P, N)."""
     rows = iter(wrenches.reshape(-1, 6, wrenches.shape[1]))
     return tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in places.loads)

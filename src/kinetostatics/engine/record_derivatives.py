@@ -1,8 +1,7 @@
-"""Derivatives of records: one rule for every operation.
+"""Derivatives of records by automatic differentiation, with one rule per operation.
 
-One sweep of NumPy backwards over the tape gives the derivatives of some results with respect to every input and parameter, at
-many poses; one sweep forwards records the rates of results. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008,
-chapter 3.
+The reverse mode evaluates the derivatives of results with respect to inputs and parameters by NumPy, at many poses; the forward
+mode records the rates of results. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
 """
 
 from __future__ import annotations
@@ -20,8 +19,8 @@ from kinetostatics.math.arrays import Array
 _LEAVES = ("input", "parameter", "constant", "truth")
 
 
-#: The partial derivatives of an operation's result with respect to its operands, from these and the result: numbers or arrays.
-#: What is not here, as a comparison, has none; ``choose`` has those of what is chosen.
+#: Partial derivatives of an operation's result with respect to its operands, as functions of operands and result. Operations
+#: missing here, such as comparisons, have zero derivatives; ``choose`` has the derivative of the chosen operand.
 PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
     "add": lambda a, b, result: (1.0, 1.0),
     "subtract": lambda a, b, result: (1.0, -1.0),
@@ -34,10 +33,10 @@ PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
     "cosine": lambda a, result: (-np.sin(a),),
     "angle": lambda y, x, result: (x / (x * x + y * y), -y / (x * x + y * y)),
 }
-#: Operations whose partial derivatives may be infinite at a place that is not chosen.
+#: Operations whose partial derivatives may be infinite in a branch that is not chosen.
 _MAY_BE_INFINITE = ("divide", "square_root", "angle")
 
-#: The same operations as NumPy does them.
+#: The operations as functions of NumPy.
 _FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "add": np.add,
     "subtract": np.subtract,
@@ -64,12 +63,12 @@ _FUNCTIONS: Mapping[str, Callable[..., Number]] = {
 
 
 def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Sequence[Number] | Array) -> list[Number]:
-    """Return the results of all needed operations at N poses, numbers or arrays (N,); None of the others.
+    """Return the results of all needed operations at N poses, numbers or arrays (N,); None for the others.
 
     Args:
         tape: the record.
-        needed: which operations are.
-        inputs: the arrays (components, N) of the inputs.
+        needed: for each operation, whether it is needed.
+        inputs: the input arrays (components, N).
         parameters: (P,) the robot's numbers; or a sequence of numbers and, where every pose has another robot, of arrays (N,).
     """
     found: list[Number] = [None] * len(needed)
@@ -91,15 +90,15 @@ def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], paramete
     return found
 
 
-def gradients(tape: Tape, found: Sequence[Number], wanted: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
-    """Return the derivatives (len(wanted), N) of some results with respect to some inputs and parameters, by their numbers.
+def gradients(tape: Tape, found: Sequence[Number], outputs: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
+    """Return the derivatives (outputs, N) of some results with respect to some inputs and parameters, by their operations.
 
-    What the results do not depend on is left out.
+    Inputs and parameters without influence are left out.
 
     Args:
         tape: the record.
         found: the results of all operations, see :func:`values`.
-        wanted: the operations whose results are differentiated.
+        outputs: the operations whose results are differentiated.
         leaves: the operations of the inputs and parameters.
         N: number of poses.
     """
@@ -113,10 +112,10 @@ def gradients(tape: Tape, found: Sequence[Number], wanted: Sequence[int], leaves
             else:
                 active[number] = number in leaves
     adjoints: list[Number] = [None] * len(found)
-    for row, number in enumerate(wanted):
+    for row, number in enumerate(outputs):
         if active[number]:
             if adjoints[number] is None:
-                adjoints[number] = np.zeros((len(wanted), N))
+                adjoints[number] = np.zeros((len(outputs), N))
             adjoints[number][row] += 1.0
 
     def put(number: int, by: Number) -> None:
@@ -148,35 +147,35 @@ def gradients(tape: Tape, found: Sequence[Number], wanted: Sequence[int], leaves
     return result
 
 
-def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
+def tangent_record(tape: Tape, outputs: Sequence[int], inputs: int) -> list[int]:
     """Record the rates of results for rates of the inputs; return the operations of these rates.
 
-    The rates of the inputs are inputs too, on the same tape: those of the array k are the array ``inputs`` + k.
+    The rates of the inputs are inputs of the same tape: those of the array k are the array ``inputs`` + k.
 
     Args:
-        tape: the record, which grows.
-        wanted: the operations whose results are differentiated.
-        inputs: how many input arrays there are.
+        tape: the record, to which operations are added.
+        outputs: the operations whose results are differentiated.
+        inputs: number of input arrays.
     """
     rates: dict[int, Number] = {}
 
-    def held(number: int) -> Number:
+    def scalar_of(number: int) -> Number:
         scalar = Scalar(tape, number, tape.values[number])
         return np.array([scalar], dtype=object).view(Recorded)
 
     with recording():
-        for number, is_needed in enumerate(needed_by(tape, wanted)):
+        for number, is_needed in enumerate(needed_by(tape, outputs)):
             if not is_needed:
                 continue
             name, *taken = tape.operations[number]
             if name == "input":
-                rates[number] = held(tape.write(("input", inputs + taken[0], taken[1]), 1.0).number)
+                rates[number] = scalar_of(tape.write(("input", inputs + taken[0], taken[1]), 1.0).number)
             elif name == "choose":
                 condition, a, b = taken
                 if a in rates or b in rates:
-                    rates[number] = np.where(held(condition), rates.get(a, 0.0), rates.get(b, 0.0))
+                    rates[number] = np.where(scalar_of(condition), rates.get(a, 0.0), rates.get(b, 0.0))
             elif name in PARTIALS and any(operand in rates for operand in taken):
-                partials = PARTIALS[name](*[held(operand) for operand in taken], held(number))
+                partials = PARTIALS[name](*[scalar_of(operand) for operand in taken], scalar_of(number))
                 total: Number = 0.0
                 for partial, operand in zip(partials, taken, strict=True):
                     if operand in rates:
@@ -185,4 +184,4 @@ def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
                             product = np.where(rates[operand] == 0, 0.0, product)
                         total = total + product
                 rates[number] = total
-        return [tape.number_of(rates[number][0] if number in rates else 0.0) for number in wanted]
+        return [tape.number_of(rates[number][0] if number in rates else 0.0) for number in outputs]

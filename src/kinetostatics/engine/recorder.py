@@ -45,7 +45,7 @@ _ELEMENTWISE: dict[object, np.ufunc] = {
         (np.not_equal, lambda a, b: scalars.compare("!=", a, b)),
     )
 }
-#: Their loops over Python objects call the operators, which is faster.
+#: For arrays of objects NumPy itself calls the operators of these functions, which is faster.
 _NATIVE = {np.add, np.subtract, np.multiply, np.matmul}
 _CHOOSE = np.frompyfunc(scalars.choose, 3, 1)
 _WITHOUT_NAN = np.frompyfunc(scalars.without_nan, 1, 1)
@@ -71,12 +71,12 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
         if out is not None and out.dtype == object:
             np.ndarray.__setitem__(out, ..., found)
             return out
-        return recorded(found)  # in the place of an array of floats that was to be added to
+        return recorded(found)  # replaces an array of floats as the result of an operation in place
 
     def __array_function__(
         self, function: scalars.Number, types: scalars.Number, args: scalars.Number, kwargs: scalars.Number
     ) -> scalars.Number:
-        """Apply a function of NumPy, most of which move entries or apply ufuncs."""
+        """Apply a function of NumPy, most of which rearrange entries or apply ufuncs."""
         if function.__module__.startswith("numpy.linalg"):
             raise NotRecordedError(f"{function.__module__}.{function.__name__}")
         if function is np.where and len(args) == 3:
@@ -90,7 +90,7 @@ class Recorded(np.ndarray[tuple[int, ...], np.dtype[np.object_]]):
 
 
 def recorded(found: scalars.Number) -> scalars.Number:
-    """Return an array of objects as one that records."""
+    """Return an array of objects, or each array in a tuple or list, as a recorded array."""
     if isinstance(found, tuple | list):
         return type(found)(map(recorded, found))
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
@@ -100,10 +100,10 @@ def recorded(found: scalars.Number) -> scalars.Number:
 
 @contextmanager
 def recording() -> Iterator[None]:
-    """Record what is done inside.
+    """Turn errors of functions that cannot be recorded into one error, as context manager.
 
     Raises:
-        NotRecordedError: something takes recorded scalars for floats.
+        NotRecordedError: a function needs floats in place of recorded scalars.
     """
     try:
         with np.errstate(all="ignore"):

@@ -14,22 +14,22 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-Number: TypeAlias = Any  # a Scalar, a float, an array of either, or what holds such arrays: one function computes with all
+Number: TypeAlias = Any  # a Scalar, a float, an array of either, or a container of such arrays
 #: Name and operands.
 Operation: TypeAlias = tuple[Number, ...]
 
 
 class NotRecordedError(Exception):
-    """A function does something that is not an operation on scalars."""
+    """A function is not a sequence of operations on scalars."""
 
 
 class Tape:
-    """Operations in the order in which they were recorded; equal ones are written once.
+    """Operations in the order in which they were recorded; equal ones are stored once.
 
     Attributes:
         operations: name and operands (numbers of earlier operations) of each.
-        values: at the example.
-        guards: numbers of truth values, and what the example said of each.
+        values: result of each operation at the example.
+        guards: by operation, the truth value of the example, which a valid pose must share.
     """
 
     def __init__(self) -> None:
@@ -49,26 +49,26 @@ class Tape:
         return found
 
     def holds(self) -> Number:
-        """Return whether all guards up to now are met."""
+        """Return whether all guards recorded up to now are met."""
         found: Number = True
-        for number, wanted in self.guards.items():
+        for number, expected in self.guards.items():
             guard = Scalar(self, number, self.values[number])
-            found = both(found, guard if wanted else opposite(guard))
+            found = both(found, guard if expected else opposite(guard))
         return found
 
     def number_of(self, scalar: Number) -> int:
-        """Return the number of a scalar's operation; a constant becomes one."""
+        """Return the number of a scalar's operation; a constant is added as an operation."""
         if isinstance(scalar, Scalar):
             return scalar.number
         if isinstance(scalar, bool | np.bool_):
             return self.write(("truth", bool(scalar)), bool(scalar)).number
         value = float(scalar)
-        # −0 is another constant than 0, and NaN is never equal to itself
+        # the text distinguishes −0 from 0, and makes all NaN equal
         return self.write(("constant", value.hex()), value).number
 
 
 class Scalar:
-    """A number or a truth value on a tape, and its ``value`` at the example."""
+    """Result of a recorded operation, a number or a truth value, with its ``value`` at the example."""
 
     __slots__ = ("number", "tape", "value")
 
@@ -86,7 +86,7 @@ class Scalar:
         return self.value
 
     def __float__(self) -> float:
-        raise NotRecordedError("a recorded number was wanted as a plain one")
+        raise NotRecordedError("a recorded number is converted to a float")
 
     def __pow__(self, other: Number) -> Number:
         return power(self, other)
@@ -104,8 +104,8 @@ class Scalar:
         return opposite(self)
 
 
-def _is_plain(value: Number, wanted: float) -> bool:
-    return not isinstance(value, Scalar) and value == wanted
+def _is_plain(value: Number, number: float) -> bool:
+    return not isinstance(value, Scalar) and value == number
 
 
 def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) -> Scalar:
@@ -117,7 +117,7 @@ def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) 
 
 
 def value_of(a: Number) -> Number:
-    """Return the value of something at the example."""
+    """Return the value at the example of a scalar or a constant."""
     return a.value if isinstance(a, Scalar) else a
 
 
@@ -164,7 +164,7 @@ def multiply(a: Number, b: Number) -> Number:
 
 
 def divide(a: Number, b: Number) -> Number:
-    """Return a / b, as a times the inverse of b: what is divided by one number again and again is divided once."""
+    """Return a / b as a · (1 / b): the inverse is recorded once for all divisions by b."""
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return _quotient(a, b)
     if _is_plain(a, 0.0):
@@ -185,7 +185,7 @@ def negative(a: Number) -> Number:
 
 
 def power(a: Number, n: Number) -> Number:
-    """Return a to a whole power n."""
+    """Return aⁿ for an integer n."""
     if not isinstance(a, Scalar):
         return a**n
     if _is_plain(n, 0):
@@ -261,12 +261,12 @@ def compare(how: str, a: Number, b: Number) -> Number:
 
 
 def both(a: Number, b: Number) -> Number:
-    """Return whether both are true."""
+    """Return a and b."""
     return _logical("and", True, a, b, bool(value_of(a)) and bool(value_of(b)))
 
 
 def either(a: Number, b: Number) -> Number:
-    """Return whether one is true."""
+    """Return a or b."""
     return _logical("or", False, a, b, bool(value_of(a)) or bool(value_of(b)))
 
 
@@ -279,7 +279,7 @@ def _logical(name: str, neutral: bool, a: Number, b: Number, value: bool) -> Num
 
 
 def _truth(a: Number) -> Number:
-    """Return whether a number is not zero, of a truth value itself."""
+    """Return a ≠ 0 for a number, a truth value unchanged."""
     if not isinstance(a, Scalar):
         return bool(a)
     if isinstance(a.value, bool):
@@ -288,13 +288,13 @@ def _truth(a: Number) -> Number:
 
 
 def opposite(a: Number) -> Number:
-    """Return whether something is not true."""
+    """Return not a."""
     a = _truth(a)
     return a.tape.write(("not", a.number), not a.value) if isinstance(a, Scalar) else not a
 
 
 def choose(condition: Number, a: Number, b: Number) -> Number:
-    """Return a where a condition is true, else b."""
+    """Return a if a condition is true, else b."""
     condition = _truth(condition)
     if not isinstance(condition, Scalar):
         return a if condition else b
@@ -308,32 +308,32 @@ def choose(condition: Number, a: Number, b: Number) -> Number:
 
 
 def larger(a: Number, b: Number) -> Number:
-    """Return the larger of two, NaN if one is."""
+    """Return the larger of two numbers, NaN if one of them is NaN."""
     return choose(either(compare(">", a, b), is_nan(a)), a, b)
 
 
 def smaller(a: Number, b: Number) -> Number:
-    """Return the smaller of two, NaN if one is."""
+    """Return the smaller of two numbers, NaN if one of them is NaN."""
     return choose(either(compare("<", a, b), is_nan(a)), a, b)
 
 
 def is_nan(a: Number) -> Number:
-    """Return whether something is not a number."""
+    """Return whether a is NaN."""
     return compare("!=", a, a)
 
 
 def is_finite(a: Number) -> Number:
-    """Return whether something is a number and not infinite."""
+    """Return whether a is neither NaN nor infinite."""
     return compare("<", absolute(a), math.inf)
 
 
 def without_nan(a: Number) -> Number:
-    """Return 0 for what is not a number."""
+    """Return a, or 0 if it is NaN."""
     return choose(is_nan(a), 0.0, a)
 
 
 def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Callable[[Scalar, Number], Number]:
-    """Return an operator between a scalar and something else, which arrays apply entry by entry."""
+    """Return an operator between a scalar and a number; NumPy applies it to arrays entry by entry."""
 
     def of(scalar: Scalar, other: Number) -> Number:
         if isinstance(other, np.ndarray):

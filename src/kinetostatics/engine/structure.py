@@ -1,8 +1,8 @@
 """Structure and parameters of a robot: the structure is the key of compiled code, the parameters are its inputs.
 
-This module traverses the data of a robot and copies it with recorded parameters in place of numbers; all other data traversed
-enter the key. A record is made from the copy alone, so that it cannot depend on anything outside key and parameters. Numbers that
-are infinite, NaN or, within rounding, 0, 1 or −1 belong to the structure: they save operations.
+The data of a robot are traversed and copied with recorded parameters in place of numbers; all other data enter the key. Records
+are made from the copy alone, so that they depend on key and parameters only. Numbers that are infinite, NaN or, within rounding,
+0, 1 or −1 belong to the structure, which saves operations.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.math.arrays import Array
 
-#: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have
-#: sines of 0 or 1e-17, would have a structure of its own.
+#: Rounding error of 1, and of 0 relative to the largest entry of an array: a sine of 1e-17, say, is 0 for the structure, whatever
+#: the radius of a base.
 ROUNDING = 1e-14
 
 
@@ -41,51 +41,51 @@ class Structure:
         *,
         all_vary: bool = False,
     ) -> None:
-        """Take data apart.
+        """Separate structure and numbers.
 
         Args:
             robot: its statics, or other data of it.
-            tape: what is to record what is done with the copy.
-            all_vary: 0, 1 and −1 are numbers like others, because a robot that differs a little has other ones there.
+            tape: tape on which operations with the copy are recorded.
+            all_vary: whether 0, 1 and −1 are parameters too, for records of robots whose numbers differ.
         """
         self._hash, self._tape = hashlib.sha256(), tape
         self._all_vary = all_vary
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: number, the item, which keeps its id, and its copy
-        self.copy = self._taken(robot)
+        self.copy = self._copied(robot)
         self.key = self._hash.hexdigest()
         self.values: Array = np.array(self._values)
 
-    def _say(self, *what: object) -> None:
+    def _add_to_key(self, *what: object) -> None:
         self._hash.update(repr(what).encode())
 
     def _keep(self, item: Number, copy: Number) -> None:
         self._copies[id(item)] = (len(self._copies), item, copy)
 
-    def _taken(self, item: Number) -> Number:
+    def _copied(self, item: Number) -> Number:
         if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer | Enum):
-            self._say(type(item).__name__, item)
+            self._add_to_key(type(item).__name__, item)
             return item
         if isinstance(item, float):
             return self._number(float(item))
         known = self._copies.get(id(item))
         if known is not None:
-            self._say("again", known[0])
+            self._add_to_key("again", known[0])
             return known[2]
         if isinstance(item, np.ndarray):
             copy: Number = self._array(item)
             self._keep(item, copy)
             return copy
         if isinstance(item, list | tuple):
-            self._say(type(item).__name__, len(item))
-            parts = [self._taken(part) for part in item]
+            self._add_to_key(type(item).__name__, len(item))
+            parts = [self._copied(part) for part in item]
             return type(item)(*parts) if hasattr(item, "_fields") else type(item)(parts)
         if isinstance(item, set | frozenset):
-            self._say("set", sorted(map(repr, item)))
+            self._add_to_key("set", sorted(map(repr, item)))
             return item
         if isinstance(item, Mapping):
-            self._say("mapping", len(item))
-            return {self._taken(key): self._taken(value) for key, value in item.items()}
+            self._add_to_key("mapping", len(item))
+            return {self._copied(key): self._copied(value) for key, value in item.items()}
         if not type(item).__module__.startswith("kinetostatics."):
             raise TypeError(f"{type(item)} has no structure")
         return self._object(item)
@@ -95,16 +95,16 @@ class Structure:
         copy = object.__new__(kind)
         self._keep(item, copy)
         names = _recorded_names(item)
-        self._say(kind.__qualname__, names)
+        self._add_to_key(kind.__qualname__, names)
         for name in names:
-            object.__setattr__(copy, name, self._taken(getattr(item, name)))
+            object.__setattr__(copy, name, self._copied(getattr(item, name)))
         return copy
 
     def _number(self, value: float) -> Number:
         if (value in (0.0, 1.0, -1.0) and not self._all_vary) or not math.isfinite(value):
-            self._say("constant", value)
+            self._add_to_key("constant", value)
             return value
-        self._say("number")
+        self._add_to_key("number")
         self._values.append(value)
         if self._tape is None:
             return value
@@ -112,7 +112,7 @@ class Structure:
 
     def _array(self, array: Number) -> Number:
         if array.dtype.kind != "f":
-            self._say(array.dtype.str, array.shape, array.tobytes())
+            self._add_to_key(array.dtype.str, array.shape, array.tobytes())
             return array
         flat = np.ascontiguousarray(array, dtype=float).ravel()
         constant = ~np.isfinite(flat)
@@ -122,7 +122,7 @@ class Structure:
                 plain = ~constant & (np.abs(flat - value) <= rounding)
                 flat = np.where(plain, value, flat)
                 constant |= plain
-        self._say("array", array.shape, constant.tobytes(), flat[constant].tobytes())
+        self._add_to_key("array", array.shape, constant.tobytes(), flat[constant].tobytes())
         first = len(self._values)
         self._values += flat[~constant].tolist()
         if self._tape is None:
@@ -136,10 +136,10 @@ class Structure:
 
 
 def _recorded_names(item: object) -> tuple[str, ...]:
-    """Return the attributes of an object that records may depend on.
+    """Return the attributes of an object on which records may depend.
 
-    Left out are fields of a dataclass that are not compared, what is computed when it is asked for, and what a class calls
-    ``NOT_RECORDED``: labels, places in files, other programs' data.
+    Excluded are fields of a dataclass that are not compared, cached properties, and the names in ``NOT_RECORDED`` of a class:
+    labels, places in files, data of other programs.
     """
     kind = type(item)
     if is_dataclass(item):

@@ -25,7 +25,7 @@ from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.
 SCALARS: Mapping[str, type[np.floating]] = {"double": np.float64, "float": np.float32}
-#: Reference poses that the test program has.
+#: Number of reference poses in the test program.
 REFERENCES = 40
 
 
@@ -90,7 +90,7 @@ def export_c(
     check_choice("scalar", scalar, tuple(SCALARS))
     where = Path(path_name("folder", folder))
     if where.exists() and not where.is_dir():
-        raise ArgumentError(f"{where} is a file: the C code takes a folder")
+        raise ArgumentError(f"{where} is a file: the C code needs a folder")
     own = identifier(function.robot.name if name is None else name)
     start = near.pose if isinstance(near, Values) else near
     mine = isinstance(start, Configuration) and start.robot is function.robot
@@ -148,7 +148,7 @@ def _of_endless_actuators(parts: Programs) -> str:
 def _references(
     function: Exported, jacobian: Differentiated | None, near: Configuration | None, poses: int, scalar: type[np.floating]
 ) -> list[Reference]:
-    """Return poses around the initial state, with loads and Python's results; a third of them are far away.
+    """Return poses around the initial state, with loads and Python's results; a third of the poses are six times as far away.
 
     All numbers are representable in ``scalar``, so that both programs compute the same poses.
     """
@@ -160,7 +160,7 @@ def _references(
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6)).astype(scalar).astype(float)
     gravity = (np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))).astype(scalar).astype(float)
-    for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: until many of them are in reach
+    for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: smaller until at least half of the poses are reached
         spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
         at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
         at = {name: value.astype(scalar).astype(float) for name, value in at.items()}
@@ -175,7 +175,7 @@ def _references(
     for k in range(poses):
         expected = {name: np.ravel(array[k]) for name, array in arrays.items()}
         status = int(values["status"][k])
-        if status == Status.LIMIT_EXCEEDED and not function.compensates:  # which is not looked at
+        if status == Status.LIMIT_EXCEEDED and not function.compensates:  # C checks limits with compensation only
             status = int(Status.OK)
         found.append(({name: float(at[name][k]) for name in at}, load[k], gravity[k], expected, status))
     return found

@@ -14,7 +14,7 @@ from kinetostatics.compensation.broyden import BroydenSearch, ScaledCoordinates,
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.loop_record import (
     Program,
-    held,
+    guards_met,
     newton_record,
     rates_record,
     recorded_rows,
@@ -68,7 +68,7 @@ class Exported(Protocol):
 
 
 def asked_outputs(function: Exported) -> list[Quantity]:
-    """Return the requested outputs that have entries."""
+    """Return the requested outputs that are not empty."""
     return [item for name, item in function.outputs.items() if name not in ALWAYS and 0 not in item.shape]
 
 
@@ -94,16 +94,17 @@ def c_names(names: Iterable[str]) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Line:
-    """What follows lines of some coordinates.
+    """Programs for straight lines in some coordinates, from the present pose to a target.
 
     Attributes:
-        prefix: what the names of its functions in C begin with.
+        prefix: prefix of the names of its functions in C.
         prescribed: the coordinates.
         newton: a correction.
-        side: whether there is a singular pose between two; None: that is not looked at.
-        start: the coordinates where a line starts, if several mean the same.
+        side: test for a singular pose between two poses; None where freedoms are local.
+        start: choice among equivalent coordinates at the start of a line, such as angles that differ by full turns; None where
+            there is none.
         impose: lines of C that write given coordinates into ``x`` and ``c``.
-        strides: (n,) how far the coordinates may go in one step.
+        strides: (n,) largest change of the coordinates in one step [m, rad].
     """
 
     prefix: str
@@ -132,7 +133,7 @@ def line_of(robot: Robot, given: PrescribedCoordinates, prefix: str = "") -> Lin
 
 
 def example_at(robot: Robot, prescribed: PrescribedCoordinates) -> SolverState:
-    """Return the pose at which records are made."""
+    """Return the example pose of the records."""
     generic = robot.generic_poses.take(np.array([0]))
     return SolverState(generic.x, robot.solver.origin(prescribed, generic)[1])
 
@@ -162,13 +163,13 @@ def _written(joint: TreeJoint, value: str) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class CJacobian:
-    """Derivatives of outputs by inputs.
+    """Derivatives of outputs with respect to inputs.
 
     Attributes:
         rates: computes the derivatives of x by each coordinate from x and c; the last result is the validity of the record.
         tangent: computes the rates of outputs from x, load, gravity and their rates.
         at: index of the first rate of each output.
-        pairs: output, input, and the name of their field.
+        pairs: output, input, and the name of the C field with their derivatives.
     """
 
     rates: CProgram
@@ -180,7 +181,7 @@ class CJacobian:
 def _jacobian(
     line: Line, robot: Robot, record: PoseRecord, numbers: Array, pairs: Sequence[tuple[Quantity, Quantity, str]]
 ) -> CJacobian:
-    """Record derivatives; the record of poses grows."""
+    """Record derivatives; their operations are added to the record of poses."""
     what = robot.solver, line.prescribed, example_at(robot, line.prescribed)
     rates, own = rates_record(*what), structure_of(robot.solver, line.prescribed).values
     names = list(dict.fromkeys(output.name for output, *_ in pairs))
@@ -204,7 +205,7 @@ def _pairs(
     """
     for name in by:
         if name not in function.inputs:
-            raise ArgumentError(f"derivatives by {name!r} are not exported, those by inputs are: {', '.join(function.inputs)}")
+            raise ArgumentError(f"derivatives by {name!r} cannot be exported, only those by inputs: {', '.join(function.inputs)}")
     return [(function.outputs[a], function.inputs[b], f"{a}_by_{fields_of.get(b, b)}") for a in of for b in by]
 
 
@@ -216,11 +217,12 @@ class SearchPrograms:
     """The search of :func:`kinetostatics.compensate` at one pose.
 
     Inputs of ``begin``, ``learn`` and ``remains`` are the platform's frame (12 numbers) and the twist; those of ``correct`` are
-    the actuator coordinates at the target and at the corrected pose. The last results are the validity of the records.
+    the actuator coordinates at the target and at the corrected pose. The last result is the validity of the record.
 
     Attributes:
         numbers: number of state variables of the search; the commanded coordinates are first.
-        enough: error [m] that counts as corrected; ``led``: the same for prescribed actuator coordinates.
+        enough: error [m] that counts as corrected.
+        led: tolerance of the error [m] after the line of actuator coordinates to the corrected pose.
         error, count: index of the first error, and number of errors.
         size, going: indices of the largest error and of the flag to continue.
     """
@@ -246,7 +248,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         names: names of the controlled coordinates.
         orientation: convention of the angles.
     """
-    wanted, least, driven = (
+    controlled, least, driven = (
         ScaledCoordinates(names, orientation, robot.length),
         error_tolerance(robot.length),
         robot.description.driven,
@@ -278,7 +280,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         _program("begin", {"stands": platform, "twist": twist}, begun),
         _program("learn", {"now": first, "stands": platform, "twist": twist}, learnt),
         _program("remains", {"asked": platform, "stands": platform, "twist": twist}, remains),
-        _program("correct", {"wanted": drives, "found": drives}, corrected),
+        _program("correct", {"target": drives, "found": drives}, corrected),
         len(first),
         least,
         arrival_tolerance(robot),
@@ -295,7 +297,7 @@ def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., S
     inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples.values())]
 
     def rows() -> list[Array]:
-        return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), held(tape)]
+        return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), guards_met(tape)]
 
     return c_program(name, tape, recorded_rows(tape, rows), np.array([]), names)
 
@@ -304,10 +306,10 @@ def _pose(stands: Array) -> tuple[Array, Array]:
     return stands[:9].reshape(3, 3, 1), stands[9:]
 
 
-def _flat(wanted: ScaledCoordinates, asked: Array, angles: Array, search: BroydenSearch) -> list[Array]:
+def _flat(controlled: ScaledCoordinates, asked: Array, angles: Array, search: BroydenSearch) -> list[Array]:
     """Return commanded coordinates, targets, all angles, and the state of the search as numbers."""
     parts = [getattr(search, field.name) for field in fields(search)]
-    return [search.u / wanted.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
+    return [search.u / controlled.scale, asked, angles, *parts[:-1], np.where(search.going, 1.0, 0.0)]
 
 
 def _unflat(numbers: Array, n: int) -> tuple[Array, Array, BroydenSearch]:
@@ -326,20 +328,19 @@ class Programs:
     Attributes:
         outputs: the requested outputs.
         c_names: names of the coordinates in C.
-        line: follows lines of the function's coordinates; ``drives``: of actuator coordinates, for compensation.
+        line: programs for lines in the function's coordinates.
+        drives: programs for lines in actuator coordinates, for compensation; None without.
         pose: computes outputs and truth values from x, load and gravity.
-        at: index of the first result of each; "holds" is the validity of the record.
+        at: index of the first result of each output; "holds" is the validity of the record.
         jacobian, search: programs for derivatives and compensation, if requested.
-        order: order of the actuators in ``drives``.
+        order: for each actuator in the order of the file, its index among the coordinates of ``drives``.
         start: x, c and coordinates of the initial state.
     """
 
     def __init__(self, function: Exported, begin: SolverState, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
         robot, compensates = function.robot, function.compensates
         if compensates and {"azimuth", "tilt"} <= set(function.names):
-            raise ArgumentError(
-                "azimuth and tilt are not exported together with compensation, which uses two rotations instead: take XYZ"
-            )
+            raise ArgumentError("azimuth and tilt cannot be exported together with compensation: use the orientation XYZ")
         self.outputs = asked_outputs(function)
         self.c_names = c_names(name for name in function.inputs if name not in LOADS)
         self.line = line_of(robot, function.prescribed)
@@ -348,7 +349,7 @@ class Programs:
         names = list(dict.fromkeys((*asked, *more, "worst_equation", "singular", "usual")))
         model = PoseModel.of(robot.solver, robot.statics, self.line.prescribed)
         example = robot.generic_poses.x[:, :1], *example_of(robot.statics)[1:]
-        record, numbers = pose_record(model, names, example), model.taken_apart().values
+        record, numbers = pose_record(model, names, example), model.structure().values
         rows = (*record.all_rows(), record.all_hold())
         self.pose = c_program("analysis", record.tape, rows, numbers, ("x", *LOADS))
         self.at = dict(zip((*names, "holds"), accumulate((len(record.rows[name]) for name in names), initial=0), strict=True))
@@ -371,16 +372,16 @@ class Programs:
         for line, given in ((self.line, ""), (self.drives, ", actuators given")):
             if line is not None:
                 found += [("start of a line", line.start), (f"correction of the loops{given}", line.newton)]
-                found += [(f"is there a singular pose between{given}", line.side)]
+                found += [(f"test for singular poses{given}", line.side)]
         found.append(("frames, statics, actuators", self.pose))
         if self.search is not None:
             found += [("start of the search", self.search.begin), ("step of the search", self.search.learn)]
-            found += [("what remains", self.search.remains), ("turns of the actuators", self.search.correct)]
+            found += [("residual error", self.search.remains), ("actuator coordinates", self.search.correct)]
         if self.jacobian is not None:
             found += [("derivatives: coordinates", self.jacobian.rates), ("derivatives: results", self.jacobian.tangent)]
         return [(what, item) for what, item in found if item is not None]
 
     @property
     def work(self) -> int:
-        """Numbers in the largest work array."""
+        """Length of the largest work array."""
         return max(item.work for _, item in self.all)

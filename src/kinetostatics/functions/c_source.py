@@ -18,7 +18,7 @@ def c_array(values: Sequence[float] | Array) -> str:
 
 
 def size(item: Quantity) -> int:
-    """Return the number of entries."""
+    """Return the number of entries of a quantity."""
     return int(np.prod(item.shape))
 
 
@@ -52,7 +52,7 @@ def source(name: str, scalar: str, facts: Facts) -> str:
 enum {{ NX = {nx}, NT = {nt}, RESULTS = {parts.at["holds"] + 1}, WORK = {parts.work} }};
 enum {{ MOST_CORRECTIONS = {facts["corrections"]} }};
 #ifndef {name.upper()}_MOST_STEPS
-#define {name.upper()}_MOST_STEPS 200 /* of a line, those that were too long included */
+#define {name.upper()}_MOST_STEPS 200 /* of a line, including steps that are repeated with half the length */
 #endif
 
 static const double START_X[{max(nx, 1)}] = {c_array(parts.start[0])};
@@ -106,14 +106,14 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 
 
 def _following(name: str, facts: Facts, line: Line) -> str:
-    """Return the functions that follow a line of coordinates, and analyse the pose where it ends."""
+    """Return the functions that follow a line of coordinates and analyse the pose at its end."""
     pre, nt, at = line.prefix, line.prescribed.size, facts["parts"].at
     side = (
         f"    {pre}side(first->x, first->c, second->x, second->c, w, &sure);\n    return sure != 0.0;"
         if line.side is not None
-        else "    (void)first; (void)second; (void)w; (void)sure;\n    return 1; /* freedoms that move no platform are left */"
+        else "    (void)first; (void)second; (void)w; (void)sure;\n    return 1; /* local freedoms: no test for singular poses */"
     )
-    return f"""static const double {pre}LONGEST[{max(nt, 1)}] = {c_array(line.strides)}; /* of a line in one go */
+    return f"""static const double {pre}LONGEST[{max(nt, 1)}] = {c_array(line.strides)}; /* step of a line */
 
 static void {pre}impose(const double *target, double *x, double *c)
 {{
@@ -121,7 +121,7 @@ static void {pre}impose(const double *target, double *x, double *c)
 {chr(10).join(f"    {text}" for text in line.impose)}
 }}
 
-/* Newton's method from a pose to a target beside it; returns whether it converged steadily. */
+/* Newton's method from a pose to a nearby target; returns whether every correction was smaller than the one before. */
 static int {pre}corrected({name}_state *pose, const double *target, int passing, double *w)
 {{
     double state[NX + 8], given[{nt + 1}], next[NX + 9];
@@ -146,14 +146,14 @@ static int {pre}corrected({name}_state *pose, const double *target, int passing,
     return state[NX + 6] != 0.0 && state[NX + 7] != 0.0;
 }}
 
-/* Whether there is surely no singular pose between two poses. */
+/* Whether it is certain that there is no singular pose between two poses. */
 static int {pre}on_one_side(const {name}_state *first, const {name}_state *second, double *w)
 {{
     double sure = 0.0;
 {side}
 }}
 
-/* Follow the straight line from coordinates of a pose, which go with it, to others; returns whether the end was reached. */
+/* Follow the straight line from the coordinates "at" of a pose to a target, and update both; returns whether it arrived. */
 static int {pre}followed({name}_state *pose, double *at, const double *target, double *w)
 {{
     double gone = 0.0, far = 0.0, longest, stride, first[{nt + 1}], goal[{nt + 1}];
@@ -190,7 +190,7 @@ static int {pre}followed({name}_state *pose, double *at, const double *target, d
     return 0;
 }}
 
-/* The results of a pose, which is put right if its last correction was not quite as small as expected; returns the status. */
+/* Analyse a pose, after further corrections if its loops are not closed accurately enough; returns the status. */
 static int {pre}analysed(
     {name}_state *pose, const double *at, const double *load, const double *gravity, double *w, double *result)
 {{
@@ -227,28 +227,28 @@ def _line_start(facts: Facts, line: Line) -> str:
 
 
 def _compensated(name: str, facts: Facts) -> str:
-    """Return the function that searches where the unloaded robot is commanded."""
+    """Return the function that searches for the commanded pose of the unloaded robot."""
     parts: Programs = facts["parts"]
     search, at, n = parts.search, parts.at, len(parts.order)
     assert search is not None
     numbers, first = search.numbers, at["actuators"]
     order = "\n".join(
-        f"    before[{place}] = wanted[{k}]; after[{place}] = actuators[{k}];" for k, place in enumerate(parts.order)
+        f"    before[{place}] = at_target[{k}]; after[{place}] = actuators[{k}];" for k, place in enumerate(parts.order)
     )
     return f"""
-/* Go on until the loaded platform stands where it was asked to: Broyden's method, from the target pose and what is known there.
- * Each of its steps follows a line. Then the actuators are moved where they were found, straight from the target pose: beyond a
- * singular pose they would hold the platform elsewhere. */
+/* Search for the commanded pose at which the loaded platform has its target pose: Broyden's method, from the target pose and the
+ * twist there; each of its steps follows a line. Then the actuators move along a straight line from the target pose to the
+ * positions found, to check that no singular pose is between them and that the platform arrives. */
 static int compensated(
     {name}_state *pose, const double *load, const double *gravity, double *w, double *result, double *residual_error,
     double *actuators)
 {{
-    double asked[12], search[{numbers + 1}], next[{numbers + 1}], left[7], wanted[{n + 1}], before[{n + 1}], after[{n + 1}];
+    double asked[12], search[{numbers + 1}], next[{numbers + 1}], left[7], at_target[{n + 1}], before[{n + 1}], after[{n + 1}];
     double driven_result[RESULTS];
     const double *const stands = result + {at["platform"]}, *const twist = result + {at["twist"]};
     {name}_state driven = *pose;
     int k;
-    memcpy(wanted, result + {first}, {n} * sizeof(double));
+    memcpy(at_target, result + {first}, {n} * sizeof(double));
     memcpy(asked, stands, sizeof asked);
     begin(asked, twist, w, search);
     if (search[{numbers}] == 0.0) return {name.upper()}_NOT_COVERED;
@@ -265,7 +265,7 @@ static int compensated(
     remains(asked, stands, twist, w, left);
     memcpy(residual_error, left, 6 * sizeof(double));
     if (left[6] == 0.0) return {name.upper()}_NOT_COVERED;
-    correct(wanted, result + {first}, w, before);
+    correct(at_target, result + {first}, w, before);
     memcpy(actuators, before, {n} * sizeof(double));
 {order}
     driven.corrections = pose->corrections;
@@ -324,7 +324,7 @@ int {name}_differentiate(
 
 
 def _by(value: Quantity, scalar: str, facts: Facts, jacobian: CJacobian) -> Iterator[str]:
-    """Yield lines of C that take derivatives by one input."""
+    """Yield lines of C for the derivatives with respect to one input."""
     columns, is_load = size(value), value.name in LOADS
     moved = "none" if is_load else f"d_x + {facts['controlled'].index(value.name)} * NX"
     yield f"    for (k = 0; k < {columns}; ++k) {{"

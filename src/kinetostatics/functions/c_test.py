@@ -17,9 +17,9 @@ def test(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) 
     rows = []
     for at, load, gravity, expected, status in references:
         inputs = [at[item.name] for item in facts["coordinates"]]
-        wanted = [value for values in expected.values() for value in values]
-        rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(wanted)}, {status}}}")
-    count, size = len(facts["coordinates"]) + 9, len(wanted)
+        numbers = [value for values in expected.values() for value in values]
+        rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(numbers)}, {status}}}")
+    count, size = len(facts["coordinates"]) + 9, len(numbers)
     steps = dict(zip(facts["controlled"], 1e-3 * facts["parts"].line.strides, strict=True))
     fill = [
         f"    input->{c_name} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
@@ -38,11 +38,11 @@ def test(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) 
         for one, other, field in facts["parts"].jacobian.pairs:
             n = int(np.prod((*one.shape, *other.shape)))
             largest = max((abs(value) for row in references for value in row[3][one.name] if np.isfinite(value)), default=0.0)
-            absolute = literal(1e-12 * float(largest))  # derivatives by inputs without effect are rounding in Python
+            absolute = literal(1e-12 * float(largest))  # for inputs without influence, Python's derivatives are rounding errors
             checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {absolute});')
             at_row += n
     tolerance = "1e-9" if scalar == "double" else "1e-5"
-    return f"""/* {facts["robot"]}: compares {name}.c with what Python says of the same poses. Written by kinetostatics. */
+    return f"""/* {facts["robot"]}: compares {name}.c with results of Python at the same poses. Written by kinetostatics. */
 #include "{name}.h"
 
 #include <math.h>
@@ -59,13 +59,13 @@ static const struct reference REFERENCES[{len(rows)}] = {{
 }};
 
 /* Whether results differ from references by more than the tolerance times the largest of them, and an absolute tolerance. */
-static int differ(const char *what, const {scalar} *found, const double *wanted, int n, double absolute)
+static int differ(const char *what, const {scalar} *found, const double *expected, int n, double absolute)
 {{
     double largest = 1e-30, worst = 0.0;
     int k;
-    for (k = 0; k < n; ++k) if (fabs(wanted[k]) > largest) largest = fabs(wanted[k]);
+    for (k = 0; k < n; ++k) if (fabs(expected[k]) > largest) largest = fabs(expected[k]);
     for (k = 0; k < n; ++k) {{
-        const double error = fabs((double)found[k] - wanted[k]);
+        const double error = fabs((double)found[k] - expected[k]);
         if (!(error <= worst)) worst = error;
     }}
     if (worst <= {tolerance} * largest + absolute) return 0;
@@ -73,7 +73,7 @@ static int differ(const char *what, const {scalar} *found, const double *wanted,
     return 1;
 }}
 
-/* The input of a reference pose, or of one beside it by so many thousandths of what a line may go in one step. */
+/* The input of a reference pose, with coordinates changed by "beside" thousandths of the longest step of a line. */
 static void fill(const struct reference *row, double beside, {name}_input *input)
 {{
     int k;
@@ -113,8 +113,8 @@ int main(void)
 
 
 def _measuring(name: str, facts: Facts, jacobian: str, call: str, count: int) -> str:
-    """Return what measures how long calls take."""
-    return f"""/* What counts up with time, where the processor has it: DWT->CYCCNT of a Cortex-M, the time stamps of an x86. */
+    """Return the code that measures the time per call."""
+    return f"""/* Counter of the processor, if available: cycles (DWT->CYCCNT) of a Cortex-M, time stamps of an x86. */
 #if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
 #define TICKS "time stamps"
 static unsigned ticks(void) {{ return (unsigned)__builtin_ia32_rdtsc(); }}
@@ -131,7 +131,7 @@ static unsigned ticks(void)
 static unsigned ticks(void) {{ return 0; }}
 #endif
 
-/* Calls that go to and fro beside reference poses, as those of a controller do. */
+/* Time of calls with small steps to and fro about reference poses, as in a controller. */
 static void measure(void)
 {{
     {name}_state state;
@@ -162,10 +162,10 @@ static void measure(void)
         calls += 100;
     }}
     if (calls == 0) return;
-    printf("%.3g corrections of the loops a call, on the average of %d\\n", corrections / calls, calls);
-    if (seconds > 0.0) printf("%.3g microseconds a call, on the same average\\n", 1e6 * seconds / calls);
+    printf("%.3g corrections of the loops per call, average of %d calls\\n", corrections / calls, calls);
+    if (seconds > 0.0) printf("%.3g microseconds per call, average of the same calls\\n", 1e6 * seconds / calls);
 #ifdef TICKS
-    printf("%.0f " TICKS " a call, at the pose where it is quickest\\n", least);
+    printf("%.0f " TICKS " per call, at the fastest pose\\n", least);
 #endif
     (void)least;
 }}

@@ -1,4 +1,4 @@
-"""The text of the files that :mod:`kinetostatics.functions.c_export` writes."""
+"""Text of the exported files: header, C++ wrapper, build file and description."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from kinetostatics.functions.values import Facts, Quantity, Reference
 
 #: Statuses in C: name, number (as in Python) and meaning.
 STATUSES = (
-    ("OK", 0, "all numbers are valid; joint limits are not looked at"),
-    ("UNREACHABLE", 2, "the loops do not close there, or not on the straight line from the state; outputs are NaN"),
-    ("SINGULAR", 3, "a telescope is pushed beyond its start, or nothing holds a part; outputs are NaN, the state is there"),
-    ("NOT_COVERED", 6, "the pose is singular, or a limb is not what it is elsewhere: ask Python; outputs are NaN"),
+    ("OK", 0, "all numbers are valid; joint limits are not checked"),
+    ("UNREACHABLE", 2, "the loops do not close at the pose or on the straight line to it; outputs are NaN"),
+    ("SINGULAR", 3, "the pose is singular: a part is not constrained; outputs are NaN, the state is at the pose"),
+    ("NOT_COVERED", 6, "the pose or a limb is singular or nearly so, and needs Python; outputs are NaN"),
     ("BAD_ARGUMENT", 7, "an argument is not finite, or a pointer is null"),
 )
 #: Statuses of functions with compensation.
 STATUSES_OF_COMPENSATION = (
     ("OK", 0, "all numbers are valid, all joints are within their limits"),
-    ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or actuator would have to go beyond its limit: nothing is clipped"),
-    ("UNREACHABLE", 2, "the loops do not close there, or no correction was found that the actuators lead to; outputs are NaN"),
+    ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or actuator is beyond its limit (values are not clipped)"),
+    ("UNREACHABLE", 2, "the loops do not close at the pose, or no reachable correction was found; outputs are NaN"),
     *STATUSES[2:],
 )
-#: Columns of the table of operations, with the operations that count there; comparisons and choices are left out.
+#: Columns of the table of operations, with the operations counted in them; all others are in the last column.
 _KINDS = {
     "additions": ("add", "subtract"),
     "multiplications": ("multiply",),
@@ -57,7 +57,7 @@ def _about(facts: Facts) -> str:
     """Return the purpose of the function."""
     if not facts["compensates"]:
         return "sag and forces of one pose"
-    return "where to command the actuators, and what to feed forward, so that the loaded platform stands where it is asked to"
+    return "actuator coordinates and feedforward forces with which the loaded platform has its target pose"
 
 
 def _words(item: Quantity) -> str:
@@ -76,20 +76,20 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
     inputs = []
     for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
         limits = facts["limits"].get(item.name) if facts["by_actuators"] else None
-        range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
+        range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status is UNREACHABLE outside the workspace"
         zero = f"{facts['start'][item.name]:.6g} at the {'zero' if facts['from_zero'] else 'start'} pose"
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}[{size(item)}]; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
     actuators = [f" *   {actuator}: {lower:.6g} to {upper:.6g}" for actuator, (lower, upper) in facts["limits"].items()]
-    checked = "which the status tells" if facts["compensates"] else "which are not checked"
+    checked = "checked by the status" if facts["compensates"] else "not checked"
     ranges = "\n".join([f" * Ranges of the actuators' coordinates [m, rad], {checked}:", *actuators]) if actuators else " *"
     return f"""/* {facts["robot"]}: {_about(facts)}.
  * Written by kinetostatics.
  *
  * SI units, world axes (those of the base), reference point o of the platform. Angles are in radians;
- * orientation: {facts["orientation"]}. Nothing is allocated and nothing is kept but in the state that is
- * passed in, so that any number of threads may call with a state each.
+ * orientation: {facts["orientation"]}. Nothing is allocated, and all state is in the argument "state":
+ * any number of threads may call, each with its own state.
 {ranges}
  */
 #ifndef {guard}
@@ -99,18 +99,18 @@ def _header(name: str, scalar: str, facts: Facts) -> str:
 extern "C" {{
 #endif
 
-/* What became of a call. */
+/* Status of a call. */
 enum {name}_status {{
 {statuses}
 }};
 
-/* Where the robot is: the next call follows a straight line of coordinates from here. Leave its fields alone. */
+/* Present pose, at which the straight line of coordinates to the next pose starts. Do not change its fields. */
 typedef struct {{
     double x[{max(len(parts.start[0]), 1)}];
     double c[3];
     double target[{max(len(parts.start[2]), 1)}];
     double moved;
-    unsigned corrections; /* of the loops, all that were done: the only field that may be read */
+    unsigned corrections; /* number of all corrections of the loops: the only field that may be read */
 }} {name}_state;
 
 typedef struct {{
@@ -122,10 +122,10 @@ typedef struct {{
 
 typedef struct {{
 {chr(10).join(outputs)}
-    {scalar} residual; /* how far the worst equation of the loops is open [m or rad] */
+    {scalar} residual; /* largest residual of the equations of the loops [m or rad] */
 }} {name}_output;
 
-/* Put the state at the robot's {"zero pose" if facts["from_zero"] else "start pose, near which it was exported"}. */
+/* Set the state to the robot's {"zero pose" if facts["from_zero"] else "start pose, given at the export"}. */
 void {name}_start({name}_state *state);
 
 {_evaluates(facts)}
@@ -141,35 +141,33 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 
 def _evaluates(facts: Facts) -> str:
     if not facts["compensates"]:
-        return (
-            "/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */"
-        )
+        return "/* Move to a pose and compute the outputs; returns the status. If it is UNREACHABLE, the state is unchanged. */"
     names = ", ".join(facts["controlled"])
-    return f"""/* Find where the actuators have to stand so that the loaded platform has the wanted {names}, and
- * compute the outputs there; returns the status. The state goes to the target pose; where that is out of reach it stays. */"""
+    return f"""/* Find the actuator coordinates at which the loaded platform has the given {names}, and compute
+ * the outputs there; returns the status. The state moves to the target pose, or is unchanged if that is out of reach. */"""
 
 
 def _declared(name: str, scalar: str, parts: Programs) -> str:
-    """Return what the header says of derivatives."""
+    """Return the declarations for derivatives."""
     assert parts.jacobian is not None
     fields = []
     for output, value, field in parts.jacobian.pairs:
         shape = " x ".join(str(n) for n in (*output.shape, *value.shape))
         fields.append(f"    {scalar} {field}[{size(output) * size(value)}]; /* {shape}, row by row */")
     return f"""
-/* Derivatives of outputs by inputs, with the loops kept closed. */
+/* Derivatives of outputs with respect to inputs, with closed loops. */
 typedef struct {{
 {chr(10).join(fields)}
 }} {name}_jacobian;
 
-/* As {name}_evaluate, and the derivatives there; they are NaN where the status is not OK. */
+/* As {name}_evaluate, with derivatives; they are NaN if the status is not OK. */
 int {name}_differentiate(
     const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian);
 """
 
 
 def _wrapper(name: str, facts: Facts) -> str:
-    return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics. It knows nothing of any middleware.
+    return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics.
 #ifndef {name.upper()}_HPP
 #define {name.upper()}_HPP
 
@@ -180,7 +178,7 @@ namespace {name} {{
 using Input = ::{name}_input;
 using Output = ::{name}_output;
 
-// One robot that goes from pose to pose; threads take one each.
+// A robot with its present pose; each thread needs an object of its own.
 class Robot {{
 public:
     Robot() {{ reset(); }}
@@ -239,12 +237,12 @@ def _readme(name: str, scalar: str, facts: Facts) -> str:
         for c, item in zip(facts["names"], facts["coordinates"], strict=True)
     )
     where = " at the corrected pose" if facts["compensates"] else ""
-    inside = "Arguments and results are `float`; inside all is computed in `double`, as loops close badly in `float`.\n\n"
+    inside = "Arguments and results are `float`; computations are in `double`, as `float` closes loops badly.\n\n"
     inner = "" if scalar == "double" else inside
     return f"""# {facts["robot"]} for a controller
 
 {_about(facts)[0].upper()}{_about(facts)[1:]}.
-C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, no state but the one passed in.
+C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, all state in an argument.
 {name}.hpp wraps it for C++.
 
 ```c
@@ -266,7 +264,7 @@ Inputs, besides `load[6]` [N, N m] on the platform about o and `gravity[3]` [m/s
 
 {inputs}
 
-Outputs{where}, besides `residual`, how far the worst equation of the loops is open [m or rad]:
+Outputs{where}, besides `residual`, the largest residual of the equations of the loops [m or rad]:
 
 {outputs}
 
@@ -274,17 +272,18 @@ Outputs{where}, besides `residual`, how far the worst equation of the loops is o
 |---|---:|---|
 {statuses}
 
-{inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot stays in its
-assembly mode: in one step where both lie near each other, as in a controller. `{name.upper()}_MOST_STEPS` (200) bounds the
-steps, each of at most {facts["corrections"]} corrections of {parts.line.newton.operations:,} operations; everything behind them
-takes {parts.pose.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
-{8 * parts.work:,} bytes of the stack.
+{inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot remains in its
+assembly mode; one step is enough if both are close to each other, as in a controller. There are at most
+`{name.upper()}_MOST_STEPS` (200) steps, each with at most {facts["corrections"]} corrections of
+{parts.line.newton.operations:,} operations; the analysis takes {parts.pose.operations:,} operations.
+Close to a singular pose, some lines that Python can follow give UNREACHABLE.
+The work array takes {8 * parts.work:,} bytes of the stack.
 {_searching(facts)}
 ```sh
 cmake -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build && ctest --test-dir build
 ```
 
-builds the library and a test program that compares it with what Python says of some poses, in and out of reach.
+builds the library and a test program that compares it with Python's results at some poses, in and out of reach.
 
 ## How long a call takes
 
@@ -292,55 +291,54 @@ Operations, counted:
 
 {_operations(facts)}
 
-A call beside the last pose is one step of a line. `state.corrections` counts the corrections of the loops that were done. Setting
-up the lines and copying states are not in the table{facts["endless"]}.
+A call near the last pose is one step of a line. `state.corrections` counts the corrections of the loops. Operations that set up
+lines and copy states are not in the table{facts["endless"]}.
 
-The test program (`build/{name}_test`) also measures calls that go to and fro beside reference poses, on the machine on which it
-runs: how many corrections of the loops a call takes, how long by `clock()`, and the time stamps of an x86 processor or the cycles
-of a Cortex-M (`DWT->CYCCNT`). For your own controller compile {name}.c and {name}_test.c with its compiler and options, run it
-there, and read what it prints; on a Cortex-M without an operating system this needs some way to print, such as semihosting.
-In your own program read the counter before and behind a call.
+The test program (`build/{name}_test`) also measures calls with small steps about reference poses, on the machine on which it
+runs: corrections of the loops per call, time by `clock()`, and time stamps of an x86 processor or cycles of a Cortex-M
+(`DWT->CYCCNT`). For your own controller compile {name}.c and {name}_test.c with its compiler and options and run the program
+there; on a Cortex-M without an operating system, printing needs semihosting, for instance.
 """
 
 
 def _derivatives(name: str, facts: Facts) -> str:
-    """Return what is said of derivatives."""
+    """Return the paragraph on derivatives."""
     programs = facts["parts"].jacobian
     if programs is None:
         return ""
     fields = ", ".join(f"`{field}`" for _, _, field in programs.pairs)
-    return f"""`{name}_differentiate` does the same, and gives exact derivatives with the loops kept closed, row by row, the
-output's components first: {fields}.
+    return f"""`{name}_differentiate` also computes exact derivatives with closed loops, row by row, with the output's
+components first: {fields}.
 
 """
 
 
 def _searching(facts: Facts) -> str:
-    """Return what is said of the search."""
+    """Return the paragraph on the search."""
     parts = facts["parts"]
     if parts.search is None:
         return ""
     return f"""
-From the pose that was asked for, Broyden's method searches where the unloaded robot is commanded, by the same operations as
-`kinetostatics.compensate`: at most {facts["searches"]} times such a line, all that is behind it, and
-{parts.search.learn.operations:,} operations more. Then a line of the actuators' coordinates leads from the pose that was asked
-for to what was found, and if the loaded platform does not stand there where it was asked to, that is no correction.
+From the target pose, Broyden's method searches for the commanded pose of the unloaded robot, with the same operations as
+`kinetostatics.compensate`: at most {facts["searches"]} iterations, each with a line, an analysis and
+{parts.search.learn.operations:,} further operations. Then the actuators follow a straight line from the target pose to the
+positions found; unless the loaded platform arrives at its target pose, the status is UNREACHABLE.
 """
 
 
 def _counted(counts: Mapping[str, int]) -> dict[str, int]:
-    """Return how many operations of each column there are."""
+    """Return the number of operations in each column."""
     found = {title: sum(counts.get(kind, 0) for kind in kinds) for title, kinds in _KINDS.items()}
     return found | {_REST: sum(counts.values()) - sum(found.values())}
 
 
 def _operations(facts: Facts) -> str:
-    """Return a table of what is done, how often in a call, and of how many operations it consists."""
+    """Return a table of the functions: how often each is called, and its operations by kind."""
     parts: Programs = facts["parts"]
     steps = f": 1 to {facts['corrections']}"
-    often = {"start of a line": "a line, if angles may be others"}
+    often = {"start of a line": "a line, if its angles are not unique"}
     for what, line in (("", "step of the line"), (", actuators given", "step of the actuators' line")):
-        often |= {f"correction of the loops{what}": f"{line}{steps}", f"is there a singular pose between{what}": line}
+        often |= {f"correction of the loops{what}": f"{line}{steps}", f"test for singular poses{what}": line}
     if parts.search is not None:
         often |= {
             "frames, statics, actuators": "2, and each step of the search",
@@ -350,7 +348,7 @@ def _operations(facts: Facts) -> str:
         inputs = {value.name: size(value) for _, value, _ in parts.jacobian.pairs}
         often["derivatives: results"] = str(sum(inputs.values()))
     titles = [*_KINDS, _REST]
-    rows = [f"| what | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
+    rows = [f"| function | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
     for what, program in parts.all:
         numbers = _counted(program.counts)
         rows.append(f"| {what} | {often.get(what, '1')} | {' | '.join(f'{numbers[title]:,}' for title in titles)} |")

@@ -1,7 +1,7 @@
 """Evaluation of functions by compiled code: of a pose by one Newton step from a neighbouring pose, and of many poses together.
 
-Poses that these cannot decide with certainty are left to :func:`kinetostatics.kinematics.assembly.assemble` and
-:func:`kinetostatics.analyze`.
+Poses at which the validity of the compiled result is not certain are computed by
+:func:`kinetostatics.kinematics.assembly.assemble` and :func:`kinetostatics.analyze`.
 """
 
 from __future__ import annotations
@@ -129,12 +129,12 @@ class CompiledFunction:
             self._load[:], self._gravity[:] = wrench, field
             numbers, truths = self._computed()
             there = _Closed(self, self._moved[:, :1].copy(), target)
-        numbers, told, (rough, opening, within, singular, usual) = numbers[:, 0], truths[:, 0].tolist(), self._rows
-        if told[singular] or not (told[0] and told[usual] and numbers[rough] <= self._most and numbers[opening] <= TOLERANCE):
+        numbers, flags, (rough, opening, within, singular, usual) = numbers[:, 0], truths[:, 0].tolist(), self._rows
+        if flags[singular] or not (flags[0] and flags[usual] and numbers[rough] <= self._most and numbers[opening] <= TOLERANCE):
             return None
         numbers.setflags(write=False)
         values = {name: numbers[rows].reshape(shape) for name, rows, shape in self._places}
-        values |= {"status": _STATUSES[told[within]], "residual": numbers[opening : opening + 1].reshape(())}
+        values |= {"status": _STATUSES[flags[within]], "residual": numbers[opening : opening + 1].reshape(())}
         return Values(values, lambda: self._configuration(there), there)
 
     @cached_property

@@ -38,10 +38,10 @@ OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "
 PLAIN = {"load", "gravity", "engine", "on_failure"}
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
-#: Fraction of a parameter's step at which the validity of a record is tested: so small that loops remain closed within rounding
+#: Fraction of a parameter's step at which the validity of a record is tested, so small that loops remain closed within rounding
 #: in first-order motions.
 _NEAR = 1e-6
-#: Inputs of a record, and behind them the robot's numbers.
+#: Indices of the inputs of a record, followed by that of the robot's numbers.
 _X, _LOAD, _GRAVITY, _NUMBERS = 0, 1, 2, 5
 
 
@@ -73,15 +73,15 @@ class Gradients:
         example: Sequence[Array],
         tool: Array | None = None,
     ) -> None:
-        self.numbers, self._inputs, self._N = model.taken_apart(all_vary=True).values, inputs, inputs[0].shape[1]
+        self.numbers, self._inputs, self._N = model.structure(all_vary=True).values, inputs, inputs[0].shape[1]
         self.records: list[tuple[PoseRecord, Index]] = []
         self._parts: list[tuple[Index, Array]] = []
-        wanted, left = ["residual", *names], poses
+        all_names, left = ["residual", *names], poses
         while left.size or not self.records:
             first = [array[:, left[:1]] for array in inputs] if left.size else example
-            record = pose_record(model, wanted, first, all_vary=True, tool=tool)
+            record = pose_record(model, all_names, first, all_vary=True, tool=tool)
             leaves, found, holds = _swept(record, [array[:, left] for array in inputs], self.numbers)
-            holds[:1] = True  # it was made there
+            holds[:1] = True  # pose of the record
             self.records.append((record, left[holds]))
             self._parts.append((leaves, found[..., holds]))
             left = left[~holds]
@@ -110,7 +110,7 @@ class Gradients:
         return {name: part.reshape(*shape, self._N) for (name, shape), part in parts}
 
     def hold_beside(self, by: float, directions: Mapping[int, Array]) -> bool:
-        """Return whether the records are valid after a change by an amount."""
+        """Return whether the records are valid after a change by ``by`` along directions, see :meth:`along`."""
         for record, where in self.records:
             inputs = [array[:, where] for array in self._inputs]
             if _X in directions:
@@ -176,7 +176,7 @@ class Derivatives:
         """Return the data of the robot for poses, with the chosen wrench bases."""
         return PoseModel.of(self.robot.solver, decided, self.prescribed)
 
-    # ---- the closing of the loops -------------------------------------------------------------------------------------
+    # ---- closure of the loops -----------------------------------------------------------------------------------------
 
     @cached_property
     def _closing(self) -> tuple[Array, Array, Array]:
@@ -203,7 +203,7 @@ class Derivatives:
         """Return the rates of coordinates at rates (nv, N) of the freedoms."""
         return {_X: self.robot.solver.tree.rates(self.pose.poses.x, v)}
 
-    # ---- what is asked for --------------------------------------------------------------------------------------------
+    # ---- derivatives by kind of input ---------------------------------------------------------------------------------
 
     def by_coordinate(self, k: int) -> dict[str, Array]:
         """Return the derivatives (*output, N) by the k-th given coordinate."""
@@ -244,11 +244,11 @@ class Derivatives:
         return self._asked(self.nominal.along({}))
 
     def by_change(self, name: str, step: float, changed: Callable[[float], RobotDescription]) -> dict[str, Array]:
-        """Return the derivatives (*output, N) by a number, with wrench bases that are valid for the changed robot, too.
+        """Return the derivatives (*output, N) by a number, with wrench bases that are also valid for the changed robot.
 
         Args:
             name: name of the number, for messages.
-            step: step of the differences of constants.
+            step: step of the finite differences of constants.
             changed: returns the description with the number increased by an amount.
 
         Raises:
@@ -271,7 +271,7 @@ class Derivatives:
                 return second
         except KinetostaticsError as error:
             raise ArgumentError(f"there is no derivative by {name!r}: {error}") from error
-        raise ArgumentError(f"there is no derivative by {name!r}: the robot's limbs become other ones")
+        raise ArgumentError(f"there is no derivative by {name!r}: it changes the structure of the robot's limbs")
 
     def _by_rates(self, rates: Array, own: Gradients, step: float) -> dict[str, Array] | None:
         """Return the derivatives for given rates of constants (P,); None if the record is invalid after a small change."""
@@ -296,16 +296,16 @@ def derivatives_at(
     result: Result,
     analysis: Mapping[str, object],
     tool: Array | None = None,
-    wanted: Sequence[str] = OUTPUTS,
+    names: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
-    """Return the derivatives at all poses, or None with arguments that are not differentiated, such as loads on links, or with
-    overconstrained rigid limbs.
+    """Return the derivatives at all poses; None with overconstrained rigid limbs, or with arguments such as loads on links, for
+    which no derivatives are implemented.
 
     Args:
         result: the analysis of the poses.
         analysis: its arguments.
         tool: (3,) reference point of twist and stiffness, from o in platform axes [m]; None: o.
-        wanted: names of the quantities to be differentiated.
+        names: names of the quantities to be differentiated.
     """
     configuration = result.configuration
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
@@ -324,7 +324,7 @@ def derivatives_at(
     load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
     if not np.all(np.isfinite(load)):
         return None
-    outputs = [name for name in OUTPUTS if name in wanted]
+    outputs = [name for name in OUTPUTS if name in names]
     outputs = [name for name in outputs if robot.description.driven or not name.startswith("actuator")]
     found = Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
     with contextlib.suppress(ArgumentError):  # it has no record

@@ -168,7 +168,7 @@ class Function:
 
         Args:
             folder: folder of the files; created if missing.
-            scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
+            scalar: "double" or "float", the type of arguments and results; computations are in double.
             name: prefix of all names in C; default: the name of the robot.
             near: initial pose of a state in C: a pose, or the result of a call; default: the zero pose, which may be singular.
 
@@ -176,8 +176,8 @@ class Function:
             Folder, files and numbers of operations.
 
         Raises:
-            ArgumentError: ``near`` is not one closed pose of the robot, the robot's rigid limbs overconstrain one another, or the
-                scalar is none of the two.
+            ArgumentError: ``near`` is not one closed pose of the robot, rigid limbs overconstrain the robot, or ``scalar`` is
+                invalid.
             OSError: the folder cannot be written.
         """
         return export_c(self, folder, scalar, name, near=near)
@@ -360,7 +360,7 @@ def compile(
         >>> [round(float(force), 1) for force in values["actuator_forces"]]  # [N]
         [542.8, 542.8, 542.8]
         >>> J = f.jacobian("actuator_forces", by=("z", "load"))(z=0.5, rx=0.0, ry=0.0)
-        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # of the first actuator by a force along z
+        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # ∂(first actuator force)/∂(load along z)
         -0.34
     """
     if not isinstance(robot, Robot):

@@ -57,7 +57,7 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
     known = {name: path for name, path in PATHS.items() if compensate or name != "residual_error"}
     for name in asked:
         if name == "residual_error" and not compensate:
-            raise ArgumentError("the output 'residual_error' is of functions that compensate: compile(…, compensate=True)")
+            raise ArgumentError("only functions with compensation have the output 'residual_error': compile(…, compensate=True)")
         if name not in known:
             raise ArgumentError(f"no output {name!r}: {near_names(name, known)}")
     more = _MORE_CORRECTED if compensate else _MORE

@@ -51,10 +51,10 @@ class Quantity:
 
 
 class Values(Mapping[str, Array]):
-    """Result of a function: arrays by name, batch axes first, and the pose.
+    """Result of a function: arrays by name, batch axes first, and the corresponding pose.
 
     Attributes:
-        origin: start of a next line, without the pose as a configuration.
+        origin: start of the next line for compiled code; None if there is none.
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:

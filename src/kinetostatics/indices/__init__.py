@@ -2,7 +2,7 @@
 
 :func:`quantity` returns an index, or any other number of the poses, as a DataArray over the swept dimensions with ``units`` and
 ``long_name``, NaN where the pose is not valid (:func:`valid`). For a Dataset of dask arrays, the computation is lazy.
-:data:`INDICES` lists the indices, :mod:`kinetostatics.measures` has their formulas.
+:data:`INDICES` lists the indices; their formulas are in :mod:`kinetostatics.measures`.
 """
 
 from kinetostatics.exceptions import KinetostaticsError

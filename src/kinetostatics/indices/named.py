@@ -19,7 +19,7 @@ from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.quantities import QUANTITIES, VARIABLES
 from kinetostatics.status import FACTS, Status, in_map
 
-#: The measures that need no argument, by name.
+#: Measures without argument, by name.
 INDICES: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is None}
 #: Measures with the magnitude of a force or moment as argument.
 ANY_DIRECTION: Mapping[str, Measure] = {name: item for name, item in MEASURES.items() if item.argument is not None}
@@ -43,7 +43,7 @@ def names(ds: xr.Dataset) -> list[str]:
 
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
-    """Return whether an index exists for a Dataset: robots may have no actuators, or actuators that push and others that turn."""
+    """Return whether an index exists for a Dataset: robots may have no actuators, or both linear and rotary ones."""
     name = _variable(INDICES[index])
     return (name in ds or not name.startswith(("actuator", "residual", "frequency"))) and (
         name != "actuator_force" or len(set(units_of(ds, name).values.ravel())) == 1
@@ -135,7 +135,7 @@ def stiffness_along(
         ds: the map, see :func:`kinetostatics.sweep`.
         direction: "x", "y", "z", or "rx", "ry", "rz" for moments about these axes; or a vector of three numbers in world axes,
             of any length but 0, which as a DataArray (…, component x y z) may differ from pose to pose.
-        rotation: a vector is the axis of a moment; then it is 1/(uᵀ C_rr u) [N·m/rad].
+        rotation: whether a vector is the axis of a moment; the result is then 1/(uᵀ C_rr u) [N·m/rad].
         beyond_limits: see :func:`valid`.
 
     Raises:
@@ -148,7 +148,7 @@ def stiffness_along(
     block = block.assign_coords(component=list(LINEAR), component_2=list(LINEAR))
     along = (block * unit * unit.rename(component="component_2")).sum(["component", "component_2"], skipna=False)
     kind = f"stiffness about {name.removeprefix('r')}" if rotation else f"stiffness along {name}"
-    with np.errstate(divide="ignore"):  # a rigid direction is infinitely stiff
+    with np.errstate(divide="ignore"):  # infinite in rigid directions
         found = 1 / along
     return finished(ds, found, beyond_limits, "N m/rad" if rotation else "N/m", kind)
 
@@ -174,12 +174,12 @@ def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.Data
 
 
 def _example(index: str) -> str:
-    """Return an index that takes a force or moment, formatted."""
+    """Return an example of an index with its force or moment."""
     return sized_example(index, KINDS[str(ANY_DIRECTION[index].argument)])
 
 
 def _amount(what: str, text: str, index: str) -> float:
-    """Return a force or moment greater than zero, which may carry a unit."""
+    """Return a positive force or moment in SI, from a text with or without unit."""
     kind = str(ANY_DIRECTION[index].argument)
     found = typed_number(text)
     own = find_unit(found[1]) if found and found[1] else known_unit(KINDS[kind])
@@ -208,7 +208,7 @@ def _hint(ds: xr.Dataset, what: str) -> str:
 
 
 #: Names of mechanisms and contributions in figures.
-_SAID = {"platform_weight": "platform weight", "attached": "attached wrenches"}
+_CONTRIBUTION_NAMES = {"platform_weight": "platform weight", "attached": "attached wrenches"}
 
 
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
@@ -218,10 +218,10 @@ def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     if name == "uncorrected_error" or (entry is not None and entry.moves_as == "twist"):
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
         if name in ("uncorrected_error", "residual_error"):
-            return f"{motion}, uncorrected" if name == "uncorrected_error" else f"{motion} that remains"
-        return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
+            return f"{motion}, uncorrected" if name == "uncorrected_error" else f"residual {motion}"
+        return motion + ("" if name == "twist" else f" by {_CONTRIBUTION_NAMES.get(labels[0], labels[0])}")
     if entry is not None and entry.unit == "actuator_force_unit":
-        by = "" if len(labels) == 1 else f" by {_SAID.get(last, last)}"
+        by = "" if len(labels) == 1 else f" by {_CONTRIBUTION_NAMES.get(last, last)}"
         return f"{'force' if units == 'N' else 'torque'} of {labels[0]}{by}"
     if name == "actuator_correction":
         return f"correction of {last}"
@@ -242,7 +242,7 @@ class Extreme:
         coordinates: the swept coordinates of the pose [m, rad].
         index: its index along each swept dimension.
         status: :class:`kinetostatics.Status` of the pose.
-        facts: names of its true facts, "limit_exceeded", ….
+        facts: names of the facts that apply, such as "limit_exceeded".
         coordinate_units: units of the coordinates; empty if unknown.
     """
 
@@ -302,9 +302,9 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
         else what.partition(":")[0] in ("stiffness_along", "stiffness", "frequency")
     )
     smallest = large != best
-    # a NaN must lose; all-NaN chunks of dask would raise in nanargmin
+    # replaces NaN by the least favourable value; nanargmin fails with all-NaN chunks of dask
     size = size.fillna(np.inf) if smallest else size.fillna(-1.0)
-    # of poses that are equal but for rounding, as those of a symmetric robot, the first
+    # the first of poses that are equal within rounding, as in symmetric robots
     extreme = size <= size.min() * (1 + EQUAL) if smallest else size >= size.max() * (1 - EQUAL)
     place = extreme.argmax(dims) if dims else {}
     index = {str(dim): int(where) for dim, where in place.items()}  # type: ignore[union-attr]

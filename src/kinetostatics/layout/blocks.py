@@ -1,4 +1,4 @@
-"""Parts of a report: tables, facts, sentences and drawings, whose numbers are SI values with the format they are written in."""
+"""Parts of a report: tables, facts, sentences and drawings; numbers are SI values with a number format."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Word(str):
 
 @dataclass(frozen=True)
 class Number:
-    """A number [SI] and its format; with ``upper`` a range. It is written with its unit, but for ``with_unit=False``."""
+    """A number [SI] and its format; with ``upper``, a range; ``with_unit``: whether the unit is written."""
 
     value: float
     format: NumberFormat
@@ -38,12 +38,12 @@ class Number:
 
     @classmethod
     def of(cls, value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> Number:
-        """Return one number in the unit that suits it."""
+        """Return one number in the unit chosen by its magnitude."""
         return cls(float(np.asarray(value)), NumberFormat.of(value, units, noise, digits))
 
     @classmethod
     def range_of(cls, values: ArrayLike, units: Units, noise: float = 0.0) -> Number:
-        """Return one number, or of several the smallest and the largest that are finite; NaN without any."""
+        """Return the range from the smallest to the largest finite value; NaN if there are none."""
         known = np.asarray(values, dtype=float).ravel()
         known = known[np.isfinite(known)]
         if not known.size:
@@ -66,11 +66,11 @@ class Column:
     """A column of a table.
 
     Attributes:
-        title: without the unit.
-        cells: texts; numbers with formats of their own; SI values, written in ``format``; None: empty.
-        side: ``l`` or ``r``, where the cells are aligned.
-        format: of SI values.
-        with_unit: whether the title names the unit of ``format``.
+        title: title without the unit.
+        cells: texts; numbers with their own formats; SI values, written in ``format``; None: empty.
+        side: alignment of the cells, ``l`` or ``r``.
+        format: number format of SI values.
+        with_unit: whether the heading contains the unit of ``format``.
     """
 
     title: str
@@ -88,7 +88,7 @@ class Column:
         with_unit: bool = True,
         digits: int = 4,
     ) -> Column:
-        """Return a column of numbers [SI] in one unit; of units to choose from, the largest value has ``digits`` digits."""
+        """Return a column of numbers [SI] in one unit, chosen by the largest value, which has ``digits`` digits."""
         if not isinstance(form, NumberFormat):
             form = NumberFormat.of(largest(value for value in values if value is not None), form, digits=digits)
         cells = [None if value is None else float(np.asarray(value)) for value in values]
@@ -101,7 +101,7 @@ class Column:
 
     @property
     def texts(self) -> list[str]:
-        """The cells as they are written."""
+        """The cells as text."""
         return [self._text(cell) for cell in self.cells]
 
     def _text(self, cell: Cell) -> str:
@@ -114,14 +114,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of equal length; a ``wide`` one is continued below, with its first column repeated, where lines are full."""
+    """Columns of equal length; a ``wide`` table may be continued below, with its first column repeated."""
 
     columns: Sequence[Column]
     wide: bool = False
 
     @classmethod
     def of_rows(cls, header: Sequence[str], rows: Iterable[Sequence[Cell]], align: str = "", wide: bool = False) -> Table:
-        """Return a table by its rows; ``align``: a letter for each column, default the first left, the others right."""
+        """Return a table from rows; ``align``: ``l`` or ``r`` for each column; default: first column left, others right."""
         found = [list(row) for row in rows]
         align = align or "l" + "r" * (len(header) - 1)
         return cls(
@@ -140,13 +140,13 @@ class Facts:
 
 @dataclass(frozen=True)
 class Text:
-    """A sentence, or a few.
+    """One or more sentences.
 
     Attributes:
-        text: without what leads it.
-        kind: "warning", "item" of a list, or a plain sentence.
-        lead: begins it, and tells a state.
-        indent: in columns of text.
+        text: the text after ``lead``.
+        kind: "warning", "item" of a list, or "" for a plain sentence.
+        lead: word for a state at the beginning.
+        indent: indentation [letters].
     """
 
     text: str
@@ -157,7 +157,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines of a drawing, such as the chain of a limb, in a font of equal widths."""
+    """Lines of a drawing, such as the chain of a limb, in a monospaced font."""
 
     lines: Sequence[str]
 
@@ -170,10 +170,10 @@ class ReportSection:
     """A part of a report.
 
     Attributes:
-        title: of the part; "": it stands at the margin; None: it follows the report's title, whatever sections are selected.
-        blocks: without any the section is left out.
-        key: by which it is selected.
-        detail: whether it is left out where the report is shown in brief.
+        title: title; "": no title and no indentation; None: follows the report's title and is part of every selection.
+        blocks: contents; an empty section is omitted.
+        key: name for the selection of sections.
+        detail: whether the section is omitted in brief reports.
     """
 
     title: str | None
@@ -183,11 +183,11 @@ class ReportSection:
 
 
 def warning_section(warnings: Iterable[str]) -> ReportSection:
-    """Return the section of warnings, or that there are none."""
+    """Return the section of warnings, with "none" if there are none."""
     return ReportSection("Warnings", [Text(text, "warning") for text in warnings] or [Text("none")], "warnings")
 
 
 def once(names: Iterable[str]) -> list[str]:
-    """Return names without those that repeat the one before: cells of a column that is ordered by them."""
+    """Return the cells of a column of sorted names, with repeated names replaced by empty text."""
     found = list(names)
     return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]

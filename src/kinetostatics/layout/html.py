@@ -15,14 +15,14 @@ _SIDES = {"l": "left", "r": "right"}
 
 
 def html_path(path: str | os.PathLike[str], what: str) -> str:
-    """Return the name of the file that a page is written to.
+    """Return the path of an HTML file.
 
     Args:
-        path: of the file.
-        what: the page is, "a report".
+        path: path of the file.
+        what: name of the page for the message, "a report".
 
     Raises:
-        ArgumentError: its ending is not that of a page.
+        ArgumentError: the extension is not that of an HTML file.
     """
     file = path_name("path", path)
     if Path(file).suffix.lower() not in (".html", ".htm"):
@@ -32,7 +32,7 @@ def html_path(path: str | os.PathLike[str], what: str) -> str:
 
 
 def report_html(title: str, sections: Iterable[ReportSection], level: int = 3) -> str:
-    """Return a report as HTML, its titles as headings of a ``level``. All its text is escaped."""
+    """Return a report as HTML with headings of a ``level``; all texts are escaped."""
     parts = [f"<p><strong>{escape(title)}</strong></p>"]
     for section in sections:
         if section.title:
@@ -47,8 +47,8 @@ def block_html(block: Block) -> str:
         return _table(block.columns)
     if isinstance(block, Facts):
         rows = [
-            (name, "\n".join([str(told)] if isinstance(told, str) or not isinstance(told, Sequence) else told))
-            for name, told in block.rows
+            (name, "\n".join([str(value)] if isinstance(value, str) or not isinstance(value, Sequence) else value))
+            for name, value in block.rows
         ]
         return html_table("", ("", ""), rows, "ll") if rows else ""
     if isinstance(block, Text):
@@ -61,10 +61,10 @@ def html_table(title: str, header: Sequence[str], rows: Iterable[Sequence[str]],
     """Return a table. All texts are escaped.
 
     Args:
-        title: stands above it; empty for none.
+        title: caption; empty for none.
         header: titles of the columns; all empty for none.
         rows: cells.
-        align: a letter for each column, ``l`` or ``r``; default: the first to the left, the others to the right.
+        align: ``l`` or ``r`` for each column; default: first column left, others right.
     """
     align = align or "l" + "r" * (len(header) - 1)
     columns = [Column(name, cells, side) for name, cells, side in zip(header, zip(*rows, strict=True), align, strict=False)]

@@ -14,11 +14,11 @@ from kinetostatics.math.arrays import Values
 Key = TypeVar("Key")
 Item = TypeVar("Item")
 
-#: Arrays of up to this many numbers are shown with all of them.
+#: Largest number of entries of an array that are all shown.
 FEW = 6
-#: What is shown of a mapping, and of one of its items.
+#: Largest number of items of a mapping, and largest length of the text of an item.
 MOST_ITEMS, LONGEST = 12, 150
-#: Part of the largest number of an array below which one is rounding noise and shown as 0.
+#: Part of an array's largest number below which a number is a rounding error and shown as 0.
 NOISE = 1e-12
 
 
@@ -75,7 +75,7 @@ def mapping_words(mapping: Mapping[Key, object]) -> str:
 
 
 def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
-    """Return the first keys of a mapping with their items in short; behind them how many are left out, if any are."""
+    """Return the first keys of a mapping with abbreviated items, followed by the number of omitted items, if any."""
     shown: list[tuple[object, str]] = [
         (key, abbreviated(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)
     ]
@@ -84,7 +84,7 @@ def items_words(mapping: Mapping[Key, object]) -> list[tuple[object, str]]:
 
 
 def abbreviated(value: object) -> str:
-    """Return a value in a few words: of arrays all numbers if they are few, else shape and range."""
+    """Return a short text for a value; for arrays, all numbers if they are few, else shape and range."""
     if isinstance(value, np.ndarray):
         return _array(value)
     if isinstance(value, Mapping):
@@ -109,7 +109,7 @@ def _array(array: Values) -> str:
 
 
 class ShortRepr:
-    """A base of dataclasses made with ``repr=False``: shows the fields that are not at their defaults, each in short."""
+    """Base of dataclasses with ``repr=False``: the ``repr`` contains abbreviated fields that differ from their defaults."""
 
     def __repr__(self) -> str:
         shown = [

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.math.ordering import EQUAL
 
-#: Part of the largest number of its kind below which a number is rounding noise and shown as 0.
+#: Part of the largest number of a kind below which a number is a rounding error and shown as 0.
 NOISE = 1e-9
-#: How far loops may stay open [m, rad] by rounding alone: no more than an assembled pose may.
+#: Largest gap of a loop [m, rad] that counts as closed; equal to the default tolerance of assembly.
 CLOSED = 1e-10
 Units = tuple[tuple[str, float], ...]
 
@@ -30,7 +30,7 @@ DEGREES: Units = (("°", math.pi / 180),)
 PER_CENT: Units = (("%", 0.01),)
 ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
 
-#: Units to choose from for numbers in an SI unit, motions and loads of any size.
+#: Display units for numbers in an SI unit.
 UNITS_OF: Mapping[str, Units] = {
     **{"m": LENGTHS, "rad": ANGLES, "kg": MASSES, "N": FORCES, "N·m": MOMENTS, "Pa": STRESSES, "": (("", 1.0),)},
     **{"N/m": STIFFNESSES, "N·m/rad": TURNING_STIFFNESSES, "K": (("K", 1.0),)},
@@ -41,7 +41,7 @@ MISSING = "–"
 
 @dataclass(frozen=True)
 class NumberFormat:
-    """Format of all numbers of one kind: one unit and the same decimals, so that a column can be compared.
+    """Format of all numbers of one kind: common unit and number of decimals.
 
     Attributes:
         unit: name of the unit.
@@ -60,14 +60,14 @@ class NumberFormat:
         """Choose unit and decimals so that the largest of the values (SI) has ``digits`` digits.
 
         Args:
-            values: SI; numbers that are not finite play no part.
-            units: to choose from, smallest first.
-            noise: what counts as zero in any case, SI; :data:`NOISE` of the largest value always does.
-            digits: of the largest value.
+            values: SI values, of which those that are not finite are ignored.
+            units: units to choose from, smallest first.
+            noise: largest magnitude shown as zero, SI; at least :data:`NOISE` times the largest value.
+            digits: number of digits of the largest value.
         """
         most = largest([values])
         noise = max(noise, NOISE * most)
-        if most <= noise:  # nothing but zeros: any unit will do
+        if most <= noise:  # zeros only
             name, factor = units[min(1, len(units) - 1)]
             return cls(name, factor, 0, noise)
         fitting = [unit for unit in units if most >= 0.9999995 * unit[1]]
@@ -77,14 +77,14 @@ class NumberFormat:
 
     def __call__(self, value: ArrayLike) -> str:
         """Write one number, without the unit."""
-        number = float(np.asarray(value)) * (1 + EQUAL**2)  # takes short decimals off the edge between two roundings
+        number = float(np.asarray(value)) * (1 + EQUAL**2)  # avoids ties in the rounding of short decimals
         if math.isnan(number):
             return MISSING
         if math.isinf(number):
             return "∞" if number > 0 else "-∞"
         if abs(number) <= self.noise:
             return "0"
-        if abs(number) / self.factor < 9.5 * 10.0**-self.decimals and self.decimals:  # would show a single digit, or none
+        if abs(number) / self.factor < 9.5 * 10.0**-self.decimals and self.decimals:  # fewer than two digits would remain
             return f"{number / self.factor:.2e}"
         return f"{number / self.factor:.{self.decimals}f}"
 
@@ -99,7 +99,7 @@ def largest(values: Iterable[ArrayLike]) -> float:
     return max((float(np.max(array, initial=0.0, where=np.isfinite(array))) for array in arrays), default=0.0)
 
 
-#: Units of what is never told without its noise.
+#: Units of the kinds of quantities with a noise floor.
 KINDS = {"displacement": LENGTHS, "rotation": ANGLES, "force": FORCES, "moment": MOMENTS}
 #: The kinds of forces by their units.
 FORCE_KINDS = {"N": "force", "N·m": "moment"}
@@ -107,10 +107,10 @@ FORCE_KINDS = {"N": "force", "N·m": "moment"}
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """Which displacements, rotations, forces and moments are rounding noise, SI.
+    """Magnitudes of displacements, rotations, forces and moments below which they are rounding errors, SI.
 
-    Linear and angular quantities are of one kind, made comparable by a characteristic length: a twist that is a pure
-    translation has rotations that are noise, even the largest of them.
+    Linear and angular quantities are compared by means of a characteristic length: in a pure translation, even the largest
+    rotation is a rounding error.
     """
 
     displacement: float
@@ -132,7 +132,7 @@ class NoiseFloor:
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
-    """Write one number with the unit that suits it."""
+    """Return one number as text with a unit chosen by its magnitude."""
     return NumberFormat.of(value, units, noise, digits).with_unit(value)
 
 
@@ -147,7 +147,7 @@ def vector(values: Iterable[ArrayLike], scale: NumberFormat) -> str:
 
 
 def join_words(names: Sequence[str], limit: int = 6) -> str:
-    """Return names in words, ``a, b and c``; of more than ``limit`` the first and the last ones, and how many they are."""
+    """Return names as text, ``a, b and c``; of more than ``limit`` the first ones, the last one and their number."""
     if len(names) > limit:
         return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

@@ -9,11 +9,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-Json: TypeAlias = Any  # what json.loads returns, and what is changed before json.dumps takes it
+Json: TypeAlias = Any  # values of json.loads and json.dumps
 
 
 def plain(value: object) -> Json:
-    """Return a value as JSON knows it: dataclasses as their fields; numbers that are not finite as None."""
+    """Return a value as JSON data: dataclasses as their fields; numbers that are not finite as None."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return attributes(value, (item.name for item in dataclasses.fields(value)))
     if isinstance(value, Mapping):

@@ -15,10 +15,10 @@ from kinetostatics.layout.text import report_text
 
 
 class Report:
-    """Report of an object: a title, sections, and data; the latter two are made on first use.
+    """Report of an object: a title, sections, and data; sections and data are created on first use.
 
     Attributes:
-        title: one line, in pieces of which words may have a tone.
+        title: parts of a single line; a :class:`Word` among them has a tone.
     """
 
     def __init__(
@@ -77,9 +77,9 @@ class Report:
 
 
 class Reported:
-    """A base of classes that have a report: ``class Result(Reported, builder="reports.result:result_report")``.
+    """Base of classes with a report: ``class Result(Reported, builder="reports.result:result_report")``.
 
-    The builder, a function of the package that makes the :class:`Report` of an object, is imported when first needed.
+    The builder is a function that returns the :class:`Report` of an object; it is imported on first use.
     """
 
     _builder: ClassVar[str]
@@ -108,6 +108,6 @@ class Reported:
 
 
 def late(path: str) -> Callable[..., Any]:
-    """Return a function of the package, "module:function", that stands above the module that calls it."""
+    """Return a function of the package by "module:function", for modules that must not import it."""
     module, _, name = path.partition(":")
     return getattr(import_module(f"kinetostatics.{module}"), name)  # type: ignore[no-any-return]

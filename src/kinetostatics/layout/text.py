@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text, Word
 from kinetostatics.layout.colour import painted
 
-#: Lines are kept this short where their content allows it.
+#: Width at which lines are wrapped [letters].
 WIDTH = 110
 
 
@@ -16,9 +16,9 @@ def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour:
     """Return a report as text.
 
     Args:
-        title: pieces of the first line, of which words may have a tone.
+        title: parts of the first line; a :class:`Word` among them has a tone.
         sections: see :class:`ReportSection`.
-        colour: whether with codes of colours.
+        colour: whether to include colour codes.
     """
     first = next((k for k, piece in enumerate(title) if isinstance(piece, Word)), len(title))
     words = [_word(piece, colour) for piece in title[first:]]
@@ -40,7 +40,7 @@ def block_lines(block: Block, colour: bool = False) -> list[str]:
         return _wide(block, colour) if block.wide else _table(block.columns, colour)
     if isinstance(block, Facts):
         width = max((len(name) for name, _ in block.rows), default=0) + 2
-        return [" " * block.indent + line for name, told in block.rows for line in _fact(name, told, width)]
+        return [" " * block.indent + line for name, value in block.rows for line in _fact(name, value, width)]
     if isinstance(block, Text):
         return _sentence(block, colour)
     return list(block.lines)
@@ -56,8 +56,8 @@ def _word(text: str, colour: bool) -> str:
     return painted(text.tone, text, colour) if isinstance(text, Word) else text
 
 
-def _fact(name: str, told: object, width: int) -> list[str]:
-    texts = [str(told)] if isinstance(told, str) or not isinstance(told, Sequence) else told
+def _fact(name: str, value: object, width: int) -> list[str]:
+    texts = [str(value)] if isinstance(value, str) or not isinstance(value, Sequence) else value
     lines = (wrapped(text, f"{'' if k else name:{width}}") for k, text in enumerate(texts))
     return [line for some in lines for line in some]
 

@@ -54,8 +54,8 @@ def varied(robot: Robot, description: RobotDescription, own: PoseModel) -> tuple
             statics = statics_on(own.statics, StaticModel(other.mechanism, other.topology, beams, weights, zero, *sizes))
             solver = Solver(other.equations, robot.solver.length, robot.solver.reach, robot.solver.slack)
             found = PoseModel.of(solver, statics, own.prescribed)
-            parts = found.taken_apart(all_vary=True)
-            if parts.key == own.taken_apart(all_vary=True).key:
+            parts = found.structure(all_vary=True)
+            if parts.key == own.structure(all_vary=True).key:
                 return found, parts.values
     raise ArgumentError(OTHER_MECHANISM)
 

@@ -6,8 +6,8 @@ coordinate, also of :meth:`Compensation.to_dataset`. Of other results: :func:`se
 :func:`calibration`, :func:`frequency_response`, :func:`path`. All return Matplotlib's axes; :func:`save` writes them as PDF, SVG
 or PNG.
 
-Every figure names its units, is legible in grey and for the colour-blind (cividis; lines differ in dashes and markers), and shows
-poses without valid numbers in grey and hatched, with the reason in its legend.
+All figures have units, are legible in grey and with colour blindness (cividis; lines differ in dashes and markers), and show
+poses without valid numbers as hatched grey areas, with the reason in the legend.
 """
 
 from kinetostatics.exceptions import KinetostaticsError

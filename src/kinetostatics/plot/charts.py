@@ -24,9 +24,9 @@ from kinetostatics.results.tool_point import point_name
 
 #: Largest number of bars of each kind of sensitivities, and number of bars of a histogram.
 MOST, BARS = 12, 60
-#: Bars that are shorter than this part of the longest would not be seen.
+#: Smallest drawn bar, as a part of the longest.
 SMALL = 0.003
-#: What quantities are that may be minimized.
+#: Axis titles of quantities that may be minimized.
 WORDS = {
     "sag": "displacement",
     "deflection_any_direction": "largest displacement under {}",
@@ -36,7 +36,7 @@ WORDS = {
     "stress": "largest von Mises stress",
     "buckling": "used share of the buckling load",
 }
-#: Markers of gauges, which must differ without colour.
+#: Markers of gauges, distinguishable without colour.
 MARKERS = "osD^v<>Pd*"
 
 
@@ -46,19 +46,19 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
 
     Args:
         found: the sensitivities, see :func:`kinetostatics.sensitivities`.
-        ax: to draw on; default: a new figure one column wide.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: bars to the left are less sag. Parameters of the file are dark, the stiffness of parts is light and hatched.
-        Of bars too short to be seen the title tells how many there are.
+        The axes; bars to the left mean less sag. Parameters of the file are dark, stiffnesses of parts light and hatched. The
+        title states the number of omitted small bars.
 
     Raises:
         ArgumentError: ``found`` has another type, the twist is not among the outputs, or o does not move.
     """
     if not isinstance(found, Sensitivities):
-        raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
+        raise ArgumentError(f"sensitivities needs the result of ks.sensitivities(pose), got {found!r}")
     if "twist" not in found.outputs:
-        raise ArgumentError(f"the bars are of the twist, which is not among the outputs={found.outputs}")
+        raise ArgumentError(f"sensitivities needs the twist, which is not among the outputs={found.outputs}")
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), point_name(found.tool)
     if not size > 0:
         raise ArgumentError(f"the displacement of {who} is zero: effects along it are undefined")
@@ -90,16 +90,16 @@ def tolerances(found: Tolerances, what: str = "displacement", *, ax: Axes | None
     Args:
         found: the tolerances, see :func:`kinetostatics.tolerances`.
         what: "displacement" or "rotation", distances from the nominal robot, a component "x" … "rz" of the twist, or an actuator.
-        ax: to draw on; default: a new figure one column wide.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: bars are samples, the line their first-order approximation, dashed lines the worst case.
+        The axes; bars are samples, the line is their first-order approximation, dashed lines are the worst case.
 
     Raises:
         ArgumentError: ``found`` has another type, the quantity is unknown, or it is equal for all samples.
     """
     if not isinstance(found, Tolerances):
-        raise ArgumentError(f"{found!r} are no tolerances: ks.tolerances(pose, …) computes them")
+        raise ArgumentError(f"tolerances needs the result of ks.tolerances(pose, …), got {found!r}")
     values = found.samples.named(what)
     worst, is_length = float(found.worst_case.named(what)), what in LENGTHS
     nominal = 0.0 if is_length else float(found.nominal.named(what))
@@ -142,16 +142,16 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
 
     Args:
         found: the front, see :func:`kinetostatics.pareto`.
-        ax: to draw on; default: a new figure one column wide.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes: the first quantity to the right, the second upwards, logarithmic if it spans more than a factor of ten.
+        The axes; the first quantity is horizontal, the second vertical, logarithmic if it spans more than a factor of ten.
 
     Raises:
         ArgumentError: ``found`` is no Pareto front.
     """
     if not isinstance(found, ParetoFront):
-        raise ArgumentError(f"{found!r} is no front: ks.pareto(robot, …) finds one")
+        raise ArgumentError(f"pareto needs the result of ks.pareto(robot, …), got {found!r}")
     scales = [display_unit(unit, found.objectives[:, k]) for k, unit in enumerate(found.units)]
     (x, y), (x_unit, y_unit) = (found.objectives / [size for size, _ in scales]).T, (name for _, name in scales)
     ax = new_axes(1.4 * ONE_COLUMN, 2.5) if ax is None else ax
@@ -165,15 +165,15 @@ def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
         for place, value in zip(zip(x, y, strict=True), values / size, strict=True):
             ax.annotate(f"{value:.3g} {shown}".rstrip(), place, (4, 3), textcoords="offset points", fontsize=6)
     ax.margins(0.14, 0.1)
-    ax.set_xlabel(label(_said(found.minimized[0]), x_unit))
-    ax.set_ylabel(label(_said(found.minimized[1]), y_unit))
+    ax.set_xlabel(label(_axis_title(found.minimized[0]), x_unit))
+    ax.set_ylabel(label(_axis_title(found.minimized[1]), y_unit))
     ax.grid(color="0.85", linewidth=0.4, which="both")
     ax.set_axisbelow(True)
     return ax
 
 
-def _said(quantity: str) -> str:
-    """Return the words for a quantity that is minimized."""
+def _axis_title(quantity: str) -> str:
+    """Return the axis title of a minimized quantity."""
     name, size = sized_name(quantity)
     return WORDS.get(name, name).format(size)
 
@@ -185,21 +185,21 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
     Args:
         found: the calibration, see :func:`kinetostatics.calibrate`.
         kind: kind of readings, "length" or "angle"; default: lengths, if there are any.
-        ax: to draw on; default: a new figure one column and a half wide.
+        ax: axes to draw on; default: a new figure one column and a half wide.
 
     Returns:
-        The axes: a marker for each gauge; the band is twice the largest standard deviation of a reading.
+        The axes, with a marker for each gauge; the band is twice the largest standard deviation of a reading.
 
     Raises:
         ArgumentError: ``found`` is no calibration, or has no readings of the kind.
     """
     if not isinstance(found, Calibration):
-        raise ArgumentError(f"{found!r} is no calibration: ks.calibrate(robot, …) makes one")
+        raise ArgumentError(f"calibration needs the result of ks.calibrate(robot, …), got {found!r}")
     kinds = np.array([found.gauges[name].kind for name in found.gauge_of])
     kind = kind or ("length" if "length" in kinds else "angle")
     mine = kinds == kind
     if not np.any(mine):
-        raise ArgumentError(f"kind is {kind!r}, of which there are no readings; it must be one of 'length', 'angle'")
+        raise ArgumentError(f"there are no readings of the kind {kind!r}; it must be one of 'length', 'angle'")
     across, across_unit = display_unit("m" if kind == "length" else "rad", found.computed[mine])
     up, up_unit = display_unit("m" if kind == "length" else "rad", found.residuals[mine])
     wrong = {(item.row, item.gauge) for item in found.outliers}
@@ -229,22 +229,23 @@ def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None 
 def frequency_response(
     found: FrequencyResponse, what: str = "compliance", components: Sequence[str] = ("x", "y", "z"), *, ax: Axes | None = None
 ) -> Axes:
-    """Draw magnitudes of the response in some directions over the frequency, both logarithmic.
+    """Draw magnitudes of the response over the frequency, with logarithmic axes.
 
     Args:
-        found: of :func:`kinetostatics.frequency_response`, of one pose.
-        what: "compliance", in the direction of the force or moment; or "transmissibility", of the floor's motion.
+        found: result of :func:`kinetostatics.frequency_response` at one pose.
+        what: "compliance", displacement in the direction of the force or moment; or "transmissibility", displacement per
+            displacement of the floor.
         components: translations "x", "y", "z", or rotations "rx", "ry", "rz".
-        ax: to draw on; default: a new figure one column wide.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
         The axes.
 
     Raises:
-        ArgumentError: this is no frequency response of one pose, or there are no such quantity or components.
+        ArgumentError: ``found`` is not the response at one pose, or quantity or components are unknown.
     """
     if not isinstance(found, FrequencyResponse) or found.shape:
-        raise ArgumentError(f"{found!r} is no frequency response of one pose: ks.frequency_response(pose, …) computes it")
+        raise ArgumentError(f"frequency_response needs the result of ks.frequency_response(pose, …) at one pose, got {found!r}")
     check_choice("what", what, ("compliance", "transmissibility"))
     kinds = {COMPONENTS.index(name) // 3 for name in components if name in COMPONENTS}
     if len(kinds) != 1 or not set(components) <= set(COMPONENTS):

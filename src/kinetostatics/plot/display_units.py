@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.description.units import find_unit, unit
 from kinetostatics.exceptions import ArgumentError
 
-#: For every unit of a map the units that a figure chooses from.
+#: Display units of figures for each unit of a map.
 CHOICES: dict[str, tuple[str, ...]] = {
     name: tuple(f"{prefix}{name}" for prefix in prefixes)
     for prefixes, names in (
@@ -24,27 +24,27 @@ CHOICES: dict[str, tuple[str, ...]] = {
 }
 
 
-def display_unit(units: str, values: ArrayLike, wanted: str | None = None) -> tuple[float, str]:
-    """Return the divisor of the values, and the unit's name on the figure.
+def display_unit(units: str, values: ArrayLike, requested: str | None = None) -> tuple[float, str]:
+    """Return the divisor of the values and the name of their display unit.
 
     Args:
-        units: of the map.
-        values: all that the figure shows.
-        wanted: a unit to use; None: the one in which the largest value is between 1 and 1000.
+        units: unit of the values in the map.
+        values: all values in the figure.
+        requested: display unit; None: the unit in which the largest value is between 1 and 1000.
 
     Raises:
-        ArgumentError: the wanted unit is not one for these values.
+        ArgumentError: the requested unit has another dimension.
     """
     units = units.replace("N m", "N·m")
     choices = CHOICES.get(units, (units,))
-    if wanted is not None:
-        asked, own = find_unit(wanted), find_unit(units)
-        if wanted == units:
-            return 1.0, wanted
+    if requested is not None:
+        asked, own = find_unit(requested), find_unit(units)
+        if requested == units:
+            return 1.0, requested
         if asked is None or own is None or asked.dimension != own.dimension:
             further = ", deg" if units == "rad" else ", N/µm" if units == "N/m" else ""
-            raise ArgumentError(f"unit {wanted!r} is not one for values in {units}: {', '.join(choices)}{further}")
-        return asked.size / own.size, _typeset_unit(wanted)
+            raise ArgumentError(f"unit {requested!r} is not one for values in {units}: {', '.join(choices)}{further}")
+        return asked.size / own.size, _typeset_unit(requested)
     sizes = sorted((unit(name).size, name) for name in choices if find_unit(name) is not None) or [(1.0, units)]
     finite = np.asarray(values, dtype=float)
     finite = np.abs(finite[np.isfinite(finite)])
@@ -56,13 +56,13 @@ def display_unit(units: str, values: ArrayLike, wanted: str | None = None) -> tu
 
 
 def _typeset_unit(name: str) -> str:
-    """Return a unit as it is printed: µ for u, ° for deg."""
+    """Return a unit in typographic form: µ for u, ° for deg."""
     name = re.sub(r"u(?=m|rad|N|deg)", "µ", name)
     return {"deg": "°", "mdeg": "10⁻³ °"}.get(name, name)
 
 
 def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
-    """Return the same for a swept coordinate: angles in degrees, lengths in m or, if all are below 0.1 m, in mm."""
+    """Return divisor and display unit of a swept coordinate: degrees; m, or mm if all lengths are below 0.1 m."""
     if units == "rad":
         return unit("deg").size, "°"
     if units == "m":
@@ -72,10 +72,10 @@ def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
 
 
 def label(name: str, unit: str) -> str:
-    """Return the text of an axis."""
+    """Return the title of an axis, with its unit."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
 
 
 def typeset(text: str) -> str:
-    """Return words with numbers in them with the minus signs that axes have."""
+    """Return a text with typographic minus signs."""
     return text.replace("= -", "= −")

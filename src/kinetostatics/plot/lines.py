@@ -61,7 +61,7 @@ def line(
     """
     names = [what] if isinstance(what, str) else list(what)
     if not names or len(names) > len(DASHES) or (series is not None and len(names) > 1):
-        raise ArgumentError(f"one to {len(DASHES)} quantities go into one figure, and a series shows one")
+        raise ArgumentError(f"a figure shows one to {len(DASHES)} quantities, or one quantity with series=")
     at = dict(at or {})
     chosen = next(iter(series.values())) if isinstance(series, Mapping) and series else ()
     if len(chosen) > len(DASHES):
@@ -91,7 +91,7 @@ def line(
             color=colours[k],
             linestyle=DASHES[k],
             marker=MARKERS[k],
-            # not all lines' markers at the same places
+            # markers of the lines at different places
             markevery=(k * every // len(parts), every),
             markerfacecolor="white",
             markeredgewidth=0.8,
@@ -114,7 +114,7 @@ def line(
 
 
 def _common(names: list[str]) -> str:
-    """Return the words with which all names begin, or "quantity"."""
+    """Return the common first words of all names, or "quantity"."""
     words = [name.split() for name in names]
     same = []
     for group in zip(*words, strict=False):

@@ -1,4 +1,4 @@
-"""Poses without valid numbers in figures: grey, hatched, and named in the legend."""
+"""Poses without valid numbers in figures: hatched grey areas, with reasons in the legend."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ _LOOKS = {
     Status.LIMIT_EXCEEDED: ("beyond joint limits", "....", "0.93"),
     Status.SINGULAR: ("singular", "xxxx", "0.85"),
 }
-#: A number that is NaN though the pose is valid, such as an intensity of a degenerate basis.
+#: NaN at a valid pose, such as an intensity of a degenerate basis.
 _NOT_DETERMINED = ("not determined", "++++", "0.93")
 _EDGE = "0.4"
 
 
 def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
-    """Return the reasons that occur, each with its poses; together they are the poses without a number."""
+    """Return the reasons for missing values with masks of their poses."""
     missing = np.isnan(values)
     found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
     for item in Status:
@@ -60,13 +60,13 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
 
 
 def common_masks(parts: Sequence[Selection]) -> list[Mask]:
-    """Return the reasons where none of several quantities over the same axes has a number."""
+    """Return the reasons at poses where all quantities are missing."""
     everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
     return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
 
 
 def reasons(*parts: Selection) -> str:
-    """Return the reasons why poses have no value, as text."""
+    """Return the reasons for missing values as text."""
     values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
     return ", ".join(mask.label for mask in masks_of(values, status))
 
@@ -82,12 +82,12 @@ def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
 
 
 def areas_of(masks: Sequence[Mask]) -> list[NDArray[np.bool_]]:
-    """Return where each mask or a later one is: drawn one over another they leave no gaps."""
+    """Return the union of each mask with all later ones, which leaves no gaps between areas drawn in this order."""
     return [np.any([mask.where for mask in masks[k:]], axis=0) for k in range(len(masks))]
 
 
 def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Sequence[Mask]) -> None:
-    """Hatch where fields of masks, each with its places along x and y, are above 0."""
+    """Hatch the areas in which the fields of masks, each given with its x and y positions, are positive."""
     for field, mask in zip(fields, masks, strict=True):
         path = PathCollection(
             [area(ax, *field)], facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=0.5
@@ -98,7 +98,7 @@ def draw_areas(ax: Axes, fields: Sequence[tuple[Array, Array, Array]], masks: Se
 
 
 def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
-    """Hatch the ranges of masks (n,) over the whole height; the n + 1 borders between poses are given."""
+    """Hatch the ranges of masks (n,) over the whole height, given the n + 1 borders of the cells."""
     for mask in masks:
         steps = np.flatnonzero(np.diff(np.concatenate([[False], mask.where, [False]]).astype(np.int8)))
         for low, high in borders[steps].reshape(-1, 2):
@@ -107,7 +107,7 @@ def draw_ranges(ax: Axes, borders: Array, masks: Sequence[Mask]) -> None:
 
 
 def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
-    """Name the masks below everything else; those that an earlier legend of the figure names are not repeated."""
+    """Add a legend of masks below the figure, without those in earlier legends."""
     named = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
     patches = [patch for patch in patches_of(masks) if patch.get_label() not in named]
     legend_below(figure, patches)

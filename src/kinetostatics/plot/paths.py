@@ -1,4 +1,4 @@
-"""Quantities over time along a trajectory, and what motors have to do."""
+"""Quantities over time along a trajectory, and actuator forces over actuator velocities."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ def path(found: PathResult, what: str = "displacement", *, ax: Axes | None = Non
     """Draw a quantity over time along a trajectory, or forces of actuators over their velocities.
 
     Args:
-        found: of :meth:`Trajectory.analyze`.
-        what: a quantity of :meth:`PathResult.over_time`; or "torque_speed", "force_speed": what motors have to do.
-        ax: to draw on; default: a new figure one column wide.
+        found: result of :meth:`Trajectory.analyze`.
+        what: a quantity of :meth:`PathResult.over_time`; or "torque_speed", "force_speed", for the choice of motors.
+        ax: axes to draw on; default: a new figure one column wide.
 
     Returns:
-        The axes; of more than six lines those of the largest peaks.
+        The axes, with at most six lines, those of the largest peaks.
 
     Raises:
-        ArgumentError: this is no result of a trajectory, or it has no such quantity.
+        ArgumentError: ``found`` is not the result of a trajectory, or the quantity is unknown.
     """
     if not isinstance(found, PathResult):
         raise ArgumentError(f"{found!r} is no result of a trajectory: ks.trajectory(robot, …).analyze() computes it")

@@ -19,13 +19,13 @@ from kinetostatics.plot.rims import continued, edges, level_of
 from kinetostatics.plot.selection import ShownAxis
 from kinetostatics.plot.style import name_ticks
 
-#: Coordinates of polar figures: the one that goes round, and the one that goes outwards.
+#: Angular and radial coordinate of polar figures.
 ROUND, OUTWARDS = "azimuth", "tilt"
-#: Widest piece of a cell [°]: Matplotlib draws the sides of cells straight.
+#: Largest angle of a piece of a cell [°], since Matplotlib draws straight sides.
 PIECE = 2.0
-#: Figures more slender than this do not show lengths as they are.
+#: Largest aspect ratio of figures with equal scales.
 SLENDER = 4.0
-#: Steps between the names of azimuths [°], of which the smallest is taken that leaves no more than nine.
+#: Steps between azimuth labels [°]; the smallest one with at most nine labels is used.
 STEPS = (1, 2, 5, 10, 15, 30, 45)
 
 
@@ -34,12 +34,12 @@ class Plane:
     """Cells and lines of a slice.
 
     Attributes:
-        polar: whether the first coordinate goes round, in radians, and the second outwards.
+        polar: whether the first coordinate is an angle [rad] and the second a radius.
         x_edges, y_edges: borders of the cells.
-        cells: which of the values along x each column of cells shows; round a pole there are several for each.
-        x, y: where the values lie between which lines of equal value are drawn.
-        lines: which of the values along x belong to ``x``; a full circle begins again where it ends.
-        ratio: height by width, if that should be seen as it is, as of two positions of o in space.
+        cells: index along x of the value of each column of cells; in polar figures a value has several columns.
+        x, y: positions of the values for contour lines.
+        lines: index along x of the value at each ``x``; on a full circle the first value is repeated at the end.
+        ratio: height by width for equal scales of both axes; None: scales are independent.
     """
 
     polar: bool
@@ -53,20 +53,20 @@ class Plane:
 
     @property
     def full(self) -> bool:
-        """Whether the cells go all the way round."""
+        """Whether the cells cover the full circle."""
         return self.polar and bool(self.x_edges[-1] - self.x_edges[0] > 2 * math.pi - 1e-6)
 
     @property
     def closed(self) -> bool:
-        """Whether the first and the last of the values along x are neighbours."""
+        """Whether the first and the last value along x are neighbours."""
         return len(self.lines) > len(set(self.lines.tolist()))
 
     def continued(self, values: Array) -> Array:
-        """Return values (len x, len y), continued to the poses around those that have one."""
+        """Return values (len x, len y), extrapolated to neighbouring poses without a value."""
         return continued(np.pad(values, ((2, 2), (0, 0)), "wrap"))[2:-2] if self.closed else continued(values)
 
     def field(self, where: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
-        """Return :func:`level_of` some of the poses (len x, len y) over the cells: places along x and y, and the field there."""
+        """Return :func:`level_of` a mask (len x, len y), interpolated over the cells: positions along x and y, and the field."""
         field = level_of(where, self.closed)[self.lines]
         first, last = self.x[[0, -1]] if self.closed else self.x_edges[[0, -1]]
         pieces = math.ceil((last - first) / math.radians(PIECE)) if self.polar else 1
@@ -82,7 +82,7 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
     """Return whether a slice is polar: for azimuth and tilt, unless chosen otherwise.
 
     Raises:
-        ArgumentError: it is asked for and cannot be, or the axes given are of the other kind.
+        ArgumentError: a polar figure is requested for other coordinates, or the given axes are of the other kind.
     """
     suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
     if suits:
@@ -90,8 +90,8 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
         suits = bool(np.ptp(turn) <= 2 * math.pi * (1 + 1e-9) and tilt.min() > -1e-9)
     if polar and not suits:
         raise ArgumentError(
-            "polar figures are of azimuth and tilt, the tilts 0 or more and the azimuths within one turn; "
-            f"this one is of {' and '.join(dims)}"
+            "polar figures need azimuth and tilt, with tilts of 0 or more and azimuths within one turn; "
+            f"here the coordinates are {' and '.join(dims)}"
         )
     given = None if ax is None else isinstance(ax, PolarAxes)
     if (given is not None and polar is not None and given != polar) or (given and not suits):
@@ -110,10 +110,10 @@ def rectangle(across: ShownAxis, up: ShownAxis) -> Plane:
 
 
 def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
-    """Return cells round a pole: ``across`` are azimuths, ``up`` are tilts, both sorted and in degrees."""
+    """Return cells in polar coordinates: ``across`` are azimuths, ``up`` are tilts, both sorted [°]."""
     turn, every = across.values, np.arange(len(across.values))
     borders, gap = edges(turn), turn[0] + 360.0 - turn[-1]
-    # neighbours across the cut meet in the middle, as all others
+    # the border between the last and the first azimuth is in the middle, too
     borders[0], borders[-1] = max(borders[0], turn[0] - gap / 2), min(borders[-1], turn[-1] + gap / 2)
     pieces = np.maximum(1, np.ceil(np.diff(borders) / PIECE - 1e-9)).astype(int)
     fine = [np.linspace(a, b, count, endpoint=False) for a, b, count in zip(borders[:-1], borders[1:], pieces, strict=True)]
@@ -133,7 +133,7 @@ def round_a_pole(across: ShownAxis, up: ShownAxis) -> Plane:
 
 
 def label_axes(ax: Axes, plane: Plane, across: ShownAxis, up: ShownAxis) -> None:
-    """Write names and numbers at the axes, and show all cells."""
+    """Set titles, ticks and limits of the axes."""
     if isinstance(ax, PolarAxes):
         _label_round(ax, plane, across, up)
         return

@@ -1,4 +1,4 @@
-"""Rims of what has numbers on a grid: they pass between its poses, as smoothly as these allow, and not along cells."""
+"""Smooth borders of masks on a grid, as zero lines of a field that separates the poses."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 
-#: How often a field is smoothed (more often rims of discs shrink and kink), and how far from 0 it stays at each pose.
+#: Number of smoothing steps (more would shrink the borders of discs), and least magnitude of the field at each pose.
 ROUNDS, LEAST = 2, 0.05
 
 
 def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
-    """Return a field over a grid of any dimension: up to 1 at poses inside, down to −1 at all others, and smooth.
+    """Return a smooth field over a grid of any dimension, positive (up to 1) inside a mask and negative (to −1) outside.
 
-    Its zero is the rim. A mean over neighbours would lose what is thin; here each round of it gives every pose its sign back, as
-    surface nets do (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
+    Its zero is the border. Plain smoothing would lose thin parts; here the sign at each pose is restored after each step, as in
+    surface nets (S. F. F. Gibson, *Medical Image Computing and Computer-Assisted Intervention*, 1998).
 
     Args:
-        inside: of every pose.
-        closed: the first axis goes round: its ends are neighbours.
+        inside: mask of the poses.
+        closed: whether the first axis is periodic.
     """
     sign = np.where(inside, 1.0, -1.0)
     field = sign
@@ -29,14 +29,14 @@ def level_of(inside: NDArray[np.bool_], closed: bool = False) -> Array:
         for axis, size in enumerate(inside.shape):
             wide = np.pad(field, [(int(n == axis),) * 2 for n in range(field.ndim)], "wrap" if closed and axis == 0 else "edge")
             field = field / 2 + (wide.take(range(size), axis) + wide.take(range(2, size + 2), axis)) / 4
-        kept = np.abs(field) if k == ROUNDS - 1 else sign * field  # in the end what is thin is as strong as what is around it
+        kept = np.abs(field) if k == ROUNDS - 1 else sign * field  # last step: no loss of magnitude in thin parts
         field = sign * np.maximum(kept, LEAST)
     return field
 
 
 def continued(values: Array) -> Array:
-    """Return values over a grid, continued straight on to the poses around those that have one."""
-    for _ in range(2):  # across corners too
+    """Return values over a grid, extrapolated linearly to neighbouring poses without a value."""
+    for _ in range(2):  # the second step covers corners
         total, count = np.zeros(values.shape), np.zeros(values.shape)
         for axis, size in enumerate(values.shape):
             wide = np.pad(values, [(2 * int(k == axis),) * 2 for k in range(values.ndim)], constant_values=np.nan)
@@ -60,7 +60,7 @@ def edges(values: Array) -> Array:
 
 
 def area(ax: Axes, x: Array, y: Array, field: Array) -> Path:
-    """Return where a field (len x, len y) between −1 and 1 is above 0, in the coordinates of the data."""
+    """Return the area in which a field (len x, len y) is positive, in data coordinates."""
     drawn = ax.contourf(x, y, field.T, levels=[0.0, 2.0])
     (path,) = drawn.get_paths()
     drawn.remove()

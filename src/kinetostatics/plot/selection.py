@@ -18,22 +18,22 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import coordinate_unit, display_unit, label
 from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
-#: Components of a motion, or parts of a force, whose largest is this small beside the whole are rounding.
+#: Largest magnitude of a component that counts as rounding error, as a part of the whole motion or force.
 ROUNDING = 1e-11
-#: Variables that are coordinates, not small motions: they are shown as coordinates are.
+#: Variables shown in the units of coordinates, not of small displacements.
 COORDINATES = ("platform_pose", "actuator_position", "q")
 
 
 @dataclass(frozen=True)
 class ShownAxis:
-    """A swept coordinate as the figure shows it.
+    """A swept coordinate in the unit of a figure.
 
     Attributes:
-        name: of the dimension.
-        values: (n,) in the figure's unit; names of cases are numbered.
-        label: with the unit.
-        unit: the figure's.
-        ticks: what stands at the values, if they are names.
+        name: name of the dimension.
+        values: (n,) values in display units; indices if the values are names.
+        label: title of the axis, with unit.
+        unit: display unit.
+        ticks: names at the ticks, if the values are names.
     """
 
     name: str
@@ -42,8 +42,8 @@ class ShownAxis:
     unit: str
     ticks: tuple[str, ...] = ()
 
-    def said(self, place: int) -> str:
-        """Return "name = value unit" of one of the values."""
+    def text_at(self, place: int) -> str:
+        """Return the text "name = value unit" for the value at an index."""
         return _formatted(self.name, self.ticks[place] if self.ticks else f"{self.values[place]:.4g}", self.unit)
 
 
@@ -52,13 +52,13 @@ class Selection:
     """A quantity over some of the swept coordinates, the others fixed.
 
     Attributes:
-        what: its name.
-        axes: the coordinates that vary.
-        values: over the axes; NaN where the pose does not count.
-        status: over the axes, why a pose has no number, if it has none.
-        units: of the values.
-        long_name: of the values.
-        fixed: what the other coordinates are, in words; empty if there are none.
+        what: name of the quantity.
+        axes: the varying coordinates.
+        values: values over the axes; NaN at excluded poses.
+        status: status over the axes, the reason for missing values.
+        units: units of the values.
+        long_name: title of the values.
+        fixed: text with the values of the other coordinates; empty if there are none.
     """
 
     what: str
@@ -71,10 +71,10 @@ class Selection:
 
 
 def axis_of(ds: xr.Dataset, name: str) -> ShownAxis:
-    """Return a swept coordinate as figures show it.
+    """Return a swept coordinate in display units.
 
     Raises:
-        ArgumentError: it is not swept.
+        ArgumentError: the coordinate is not swept.
     """
     if name not in swept(ds):
         raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
@@ -90,24 +90,26 @@ def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
     return [name for name in swept(ds) if name not in set(fixed) and ds.sizes[name] > 1]
 
 
-def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
-    """Return the coordinates of a figure's axes: those wanted, and in place of None the next that are free.
+def chosen_names(ds: xr.Dataset, requested: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
+    """Return the coordinates of a figure's axes: the requested ones; None is replaced by the next free coordinate.
 
     Raises:
-        ArgumentError: there are too few.
+        ArgumentError: there are too few free coordinates.
     """
     free = free_names(ds, fixed)
-    rest = [name for name in free if name not in wanted]
-    if len(rest) < sum(name is None for name in wanted):
-        number = ("no coordinate", "one coordinate", "two coordinates", "three coordinates")[len(wanted)]
-        hint = "; ks.plot.line shows a quantity over one (--kind line)" if len(free) == 1 < len(wanted) else ""
+    rest = [name for name in free if name not in requested]
+    if len(rest) < sum(name is None for name in requested):
+        number = ("no coordinate", "one coordinate", "two coordinates", "three coordinates")[len(requested)]
+        hint = "; ks.plot.line shows a quantity over one (--kind line)" if len(free) == 1 < len(requested) else ""
         raise ArgumentError(f"{figure} needs {number} with several values; not fixed are: {', '.join(free) or 'none'}{hint}")
-    return [rest.pop(0) if name is None else name for name in wanted]
+    return [rest.pop(0) if name is None else name for name in requested]
 
 
-def _say_at_which(axes: Sequence[ShownAxis]) -> str:
+def _missing_at(axes: Sequence[ShownAxis]) -> str:
     """Return a message on coordinates with several values that must be fixed."""
-    several = ", ".join(f"{axis.name} has {len(axis.values)} values, from {axis.said(0)} to {axis.said(-1)}" for axis in axes)
+    several = ", ".join(
+        f"{axis.name} has {len(axis.values)} values, from {axis.text_at(0)} to {axis.text_at(-1)}" for axis in axes
+    )
     named = ", ".join(f"{axis.name!r}: …" for axis in axes)
     units = {"°": "deg"}
     middles = [(axis, len(axis.values) // 2) for axis in axes]
@@ -119,37 +121,38 @@ def _say_at_which(axes: Sequence[ShownAxis]) -> str:
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
-    """Return a quantity over ``dims``, numbers rising along them; nothing else of a lazy map is computed.
+    """Return a quantity over ``dims`` with increasing coordinates; of a lazy map only this part is computed.
 
     Args:
-        ds: of :func:`kinetostatics.sweep`.
-        what: as in :func:`kinetostatics.indices.quantity`.
-        dims: the coordinates that vary.
-        at: the value of the others [m, rad]; the nearest one of the map is taken. Those with one value need none.
-        beyond_limits: whether poses beyond the joints' limits count.
+        ds: the map, see :func:`kinetostatics.sweep`.
+        what: see :func:`kinetostatics.indices.quantity`.
+        dims: the varying coordinates.
+        at: values of the other coordinates [m, rad], of which the nearest in the map are used; coordinates with a single value
+            may be omitted.
+        beyond_limits: whether to include poses beyond joint limits.
 
     Raises:
-        ArgumentError: a coordinate is not swept, or not fixed, or fixed outside the map.
+        ArgumentError: a coordinate is not swept, not fixed, or fixed outside the map.
     """
     for name in dims:
         axis_of(ds, name)
     if len(set(dims)) < len(dims):
         raise ArgumentError(f"the axes {' and '.join(dims)} must be different coordinates")
-    places, said = {}, []
+    places, texts = {}, []
     for name, value in at.items():
         axis = axis_of(ds, name)
         if name in dims:
-            raise ArgumentError(f"{name} is an axis of the figure, and fixed at {value} too")
+            raise ArgumentError(f"{name} cannot be both an axis of the figure and fixed at {value}")
         places[name] = place_of(ds[name], axis, value)
-        said.append(axis.said(places[name]))
+        texts.append(axis.text_at(places[name]))
     left = [name for name in swept(ds) if name not in dims and name not in places]
     if missing := [axis_of(ds, name) for name in left if ds.sizes[name] > 1]:
-        raise ArgumentError(_say_at_which(missing))
+        raise ArgumentError(_missing_at(missing))
     for name in left:
         places[name] = 0
-        said.append(axis_of(ds, name).said(0))
+        texts.append(axis_of(ds, name).text_at(0))
     part = ds.isel(places)
-    for name in dims:  # grids may be given in any order
+    for name in dims:  # coordinates of the grid may be unordered
         numbers = np.asarray(part[name].values)
         if numbers.dtype.kind not in "OUS" and np.any(np.diff(numbers) < 0):
             part = part.isel({name: np.argsort(numbers)})
@@ -162,7 +165,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         status=_status(part, dims, beyond_limits),
         units=str(found.attrs["units"]),
         long_name=str(found.attrs["long_name"]),
-        fixed=", ".join([*said, *_held(ds)]),
+        fixed=", ".join([*texts, *_held(ds)]),
     )
 
 
@@ -175,39 +178,39 @@ def select_each(
     at: Mapping[str, float],
     beyond_limits: bool,
 ) -> tuple[dict[str, Selection], str]:
-    """Return what :func:`select` does at several values of one more coordinate, each by "name = value unit".
+    """Return selections at several values of a further coordinate, by the text "name = value unit"; see :func:`select`.
 
     Args:
-        ds, what, dims, at, beyond_limits: as there.
-        series: the coordinate with its values; or its name, for all of its values, or some of more than ``most``.
-        most: see there.
+        ds, what, dims, at, beyond_limits: see there.
+        series: the coordinate with its values; or its name: all values, or ``most`` evenly distributed ones if there are more.
+        most: largest number of values without explicit choice.
 
     Returns:
-        The selections; and, where not all values are chosen although none is named, how many are, which is warned of too.
+        The selections; and a note, also given as a warning, if values are omitted.
 
     Raises:
-        ArgumentError: the coordinate is not one, or has another task in the figure.
+        ArgumentError: the coordinate is unknown, or already an axis of the figure or fixed.
     """
     if not isinstance(series, str) and len(series) != 1:
         raise ArgumentError("series takes one coordinate")
     other = series if isinstance(series, str) else next(iter(series))
-    axis = axis_of(ds, other)  # complains about its name first
+    axis = axis_of(ds, other)  # checks the name
     if other in dims or other in at:
-        raise ArgumentError(f"{other} cannot be an axis of the figure, or fixed, and its series too")
+        raise ArgumentError(f"{other} cannot be the series and also an axis of the figure or fixed")
     note, count = "", len(axis.values)
     if isinstance(series, str):
-        shown = count if count <= most else most - 1 + most % 2  # of an odd number the middle one is among them
+        shown = count if count <= most else most - 1 + most % 2  # an odd number includes the middle value
         places = np.linspace(0, count - 1, shown).round().astype(int).tolist()
         if len(places) < count:
             note = f"{len(places)} of the {count} values of {other}"
             warn(f"the figure shows {note}")
     else:
         places = [place_of(ds[other], axis, value) for value in series[other]]
-    return {axis.said(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}, note
+    return {axis.text_at(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}, note
 
 
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
-    """Return a component of small motions or a part of a force, 0 where all that is drawn is what rounding has left of 0."""
+    """Return a component of a displacement or force, set to 0 if all its values are rounding errors."""
     name, _, rest = what.partition(":")
     if name in ("twist", "contribution", "gravity_mechanism") and "twist" in part:
         whole = part["twist"].sel(component=list(LINEAR if found.attrs["units"] == "m" else ANGULAR))
@@ -220,17 +223,17 @@ def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.Da
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
-    """Return the values of selections in one unit for all, and its name.
+    """Return the values of selections in a common display unit, and its name.
 
     Raises:
-        ArgumentError: they have different units, or not the wanted one.
+        ArgumentError: the selections have different units, or the requested unit does not apply.
     """
     units = {part.units for part in parts}
     if len(units) > 1:
-        raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
+        raise ArgumentError(f"quantities in {' and '.join(sorted(units))} cannot be drawn in one figure")
     everything = np.concatenate([part.values.ravel() for part in parts])
     everything = everything[np.isfinite(everything)]
-    if everything.size:  # what suits most of them
+    if everything.size:  # without outliers
         everything = np.clip(everything, *main_range(everything))
     if unit is None and all(part.what.partition(":")[0] in COORDINATES for part in parts):
         size, name = coordinate_unit(units.pop(), everything)
@@ -240,7 +243,7 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
 
 
 def _held(ds: xr.Dataset) -> list[str]:
-    """Return the text of coordinates with a single value in the sweep: those without a unit are parameters of the file."""
+    """Return texts with the constant coordinates of the sweep; scalars without a unit are parameters of the file."""
     found = []
     for name in (str(item) for item in ds.coords):
         value, units = ds[name], str(ds[name].attrs.get("units", ""))
@@ -256,7 +259,7 @@ def _formatted(name: str, value: str, unit: str) -> str:
 
 def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArray[np.int8]:
     status = part["status"]
-    if beyond_limits:  # then that is no reason
+    if beyond_limits:  # limits are not a reason for missing values
         status = status.where(status != Status.LIMIT_EXCEEDED, Status.OK)
     else:
         beyond = in_map(part, "limit_exceeded") & ~status.isin([int(item) for item in WITHOUT_NUMBERS])
@@ -265,10 +268,10 @@ def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArr
 
 
 def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
-    """Return the place of the value of a coordinate that is nearest to a given one, or has a given name.
+    """Return the index of a coordinate's value nearest to a given number, or equal to a given name.
 
     Raises:
-        ArgumentError: there is none.
+        ArgumentError: the number is outside the map, or the name is unknown.
     """
     if axis.ticks:
         if str(value) not in axis.ticks:
@@ -288,16 +291,16 @@ def place_of(coordinate: xr.DataArray, axis: ShownAxis, value: float) -> int:
 
 # ---- ranges ----------------------------------------------------------------------------------------------------------------
 
-#: With fewer values none is told apart as an outlier.
+#: Smallest number of values for the detection of outliers.
 FEW = 20
-#: The part of the values at either end that may lie far beyond the others, and how many times their range that is.
+#: Part of the values at each end that may be outliers, and their least distance from the others as a multiple of these' range.
 PART, FAR = 0.02, 3.0
 
 
 def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return smallest and largest value, without a few outliers.
+    """Return the smallest and largest value without a few outliers.
 
-    Near a singularity the sag is unbounded, so that a single pose could leave one colour for all others.
+    Near a singularity the sag is unbounded; without this, one pose could determine the range of colours.
     """
     low, high = float(values.min()), float(values.max())
     if values.size < FEW:
@@ -312,12 +315,12 @@ def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class ValueRange:
-    """The values that colours or heights show.
+    """Range of values of colours or heights.
 
     Attributes:
-        low, high: from where to where.
-        extend: at which ends of a colour bar values lie beyond.
-        note: how far they go beyond a range that nobody has asked for, in words: ", up to 70.6".
+        low, high: limits of the range.
+        extend: ends of the colour bar beyond which there are values.
+        note: text on values beyond a default range, such as ", up to 70.6".
     """
 
     low: float

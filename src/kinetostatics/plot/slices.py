@@ -22,9 +22,9 @@ from kinetostatics.plot.rims import area
 from kinetostatics.plot.selection import axis_of, check_range, chosen_names, in_figure_units, range_of, select, select_each
 from kinetostatics.plot.style import COLOURS, ONE_COLUMN, ROW, figure_of, new_panels, styled, title_of, wrapped
 
-#: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
+#: Largest number of cells drawn as vectors in a PDF or SVG; more are drawn as pixels, without text, lines and hatches.
 VECTOR_CELLS = 10_000
-#: Most slices of a series that is not told which.
+#: Largest number of slices of a series without explicit choice.
 PANELS = 6
 #: Size of the numbers at lines of equal value [pt].
 NUMBERS = 6
@@ -46,9 +46,9 @@ def slice(
     beyond_limits: bool = False,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a quantity over two of the swept coordinates, one cell of colour for each pose, up to the rim of what has numbers.
+    """Draw a quantity over two of the swept coordinates, with a coloured cell for each valid pose.
 
-    Over azimuth and tilt the figure is polar: the azimuth is counted from the right and the tilt outwards, which is the direction
+    Over azimuth and tilt the figure is polar, with the azimuth from the right and the tilt outwards: a point shows the direction
     in which the platform leans, seen from above.
 
     Args:
@@ -79,7 +79,7 @@ def slice(
     third = series if isinstance(series, str) or series is None else next(iter(series), "")
     dims = chosen_names(ds, (x, y), (*at, *filter(None, [third])), "a slice")
     for name in dims:
-        axis_of(ds, name)  # complains about names before anything else does
+        axis_of(ds, name)  # checks the names first
     goes = goes_round(ds, dims, polar, ax)
     across = (ROUND, OUTWARDS) if goes else dims
     if series is None:
@@ -88,7 +88,7 @@ def slice(
         most = PANELS if third in ds.dims and ds.sizes[third] <= PANELS else ROW
         parts, left_out = select_each(ds, what, across, series, most, at, beyond_limits)
     if len(parts) > 1 and ax is not None:
-        raise ArgumentError("slices of a series are a figure of their own; ax= takes one slice")
+        raise ArgumentError("slices of a series need a new figure; ax= is for one slice")
     found = list(parts.values())
     check_numbers(what, found, "this slice" if len(found) == 1 else "these slices")
     values, unit = in_figure_units(found, unit)
@@ -134,7 +134,7 @@ def slice(
 
 
 def _axes(plane: Plane, count: int) -> list[Axes]:
-    """Return the axes of a figure of their own: one is a column wide, more stand beside one another across the page."""
+    """Return the axes of a new figure: a single one is one column wide, several are side by side."""
     width = ONE_COLUMN if count == 1 else 0.62 * ONE_COLUMN
     if plane.ratio is None:
         height = (0.86 if count == 1 else 1.0) * width
@@ -152,7 +152,7 @@ def _axes(plane: Plane, count: int) -> list[Axes]:
 def _draw(
     ax: Axes, plane: Plane, values: Array, masks: Sequence[Mask], span: tuple[float, float], levels: Sequence[float], what: str
 ) -> tuple[QuadMesh, ContourSet | None, Path]:
-    """Draw values in colour up to their rim, what has none, and lines of equal value."""
+    """Draw the values in colour, the masks of poses without values, and contour lines."""
     ax.grid(False)
     wide = plane.continued(values).T
     mesh = ax.pcolormesh(
@@ -180,9 +180,9 @@ def _draw(
 
 
 def _number(ax: Axes, lines: ContourSet, rim: Path) -> None:
-    """Write values on lines of equal value, where they touch neither each other, nor the rim, nor numbers of the axes."""
+    """Label contour lines with their values, without overlaps with each other, the border or tick labels."""
     figure = figure_of(ax)
-    figure.draw_without_rendering()  # places of what is there already
+    figure.draw_without_rendering()  # to compute positions of texts
     names = [name for axis in (ax.xaxis, ax.yaxis) for name in axis.get_ticklabels()]
     taken = [(name.get_bbox_patch() or name).get_window_extent() for name in names]
     outline = [Path(corners) for corners in ax.transData.transform_path(rim).to_polygons()]  # holes too

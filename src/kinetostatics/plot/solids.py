@@ -1,4 +1,4 @@
-"""Polygons in three dimensions: surfaces over a grid, and the skin of bodies."""
+"""Polygons in three dimensions: surfaces over a grid, and surfaces of bodies."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 
-#: From where the light comes, and how much of a face's colour does not depend on it.
+#: Direction towards the light, and the part of a face's brightness that is independent of it.
 LIGHT = np.array([-0.35, -0.55, 0.76])
 AMBIENT = 0.72
 
 
 def cut_cells(points: Array, field: Array) -> Array:
-    """Return the cells between points (nx, ny, 3) of a grid, cut off where a field (nx, ny) is below 0.
+    """Return the cells between points (nx, ny, 3) of a grid, clipped to the area in which a field (nx, ny) is positive.
 
     Returns:
-        Polygons (m, 6, 3); the last corner of those that have fewer stands several times.
+        Polygons (m, 6, 3); the last corner is repeated if there are fewer.
     """
     nx, ny = field.shape
     places = [np.s_[i : nx - 1 + i, j : ny - 1 + j] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -38,18 +38,18 @@ def cut_cells(points: Array, field: Array) -> Array:
 
 
 def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, NDArray[np.intp]]:
-    """Return the surface at which a field over a grid passes 0, a face for each pair of neighbours of different signs.
+    """Return the zero surface of a field over a grid, with a face for each pair of neighbours of different signs.
 
-    A corner of faces is the mean of the places in a cell of the grid where its edges pass through the surface: the dual of
-    marching cubes. What lies outside of the grid is outside of the body.
+    A corner of faces is the mean of the intersections of a cell's edges with the surface (dual contouring of the cells). Outside
+    the grid, the field is negative.
 
     Args:
-        points: (nx, ny, nz, 3) of the nodes; NaN where there is none.
-        field: (nx, ny, nz) above 0 inside.
-        cut: (nx, ny, nz) nodes that are taken out; the surface passes in the middle before them.
+        points: (nx, ny, nz, 3) positions of the nodes; NaN where unknown.
+        field: (nx, ny, nz) field, positive inside.
+        cut: (nx, ny, nz) mask of removed nodes; the surface is midway between them and their neighbours.
 
     Returns:
-        Corners (m, 4, 3) of the faces, and the nodes (m, 3) inside that they belong to.
+        Corners (m, 4, 3) of the faces, and the indices (m, 3) of their inner nodes.
     """
     around = [(1, 1)] * 3
     field = np.pad(np.where(cut, -1.0, field), around, constant_values=-1.0)
@@ -77,14 +77,14 @@ def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, ND
 
 
 def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -> Poly3DCollection:
-    """Return faces (m, n, 3) with RGBA colours (m, 4), darker where they turn away from the light, whichever side is seen.
+    """Return a collection of faces, shaded by their angle to the light; both sides are alike.
 
     Args:
-        quads: corners.
-        colours: of the faces.
-        scale: (3,) lengths of the axes' box, so that the light sees what the figure shows.
-        edge: how dark their edges are.
-        label: of the collection.
+        quads: (m, n, 3) corners.
+        colours: (m, 4) RGBA colours of the faces.
+        scale: (3,) lengths of the axes' box, to which normals are scaled.
+        edge: opacity of the black edges.
+        label: label of the collection.
     """
     normals = np.cross((quads[:, 2] - quads[:, 0]) / scale, (quads[:, 3] - quads[:, 1]) / scale)
     size = np.linalg.norm(normals, axis=1)

@@ -28,7 +28,7 @@ R = TypeVar("R")
 #: Width of a column of a journal [inch].
 ONE_COLUMN = 3.46
 
-#: Luminance rises along it, so that it reads in grey; made for the colour-blind.
+#: Colour map of increasing luminance, legible in grey and with colour blindness.
 COLOURS = "cividis"
 
 #: Matplotlib's settings of every figure.
@@ -51,27 +51,27 @@ STYLE: dict[str, object] = {
     "hatch.linewidth": 0.5,
     "figure.dpi": 150,
     "savefig.dpi": 300,
-    "pdf.fonttype": 42,  # letters stay letters
-    "svg.hashsalt": "kinetostatics",  # the same figure is the same file
+    "pdf.fonttype": 42,  # text is embedded as text
+    "svg.hashsalt": "kinetostatics",  # reproducible files
 }
 
-#: Letters of a title beside an inch of the figure, of which a colour bar takes a part; and a space at which no line ends.
+#: Letters of a title per inch of the figure's width; and a no-break space.
 LETTERS, NO_BREAK = 14.5, "\N{NO-BREAK SPACE}"
 
-#: Letters along a colour bar for an inch of the figure's height.
+#: Letters along a colour bar per inch of the figure's height.
 BAR = 12.2
 
 #: Panels in a row.
 ROW = 3
 
-#: Label of figures that are made here, of which nobody else has chosen the size.
+#: Label of figures created by this package, whose size may be changed.
 OWN_PAGE = "kinetostatics"
 
-#: Dashes and markers of lines, which must differ without colour.
+#: Dashes and markers of lines, distinguishable without colour.
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
 
-#: What files figures may be written to, and what else goes into them; no dates, so that the same figure is the same file.
+#: File formats and their metadata, without dates for reproducible files.
 _FORMATS: dict[str, dict[str, None]] = {
     ".pdf": {"CreationDate": None},
     ".svg": {"Date": None},
@@ -80,7 +80,7 @@ _FORMATS: dict[str, dict[str, None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function in which Matplotlib draws in :data:`STYLE`."""
+    """Decorate a function that draws in :data:`STYLE`."""
 
     @functools.wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
@@ -91,9 +91,9 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 
 
 def new_panels(count: int, width: float, height: float, projection: str | None = None) -> list[Axes]:
-    """Return axes of a width and height beside one another, :data:`ROW` in a row, on a figure of their own.
+    """Return axes of given width and height [inch] on a new figure, :data:`ROW` in a row, for :func:`styled` functions.
 
-    For functions that are :func:`styled`; ``projection`` is one of Matplotlib's.
+    ``projection`` is one of Matplotlib's.
     """
     columns = min(count, ROW)
     rows = -(-count // columns)
@@ -102,20 +102,20 @@ def new_panels(count: int, width: float, height: float, projection: str | None =
 
 
 def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
-    """Return axes on a figure of their own."""
+    """Return axes on a new figure."""
     return new_panels(1, width, height, projection)[0]
 
 
 def wrapped(text: str, figure: Figure) -> str:
-    """Return the name of a colour bar in lines that are not longer than the bar."""
+    """Return the title of a colour bar, wrapped to the length of the bar."""
     return textwrap.fill(text, max(20, int(BAR * figure.get_figheight())))
 
 
 def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
-    """Return axes in three dimensions: those given, or new ones one column wide.
+    """Return the given axes, or new three-dimensional axes one column wide.
 
     Raises:
-        ArgumentError: those given have two.
+        ArgumentError: the given axes are two-dimensional.
     """
     found = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
     if not isinstance(found, Axes3D):
@@ -124,7 +124,7 @@ def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
 
 
 def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
-    """Label axes in three dimensions, fill their rectangle, and draw what is listed later over what is listed earlier."""
+    """Set labels, size and ticks of three-dimensional axes, and draw artists in the order in which they were added."""
     ax.computed_zorder = False
     ax.set_box_aspect((4, 4, 3), zoom=1.1)
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
@@ -132,7 +132,7 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
         axis.labelpad = -1
         axis.set_tick_params(pad=1 if axis is ax.zaxis else -1)
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
-        if axis is not ax.zaxis:  # the last number of x is beside the first of y
+        if axis is not ax.zaxis:  # avoid overlap of the last number of x with the first of y
             for tick in axis.get_major_ticks(len(axis.get_majorticklocs())):
                 tick.label1.set_horizontalalignment("right" if axis is ax.xaxis else "left")
         axis.pane.set(facecolor="0.97", edgecolor="0.6")
@@ -140,33 +140,33 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
 
 
 def figure_of(ax: Axes) -> Figure:
-    """Return the figure that axes are on."""
+    """Return the figure of axes."""
     figure = ax.figure
     while isinstance(figure, SubFigure):
         figure = figure.figure
     if figure is None:
-        raise ArgumentError("these axes are on no figure any more")
+        raise ArgumentError("these axes have been removed from their figure")
     return figure
 
 
 def title_of(ax: Axes, text: str) -> str:
-    """Return a title, parts between commas, in lines for which the figure has room; a longer one would make it wider."""
+    """Return a title wrapped to the figure's width, with line breaks after commas only."""
     parts = typeset(text).replace(", ", ",\0").replace(" ", NO_BREAK).replace("\0", " ")
     width = int(figure_of(ax).get_figwidth() * LETTERS)
     return textwrap.fill(parts, width, break_long_words=False, break_on_hyphens=False).replace(NO_BREAK, " ")
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Put a legend below everything else, in columns of equal height, as many as the page is wide for.
+    """Add a legend below the figure, in as many columns as fit.
 
-    A figure of one of our own pages (:func:`new_axes`) grows by what the legend needs beyond two rows.
+    A figure of :func:`new_axes` is enlarged if the legend has more than two rows.
     """
     if not handles:
         return
     longest = max(len(str(handle.get_label())) for handle in handles)
-    points = 4.2 * longest + 38  # of letters; of the patch and the gaps
+    points = 4.2 * longest + 38  # width of letters, patch and gaps [pt]
     rows = -(-len(handles) // max(1, int(72 * figure.get_figwidth() / points)))
-    # an empty line above: labels of axes in three dimensions reach below what Matplotlib makes room for
+    # an empty line above: labels of three-dimensional axes extend below the space reserved by Matplotlib
     title = " " if any(isinstance(ax, Axes3D) for ax in figure.axes) else None
     figure.legend(handles=list(handles), loc="outside lower center", ncols=-(-len(handles) // rows), title=title)
     if figure.get_label() == OWN_PAGE and rows > 2:
@@ -174,31 +174,31 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
 
 
 def name_ticks(axis: XAxis | YAxis, shown: ShownAxis) -> None:
-    """Put ticks at round values of a coordinate, or names at the values of one that has names."""
+    """Set ticks at round values of a coordinate, or names at its values if it has names."""
     if shown.ticks:
         axis.set_ticks(shown.values, shown.ticks)
-    elif len(shown.values) == 1:  # its cell has some width, which means nothing
+    elif len(shown.values) == 1:  # the width of its cell is arbitrary
         axis.set_ticks(shown.values, [f"{shown.values[0]:.4g}".replace("-", "−")])
     else:
         wide = shown.unit == "°" and max(shown.values) - min(shown.values) > 90
         axis.set_major_locator(MaxNLocator(7, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if wide else [1, 2, 5, 10]))
 
 
-@styled  # hatches and fonts are looked up when they are drawn
+@styled  # hatches and fonts are resolved at drawing time
 def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
     """Write a figure.
 
     Args:
         figure: a figure, or axes of it.
-        path: of the file, ending in .pdf, .svg or .png.
-        dpi: dots per inch of a PNG, and of what is too fine for lines in the others.
+        path: path of the file, with the extension .pdf, .svg or .png.
+        dpi: dots per inch of a PNG, and of cells drawn as pixels in the other formats.
 
     Raises:
-        ArgumentError: the ending is another one.
+        ArgumentError: the extension is another one.
     """
     options = format_of(path)
     if not isinstance(figure, Axes | Figure):
-        raise ArgumentError(f"{figure!r} is no figure: functions of ks.plot return the axes of one")
+        raise ArgumentError(f"save needs a figure or axes, as returned by functions of ks.plot, got {figure!r}")
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
     canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, metadata=options)
 
@@ -207,16 +207,16 @@ def format_of(path: str | os.PathLike[str]) -> dict[str, None]:
     """Return the metadata of a figure's file.
 
     Raises:
-        ArgumentError: figures are not written to files of this ending.
+        ArgumentError: the extension is not supported.
     """
     options = _FORMATS.get(Path(path).suffix.lower())
     if options is None:
-        raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the ending of the name")
+        raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the extension of the name")
     return options
 
 
 def draw_into_files() -> None:
-    """Open no windows: for commands, which write their figures."""
+    """Switch to a backend without windows, for the command line."""
     plt.switch_backend("agg")
 
 

@@ -42,11 +42,11 @@ from kinetostatics.plot.style import (
     wrapped,
 )
 
-#: Most surfaces of a figure that is not told which.
+#: Largest number of surfaces without explicit choice.
 SURFACES = 5
-#: Surfaces whose distance is this part of all heights or less, for half of the poses, stand in panels of their own.
+#: Median distance of adjacent surfaces, as a part of the range of heights, below which each has its own panel.
 NEAR = 0.05
-#: Greys of the floor, one for each reason why there is no number.
+#: Greys of the floor, one for each reason for missing values.
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
 
@@ -106,7 +106,7 @@ def surface(
         parts, left_out = select_each(ds, what, (x, y), series or third, SURFACES, at, beyond_limits)
     for axis in next(iter(parts.values())).axes:
         if len(axis.values) == 1:
-            raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
+            raise ArgumentError(f"{axis.name} has one value; a surface needs several values along both of its axes")
     check_numbers(what, list(parts.values()), "these surfaces")
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
@@ -136,7 +136,7 @@ def surface(
             part = (found[:, :4, 2].mean(axis=1) - low) / (high - low) if len(mine) == 1 else np.full(len(found), steps[k])
             quads.append(found)
             colours.append(colour_of(part))
-        # one collection: Matplotlib sorts faces by depth within a collection only
+        # a single collection, since Matplotlib sorts faces by depth within a collection only
         panel.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
         masks = common_masks([selections[k] for k in mine])
         for mask, where in zip(masks, areas_of(masks), strict=True):
@@ -175,7 +175,7 @@ def surface(
 
 
 def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
-    """Return whether sheets hide one another: somewhere in the middle of all gaps, two neighbours are close to each other."""
+    """Return whether the median distance of two adjacent surfaces is below :data:`NEAR` of the range."""
     gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
     middles = [np.nanmedian(gap) for gap in gaps if np.isfinite(gap).any()]
     return bool(middles) and min(middles) < NEAR * (high - low)

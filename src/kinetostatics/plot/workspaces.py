@@ -1,4 +1,4 @@
-"""The poses that a robot reaches, in three dimensions, coloured by a quantity."""
+"""The reachable poses of a robot in three dimensions, coloured by a quantity."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
-#: Coordinates of the platform; a map over anything else, such as actuators, is shown over the positions of o.
+#: Coordinates of the platform; maps over others, such as actuators, are drawn over the position of o.
 _PLATFORM = (*POSITIONS, "rx", "ry", "rz", "azimuth", "tilt", "torsion")
 
 
@@ -53,15 +53,15 @@ def workspace(
             those of the platform, else the position of o.
         at: values of the other coordinates [m, rad].
         unit: unit of the quantity; default: chosen by magnitude.
-        value_range: of the colours, in the figure's unit; default: all values, or without the few outermost where these lie far
-            beyond all others; then the bar has an arrow, and says how far they go.
-        cut: take out the octant that faces the viewer, to look inside.
-        beyond_limits: poses beyond the joints' limits count like all others.
-        ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
+        value_range: range of the colours, in the unit of the figure; default: all values except few outliers, whose range the
+            colour bar then gives.
+        cut: whether to remove the octant facing the viewer, to show the inside.
+        beyond_limits: whether to include poses beyond joint limits.
+        ax: axes to draw on, with ``projection="3d"``; default: a new figure one column wide.
 
     Returns:
-        The axes; the faces are ``ax.collections[0]``. A face lies between a valid pose, whose colour it has, and a neighbour
-        that is not valid. What the sweep asked for is the wire frame.
+        The axes; the faces are ``ax.collections[0]``. A face between a valid and an invalid pose has the colour of the valid
+        one. The wire frame is the range of the sweep.
 
     Raises:
         ArgumentError: a name or a value is invalid, or no pose is valid.
@@ -118,10 +118,10 @@ def workspace(
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
-    """Return where o is (…, 3) over ``dims``, and the axes' labels."""
+    """Return the positions of o (…, 3) over ``dims`` in display units, and the axes' labels."""
     strange = [name for name in named if name not in POSITIONS]
     if strange:
-        raise ArgumentError(f"{strange[0]!r} is neither swept nor one of x, y, z; the axes are either three of these or of those")
+        raise ArgumentError(f"{strange[0]!r} is not swept; axes= needs three swept coordinates, or x, y, z for the position of o")
     parts = [select(ds, f"platform_pose:{name}", dims, at, True).values for name in named]
     grid = np.stack(parts, axis=-1)
     size, unit = coordinate_unit("m", np.nan_to_num(grid))
@@ -129,7 +129,7 @@ def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Ma
 
 
 def _octant(good: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the octant of large first, small second and large third coordinate; nothing, if the body is in no other."""
+    """Return the mask of the octant of large first, small second, large third coordinate; empty if it contains the body."""
     octant = np.zeros_like(good)
     first, second, third = (size // 2 for size in good.shape)
     octant[good.shape[0] - first :, :second, good.shape[2] - third :] = True

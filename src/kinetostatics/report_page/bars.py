@@ -12,28 +12,28 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.reports.sources import parts_along, ranked, share, sources
 from kinetostatics.results.result import Result
 
-#: Bars at most; what is behind them is one bar.
+#: Largest number of bars; the remaining contributions are summed in one bar.
 MOST = 14
-#: Sizes of the drawing [px]: its width, a row, columns of names and of numbers, and the width of a letter.
+#: Sizes [px]: width of the drawing, height of a row, width of the column of numbers, width of a letter.
 WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
 
-#: What is ranked: the displacement, or the rotation where the point stays.
+#: Title of the bars: displacement, or rotation if the displacement is zero.
 WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
 
 
 def contribution_bars(result: Result, noise: NoiseFloor) -> str:
-    """Return bars of the parts of the platform's motion by weight and load."""
+    """Return bars of the contributions of weights and loads to the platform's displacement."""
     return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
 
 
 def source_bars(result: Result, noise: NoiseFloor) -> str:
-    """Return bars of the parts of the platform's motion by elastic part, the largest first."""
+    """Return bars of the contributions of elastic parts to the platform's displacement, the largest first."""
     names, twists = sources(result)
     return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
 
 
 def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
-    """Return a bar of the part of the motion of each twist (6,); nothing where nothing moves."""
+    """Return one bar for each twist (6,), its component along the whole displacement; empty if the platform does not move."""
     found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
     if found is None:
         return ""
@@ -45,12 +45,12 @@ def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFlo
     if rest:
         rows.append((f"{len(rest)} others", float(values[rest].sum())))
     form = NumberFormat.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
-    said = WORDS[by].format(result.point_name)
-    return _drawing(rows, form, float(sizes[by]), f"Parts of the {said}; together {form.with_unit(sizes[by])}")
+    words = WORDS[by].format(result.point_name)
+    return _drawing(rows, form, float(sizes[by]), f"Parts of the {words}; together {form.with_unit(sizes[by])}")
 
 
 def _drawing(rows: Sequence[tuple[str, float]], form: NumberFormat, whole: float, title: str) -> str:
-    """Return the SVG of names and values [SI], with the number and its part of the whole beside each bar."""
+    """Return the SVG of names and values [SI], with the value and its percentage of the whole at each bar."""
     left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
     low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
     per_unit = (WIDTH - left - 1.8 * NUMBERS) / (high - low)

@@ -22,14 +22,13 @@ from kinetostatics.viewer.scene import describe_scene
 #: Height of the scene [px].
 HEIGHT = 600
 
-#: What holds of every robot.
+#: Assumptions for every robot.
 ALWAYS = (
-    "Displacements are small: equilibrium is written about the pose without weight and load, and twice the load moves the "
-    "platform twice as far.",
-    "Beams are straight, of one section, of a linear elastic material, and bend, twist, stretch and shear (Timoshenko). Axial "
-    "forces do not change how stiff they are; N/N_Euler tells how near to buckling they come.",
+    "Displacements are small: equilibrium is formulated at the unloaded pose, and displacements are proportional to the load.",
+    "Beams are straight and prismatic, of a linear elastic material, with bending, torsion, extension and shear (Timoshenko). "
+    "Axial forces do not change their stiffness; N/N_Euler shows how close they are to buckling.",
     "Base, platform and all links that are not beams are rigid.",
-    "Actuators hold their positions. Joints have neither play nor friction, and all masses are at rest.",
+    "Actuators are locked at their positions. Joints have neither clearance nor friction, and all masses are at rest.",
 )
 
 
@@ -38,13 +37,13 @@ def assumptions_html(result: Result) -> str:
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
     kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
-    said = [f"Elastic {kind}: {join_words(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
+    texts = [f"Elastic {kind}: {join_words(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
     if not joints:
-        said.append("Joints, bearings and actuators are rigid: the file gives no stiffness of them.")
-    said.append(
-        f"Gravity is {_vector(result.gravity)} m/s² in world axes; it acts on all masses, and along beams on all of their length."
+        texts.append("Joints, bearings and actuators are rigid: the file gives no stiffnesses for them.")
+    texts.append(
+        f"Gravity is {_vector(result.gravity)} m/s² in world axes; it acts on all masses, and on beams along their whole length."
     )
-    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*said, *ALWAYS)) + "</ul>"
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*texts, *ALWAYS)) + "</ul>"
 
 
 def _vector(values: Array) -> str:
@@ -52,7 +51,7 @@ def _vector(values: Array) -> str:
 
 
 def sag_html(result: Result) -> str:
-    """Return the sources of the platform's motion as bars."""
+    """Return the contributions to the platform's displacement as bars."""
     noise = magnitudes(result)
     bars_of = {"By weights and loads": contribution_bars, "By elastic parts": source_bars}
     parts = {title: bars(result, noise) for title, bars in bars_of.items()}
@@ -68,12 +67,12 @@ def compensation_html(
         return compensate(result.configuration, controlled=controlled, tool=tool, **arguments).report().html()
     except KinetostaticsError as error:
         if controlled is not None and isinstance(error, (ArgumentError, CoordinatesError)):
-            raise  # what was asked for makes no sense
+            raise  # an invalid argument
         return f"<p>No correction: {escape(str(error))}.</p>"
 
 
 def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
-    """Return the verdict of finite elements, or why there is none."""
+    """Return the verification by finite elements, or the reason why there is none."""
     known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
     try:
         found = verify(result.configuration, **known)
@@ -83,6 +82,6 @@ def verification_html(result: Result, arguments: dict[str, Keyword]) -> str:
 
 
 def scene_html(result: Result, title: str) -> str:
-    """Return the scene of the viewer, and a place for a picture of it that is printed instead."""
+    """Return the scene of the viewer, and an image element with its picture for printing."""
     frame = iframe_html(page_html(describe_scene(result, title).plain()), HEIGHT)
     return f'<div class="scene">{frame}</div>\n<img class="still" alt="{escape(title)}, deformation exaggerated">'

@@ -1,4 +1,4 @@
-"""Workspace chapter of a report page: worst cases in words, and figures of maps."""
+"""Workspace chapter of a report page: worst cases as text, and figures of maps."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from kinetostatics.reports.map import coordinate_words, map_report
 if TYPE_CHECKING:
     import xarray as xr
 
-#: What is told of the workspace, where a map has it.
+#: Quantities of the workspace chapter, if the map has them.
 SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
 
 
 def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
-    """Return a map of this robot, as a tool's tip sees it.
+    """Return a map of this robot with the tool's tip as reference point.
 
     Raises:
-        ArgumentError: it is no map, one of another robot, or about another point.
+        ArgumentError: the Dataset is not a map, or the map has another robot or reference point.
     """
     from kinetostatics.indices import at_point
     from kinetostatics.indices.map_variables import variable
@@ -52,20 +52,20 @@ def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
 
 
 def _softest(workspace: xr.Dataset) -> str:
-    """Return the pose at which the platform is least stiff, which the summary does not contain."""
+    """Return a sentence on the pose of least translational stiffness."""
     from kinetostatics import indices
 
     what = "least_translational_stiffness"
     try:
         found = indices.worst(workspace, what)
-    except ArgumentError:  # no pose within the limits has a number
+    except ArgumentError:  # no valid pose
         return ""
     where = ", ".join(coordinate_words(workspace[name], value) for name, value in found.coordinates.items())
     return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
 
 
 def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
-    """Return figures over the first two coordinates that vary, the others nearest to the pose; a sentence without Matplotlib."""
+    """Return figures over the first two varying coordinates through the pose; a sentence if Matplotlib is missing."""
     try:
         from kinetostatics import plot
     except KinetostaticsError as error:
@@ -86,7 +86,7 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
                 axes = plot.slice(workspace, what, *names[:2], at=at)
             else:
                 axes = plot.line(workspace, what, names[0])
-        except ArgumentError:  # no pose of it has a number
+        except ArgumentError:  # no valid pose
             continue
         with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
             file = Path(folder) / "map.svg"

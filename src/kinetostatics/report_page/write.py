@@ -41,27 +41,26 @@ def save_report(
 ) -> None:
     """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
 
-    It holds the robot, what is assumed, all tables of :func:`kinetostatics.analyze`, where the sag comes from, worst cases and
-    maps over the workspace, corrections of the actuators (:func:`kinetostatics.compensate`), the verdict of finite elements
-    (:func:`kinetostatics.verify`, where OpenSeesPy is installed), and the robot to look at from all sides. The same input makes
-    the same file.
+    Contents: the robot, assumptions, all tables of :func:`kinetostatics.analyze`, contributions to the sag, worst cases and maps
+    over the workspace, corrections of the actuators (:func:`kinetostatics.compensate`), verification by finite elements
+    (:func:`kinetostatics.verify`, if OpenSeesPy is installed), and a 3D view. Equal input gives equal files.
 
     Args:
         configuration: one pose.
-        path: of the file; an existing one is replaced.
-        load: (6,) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
-        gravity: (3,) [m/s²].
-        workspace: a map of the same robot, of :func:`kinetostatics.sweep`; default: the report tells of the pose alone. Figures
-            are over the first two coordinates that vary, through the values of the others that are nearest to the pose.
-        title: heading of the page; default the robot's name.
-        controlled: coordinates of the platform that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
-        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, that the page tells of instead of o: its
-            motion, where that comes from, what the actuators can correct, and the map, if that is not about it already.
-        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
+        path: path of the file; an existing file is replaced.
+        load: (6,) external wrench on the platform [N, N·m], see :func:`kinetostatics.analyze`.
+        gravity: (3,) gravity [m/s²].
+        workspace: a map of the same robot, see :func:`kinetostatics.sweep`; figures are over its first two varying coordinates,
+            at the values of the others nearest to the pose. Default: no workspace chapter.
+        title: heading of the page; default: the robot's name.
+        controlled: controlled coordinates of the platform, see :func:`kinetostatics.compensate`.
+        tool: (3,) reference point of displacements, contributions, corrections and map, such as a tool's tip, from o in platform
+            axes [m]; default: o.
+        analysis: further arguments of :func:`kinetostatics.analyze`: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument is invalid, the file's name does not end in .html, there are several poses, or the map is
-            of another robot.
+        ArgumentError: an argument is invalid, the file's extension is not .html, there are several poses, or the map is of
+            another robot.
         CoordinatesError: ``controlled`` do not determine the pose.
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
@@ -89,7 +88,7 @@ def report_html(
         raise ArgumentError(f"a report needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
     result = analyze(configuration, **arguments)
     if result.shape != ():
-        raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
+        raise ArgumentError(f"a report needs one pose and one load, not a batch of the shape {result.shape}")
     place = tool_on_robot(tool, result.robot)
     tip = result.seen_from(place)
     if workspace is not None:

@@ -1,4 +1,4 @@
-"""Cross-sections of beams: areas, moments, shear coefficients and the stress that a section wrench causes.
+"""Cross-sections of beams: areas, moments, shear coefficients and stresses under section wrenches.
 
 The section's axes are y and z, x runs along the beam. ``I_y = ∫z² dA`` resists bending about y.
 
@@ -25,13 +25,13 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.sections.shear import shear_functions
 from kinetostatics.sections.von_mises import largest_at_points, largest_on_rings, may_be_largest, unit_stresses, von_mises_forms
 
-#: The thinnest wall and hole of a rectangular tube and the thinnest rectangle, as a part of the larger side.
+#: Smallest wall and hole of a rectangular tube, and smallest side of a rectangle, as a part of the larger side.
 THINNEST = 1e-5
 
 
 @dataclass(frozen=True)
 class Section:
-    """A section given by its numbers alone, ``<section>``.
+    """A section given by area and moments alone, ``<section>``.
 
     Attributes:
         area: A [m²].
@@ -50,7 +50,7 @@ class Section:
 
     @property
     def is_isotropic(self) -> bool:
-        """Whether the section bends alike about every transverse axis, so that its y axis need not be given."""
+        """Whether the bending stiffness is equal about all transverse axes, so that the y axis is arbitrary."""
         return math.isclose(self.I_y, self.I_z, rel_tol=1e-12)
 
     @property
@@ -59,26 +59,27 @@ class Section:
         return 2 * math.sqrt(self.I_z / self.area), 2 * math.sqrt(self.I_y / self.area)
 
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float] | None:
-        """Return Cowper's κ for forces along y and z, or None when the shape is not known.
+        """Return Cowper's κ for forces along y and z, or None if the shape is unknown.
 
         Source: G. R. Cowper, The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33 (1966).
         """
         return None
 
     def stress(self, wrench: Array, poisson_ratio: float = 0.3) -> Array:
-        """Return the largest von Mises stress [Pa] that a section wrench causes.
+        """Return the largest von Mises stress [Pa] under a section wrench.
 
-        All six components count: axial force and bending by Navier's formula, torsion and transverse forces by Saint-Venant's
-        solutions (constant shear force, free warping), which depend on ν. Of circles and tubes it is at most 1 % below the
-        largest, of rectangles and rectangular tubes at most 2 %; the theory's own where one component acts alone. Sharp inner
-        corners of rectangular tubes do not count: there the stress grows without bound, and a fillet decides how far.
+        Axial force and bending by Navier's formula, torsion and transverse forces by Saint-Venant's solutions (constant shear
+        force, free warping), which depend on ν. The value is exact for single components; for combinations it is at most 1 %
+        (circles
+        and tubes) or 2 % (rectangles and rectangular tubes) below the largest stress. Sharp inner corners of rectangular tubes
+        are excluded: the stress there is unbounded, and in reality limited by the fillet.
 
         Args:
             wrench: (6, …) section wrench in beam axes: N, V_y, V_z [N], T, M_y, M_z [N·m].
             poisson_ratio: ν.
 
         Returns:
-            (…) stress. NaN for a section given by numbers alone, whose outline is not known.
+            (…) stress. NaN for a section given by area and moments alone, whose outline is unknown.
         """
         return np.full(np.shape(wrench)[1:], np.nan)
 
@@ -87,9 +88,9 @@ class Section:
         return self.stress(wrenches, poisson_ratio).max(axis=0)
 
     def _largest(self, units: Array, wrenches: Array, poisson_ratio: float) -> Array:
-        """Return the same by looking only at the sections that may have the largest stress."""
+        """Return the largest stress, computed only at sections that may be the most stressed."""
         looked = may_be_largest(units, wrenches)
-        found = wrenches[0] * 0  # what is not known stays unknown
+        found = wrenches[0] * 0  # NaN remains NaN
         found[looked] += self.stress(wrenches[:, looked], poisson_ratio)
         return np.asarray(found.max(axis=0))
 
@@ -113,7 +114,7 @@ class Tube(Section):
         """Make a tube from its diameters [m].
 
         Raises:
-            ArgumentError: a diameter is impossible.
+            ArgumentError: a diameter is invalid.
         """
         _check(outer_diameter=outer_diameter, **({"inner_diameter": inner_diameter} if inner_diameter != 0 else {}))
         if inner_diameter >= outer_diameter:
@@ -135,7 +136,7 @@ class Tube(Section):
         return largest_on_rings(_tube_forms(self, float(poisson_ratio)), wrench)
 
     def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
-        # axes of its own for each section, so that it bends about z alone
+        # rotated axes in which the bending moment is about z
         size = np.hypot(wrenches[4], wrenches[5])
         along_z = np.reshape([1.0, 0.0], (2, *[1] * size.ndim))
         cos, sin = np.where(size > 0, np.array([wrenches[5], wrenches[4]]) / np.where(size > 0, size, 1), along_z)
@@ -195,7 +196,7 @@ class Rectangle(Section):
         """Make a rectangle from its sides [m].
 
         Raises:
-            ArgumentError: a side is impossible.
+            ArgumentError: a side is invalid.
         """
         _check(width=width, height=height)
         if min(width, height) < THINNEST * max(width, height):
@@ -225,7 +226,7 @@ class Rectangle(Section):
 
 @lru_cache(maxsize=256)
 def _rectangle_forms(section: Rectangle, poisson_ratio: float) -> Array:
-    """Return the squared von Mises stresses (points, 21) all over a rectangle or rectangular tube."""
+    """Return the squared von Mises stresses (points, 21) at points of a rectangle or rectangular tube."""
     size = max(section.width, section.height)
     shear = shear_functions(section.width / size, section.height / size, section._wall / size)
     y, z = shear.points()
@@ -246,8 +247,8 @@ def _rectangle_forms(section: Rectangle, poisson_ratio: float) -> Array:
 class RectangularTube(Rectangle):
     """A rectangular tube of constant wall ``thickness`` and sharp corners.
 
-    Torsion constant, torsion modulus and Cowper's shear coefficients are those of Saint-Venant's theory, by finite elements to
-    0.1 % for every wall: Bredt's and Cowper's formulas for thin walls, and the full square's at half the side.
+    Torsion constant, torsion modulus and Cowper's shear coefficients follow from Saint-Venant's theory by finite elements, to
+    0.1 % for every wall thickness. Limits are Bredt's and Cowper's formulas for thin walls, and the solid rectangle.
     """
 
     thickness: float = 0.0
@@ -257,7 +258,7 @@ class RectangularTube(Rectangle):
         """Make a rectangular tube from its outer sides and wall thickness [m].
 
         Raises:
-            ArgumentError: a size is impossible.
+            ArgumentError: a size is invalid.
         """
         _check(width=width, height=height, thickness=thickness)
         size = max(width, height)

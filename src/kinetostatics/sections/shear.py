@@ -16,10 +16,11 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 
 _DEGREE = 6
-#: The elements at the inner corner, as a part of the shortest length there, and how much longer each is than the one before.
+#: Size of the elements at the inner corner, as a part of the shortest length there, and ratio of consecutive elements.
 _SMALLEST, _GROWTH = 0.25, 8.0
-#: How much longer than an element a length is that is cut. Where the number of elements changes, J and κ jump by some 1e-7; they
-#: are differenced, so that this must not be at usual ratios of side and wall, such as 8 and 50 (with 1.5).
+#: Ratio of a length to an element above which the length is divided. J and κ have jumps of about 1e-7 where the number of
+#: elements changes; with this ratio these are not at common ratios of side and wall, such as 8 and 50, since J and κ are
+#: differenced.
 _CUT = 1.53
 
 
@@ -27,10 +28,10 @@ class _Axis:
     """Elements along y or z, from the middle of the section to its edge.
 
     Attributes:
-        nodes: how many there are.
-        edges: where the elements begin and end.
-        stiffness, mass: (n, n) integrals of f'g' and fg over the hole's range and over the wall beyond it, by ``inside``.
-        moments, slopes: (3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over the same.
+        nodes: number n of nodes.
+        edges: borders of the elements.
+        stiffness, mass: (2, n, n) integrals of f'g' and fg over the range of the hole (0) and of the wall (1).
+        moments, slopes: (2, 3, n) integrals of s^k f and s^k f', k = 0, 1, 2, over these ranges.
     """
 
     def __init__(self, half: float, wall: float, smallest: float) -> None:
@@ -60,14 +61,14 @@ class _Axis:
             self.slopes[beyond][:, at] += powers @ g
 
     def nodes_of(self, beyond: int) -> slice:
-        """Return which nodes belong to the hole's range, or to the wall beyond it."""
+        """Return the nodes in the range of the hole (0) or of the wall (1)."""
         nodes = np.flatnonzero(self.mass[beyond].diagonal())
         return slice(nodes[0], nodes[-1] + 1) if len(nodes) else slice(0, 0)
 
     def at(self, points: Array) -> tuple[Array, Array]:
-        """Return the matrices (m, n) that give a function and its slope at some points from its values at the nodes.
+        """Return the matrices (m, n) from nodal values to values and slopes at points.
 
-        At a border of two elements the outer one counts.
+        At the border of two elements, the slope is that of the outer one.
         """
         which = np.clip(np.searchsorted(self.edges, points, side="right") - 1, 0, len(self.edges) - 2)
         size = np.diff(self.edges)[which]
@@ -85,7 +86,7 @@ _TO_MODES = np.linalg.inv(np.polynomial.legendre.legvander(_LOBATTO, _DEGREE))
 
 
 def _slopes(points: Array) -> Array:
-    """Return the slopes (m, degree + 1) of the functions of one element at points on −1 … 1."""
+    """Return the slopes (m, degree + 1) of the shape functions of an element at points in [−1, 1]."""
     coefficients = np.polynomial.legendre.legder(_TO_MODES)
     return np.asarray(np.polynomial.legendre.legvander(points, _DEGREE - 1) @ coefficients, dtype=np.float64)
 
@@ -183,10 +184,10 @@ class ShearFunctions:
         return result
 
     def points(self) -> tuple[Array, Array]:
-        """Return y and z (P,) of points of the first quarter, of which one is stressed almost as much as any other.
+        """Return y and z (P,) of points of the first quarter, sufficient for the largest stress (see :meth:`Section.stress`).
 
-        Points nearer to the sharp inner corner than the wall, or than half of the hole's half sides, are left out: the
-        stress grows there without bound, and how far in truth says the fillet.
+        Points closer to the sharp inner corner than the wall thickness, or than half of the hole's half sides, are excluded: the
+        stress there is unbounded, and in reality limited by the fillet.
         """
         half = np.array([self.width, self.height]) / 2
         t = self.thickness
@@ -209,7 +210,7 @@ class ShearFunctions:
 
 
 def _spread(end: float, scale: float, distances: tuple[float, ...]) -> Array:
-    """Return positions from 0 to ``end``, evenly and at some distances from the end, measured in ``scale``."""
+    """Return positions from 0 to ``end``: evenly spaced ones, and ones at distances from the end in units of ``scale``."""
     close = [end - d * scale for d in distances if d * scale < end]
     return np.unique([*np.linspace(0, end, 5), *close])
 
@@ -220,7 +221,7 @@ def shear_functions(width: float, height: float, thickness: float) -> ShearFunct
     return ShearFunctions(width, height, thickness)
 
 
-#: The parts of the quarter, by whether they lie beyond the hole's range along y and z: both walls, and the corner between.
+#: Parts of the quarter, by range (hole 0, wall 1) along y and z: both walls, and the corner between them.
 _PARTS = (0, 1), (1, 0), (1, 1)
 
 
@@ -249,7 +250,7 @@ def _flexure(r: _Axis, s: _Axis) -> tuple[Array, Array]:
 
 
 def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
-    """Return the functions (k, ny, nz) whose Laplacian and slopes at the edges are given as right sides (k, ny, nz).
+    """Return the functions (k, ny, nz) with Laplacian and normal derivatives given by right-hand sides (k, ny, nz).
 
     Args:
         y, z: the axes.
@@ -262,7 +263,7 @@ def _solve(y: _Axis, z: _Axis, right: Array, odd_y: bool, odd_z: bool) -> Array:
     inside[:, 0] &= not odd_z
     free = np.flatnonzero(inside.ravel())
     matrix = np.zeros((ny, nz, ny, nz))
-    for i, j in _PARTS:  # each in its own nodes, which is six times as fast as in all
+    for i, j in _PARTS:  # restricted to the nodes of the part, six times as fast
         at_y, at_z = y.nodes_of(i), z.nodes_of(j)
         stiffness, mass = (m[i, at_y, at_y][:, None, :, None] for m in (y.stiffness, y.mass))
         matrix[at_y, at_z, at_y, at_z] += stiffness * z.mass[j, at_z, at_z][:, None] + mass * z.stiffness[j, at_z, at_z][:, None]

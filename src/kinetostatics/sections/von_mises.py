@@ -1,7 +1,7 @@
 """The largest von Mises stress of a section under section wrenches.
 
-The square of a von Mises stress at a point is a quadratic form of the section wrench: 21 numbers for the products of its
-components, so that many points and wrenches take one product of matrices.
+The square of the von Mises stress at a point is a quadratic form of the section wrench with 21 coefficients, one for each product
+of two components, so that stresses for many points and wrenches are one matrix product.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from kinetostatics.math.arrays import Array
 
 _FIRST, _SECOND = np.triu_indices(6)
-#: So many wrenches at a time stay in the processor's cache.
+#: Number of wrenches computed at a time, for the processor's cache.
 _CHUNK = 1024
-#: Where rings are looked at first; the largest value lies within half a step, where the square is at most 3.5 % larger.
+#: Initial angles on rings; the maximum is within half a step, where the square is at most 3.5 % larger.
 _STEP = 2 * np.pi / 24
 _ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _NEAR = 0.965
-#: Differences, relative to the largest square, that are rounding.
+#: Differences of squares, relative to the largest, that count as rounding errors.
 _LEVEL = 1e-11
 
 
@@ -75,10 +75,10 @@ def unit_stresses(forms: Array) -> Array:
 
 
 def may_be_largest(units: Array, wrench: Array) -> NDArray[np.bool_]:
-    """Return which of n sections (n, …) of a beam may be the most stressed one.
+    """Return the mask (n, …) of the sections of a beam that may be the most stressed one.
 
     Args:
-        units: (6,) stresses under unit wrenches, of which those of axial force and bending add up at one point.
+        units: (6,) largest stresses under unit wrenches; those of axial force and bending occur at one point and add up.
         wrench: (6, n, …) section wrenches.
     """
     alone = units.reshape(6, *[1] * (wrench.ndim - 1)) * np.abs(wrench)

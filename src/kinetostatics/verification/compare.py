@@ -1,4 +1,4 @@
-"""Comparison of the results with those of the finite elements: differences, and a verdict."""
+"""Comparison of results with those of the finite elements: relative differences, and a verdict."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-8
 #: Likewise of natural frequencies, to which meshes of finite elements only converge.
 MESHES_AGREE = 1e-5
-#: A twist or force that is smaller than this part of what the loads could cause is zero by symmetry: differences are then
-#: measured against that part.
+#: Smallest reference value of relative differences, as a part of the twist or force that the loads could cause: results
+#: may vanish by symmetry.
 NOTHING = 1e-3
-#: Where the compliances of a platform differ more, the small ones are what rounding leaves of rigid limbs.
+#: Largest ratio of principal compliances; smaller ones are rounding errors of rigid limbs, without a stiffness.
 STIFF = 1e9
 
 
@@ -44,8 +44,9 @@ STIFF = 1e9
 class Verification(ShortRepr, Reported, builder="reports.verification:verification_report"):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
-    Differences are relative and of whole twists, wrenches and matrices, since single components may vanish by symmetry. A length
-    makes linear and angular components comparable. Differences of forces are relative to the largest joint wrench.
+    Differences are norms over all components of a twist, wrench or matrix, relative to the norm of the finite-element result;
+    single components may vanish by symmetry. Angular components are scaled by a length. Differences of forces are relative to
+    the largest joint wrench.
 
     Attributes:
         configuration: the pose.
@@ -88,7 +89,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
 
     @property
     def verdict(self) -> str:
-        """The verdict in a sentence."""
+        """The verdict as a sentence."""
         name, worst = max(self.differences.items(), key=lambda item: item[1] / self.allowed(item[0]))
         what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.allowed(name):.0e} is allowed"
         if self.verified:
@@ -137,7 +138,7 @@ def verify(
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("within", within) < 1:
-        raise ArgumentError(f"within is {within!r}; it must lie between 0 and 1")
+        raise ArgumentError(f"within is {within!r}; it must be between 0 and 1")
     count = check("modes", modes)
     arm = None if point is None else np.asarray(point, dtype=float)
     model = build(
@@ -224,13 +225,13 @@ def _determined(
 
 
 class _Ruler:
-    """Measures differences relative to the finite elements' numbers."""
+    """Reference values of relative differences, from the finite-element results."""
 
     def __init__(self, model: FrameModel, theirs: FrameSolution) -> None:
         self.unit = np.repeat([1.0, model.length], 3)
         loads = float(np.sum(np.linalg.norm(model.loads / self.unit, axis=1)))
         loads += sum(float(np.linalg.norm(beam.load / self.unit)) * beam.length for beam in model.beams)
-        # a robot without beams is rigid: what is left of its compliance is rounding
+        # the compliance of a robot without beams is a rounding error
         self.compliance_size = max(
             float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest
         )
@@ -246,7 +247,7 @@ class _Ruler:
         return bool(values[-1] * STIFF > self.compliance_size)
 
     def wrench(self, ours: Array, theirs: Array) -> float:
-        """Return the difference of two wrenches."""
+        """Return the relative difference of two wrenches."""
         return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
 
     def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
@@ -270,7 +271,7 @@ class _Ruler:
         }
 
     def _actuator(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
-        """Return the difference of two actuator forces; a torque counts as the force at the end of an arm."""
+        """Return the relative difference of two actuator forces; torques are divided by the characteristic length."""
         gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
         arm = self.unit[3] if name in theirs.torques else 1.0
         return _relative(gap / arm, self.wrench_size)

@@ -17,23 +17,23 @@ from kinetostatics.verification.pieces import PlacedJoint
 if TYPE_CHECKING:
     from kinetostatics.description.elements import JointStiffness
 
-#: Numbers of the axes that the table of joint types means, x along the joint's own; universal joints are looked at apart.
+#: Axes of free directions in the table of joint types, x along the joint's axis; universal joints are treated separately.
 NUMBERS = {Axes.NONE: (), Axes.AXIS: (0,), Axes.ACROSS: (1, 2), Axes.ALL: (0, 1, 2)}
-#: Largest angle between an axis and one of the joint's frame that counts as zero [rad].
+#: Largest angle between an axis and an axis of the joint's frame that counts as zero [rad].
 ALONG = 1e-9
 
 
 def joint_axes(joint: PlacedJoint) -> Array:
-    """Return (3, 3) axes: x along the joint's axis; of a universal joint y along the first axis and x across both.
+    """Return axes (3, 3): x along the joint's axis; of a universal joint, y along its first axis and x normal to both.
 
-    The axes of joints without an axis are those of its frame on the predecessor's side.
+    Joints without an axis have the axes of their frame on the predecessor.
     """
     frame = joint.frames[0][:3, :3]
     if not joint.type.has_axis:
         return frame
     if joint.type.turns is Axes.BOTH:
         return _axes_from(np.cross(joint.axis, joint.axis2), joint.axis)
-    # any two axes across will do, but springs may lie along those of the frame
+    # the transverse axes are arbitrary; those of the frame may be axes of springs
     across = frame - np.outer(joint.axis, joint.axis @ frame)
     return _axes_from(joint.axis, across[:, first_largest(np.linalg.norm(across, axis=0))])
 
@@ -44,9 +44,9 @@ def _axes_from(x: Array, y: Array) -> Array:
 
 
 def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array, NDArray[np.bool_]]:
-    """Return axes (3, 3), and along and about which of them (6,) the joint moves freely, without a lock or a spring.
+    """Return axes (3, 3) of a joint, and the mask (6,) of free directions along and about them, without lock or spring.
 
-    A spring holds a freedom that lies in the span of the axes along which a finite stiffness is given.
+    A spring constrains a freedom whose direction is in the span of the axes with finite stiffness.
     """
     free = np.zeros(6, dtype=bool)
     axes = joint_axes(joint)
@@ -55,7 +55,7 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
     held = [_spanned_by(joint.frames[0][:3, :3], finite) for finite in _finite(elastic)]
     if joint.type.turns is Axes.BOTH:
         loose = [axis for axis in (joint.axis, joint.axis2) if not held[1](axis)]
-        if len(loose) == 1:  # the two need not be at right angles
+        if len(loose) == 1:  # the two axes need not be perpendicular
             axes = _axes_from(loose[0], np.cross(joint.axis, joint.axis2))
         free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
         return axes, free
@@ -66,7 +66,7 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
 
 
 def _spanned_by(frame: Array, finite: NDArray[np.bool_]) -> Callable[[Array], bool]:
-    """Return whether a direction lies in the span of some axes of a frame."""
+    """Return a test whether a direction is in the span of some axes of a frame."""
     return lambda direction: bool(np.any(finite)) and bool(np.linalg.norm(frame[:, ~finite].T @ direction) < ALONG)
 
 
@@ -87,19 +87,19 @@ def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[F
 
 
 def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
-    """Return for linear and angular stiffness along which of three axes there is a spring."""
+    """Return the masks (3,) of axes with a spring, for linear and angular stiffness."""
     groups = (None, None) if elastic is None else (elastic.linear, elastic.angular)
     return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
 
 
 def joint_assembly_error(error: object, joint: PlacedJoint) -> Array:
-    """Return the displacement (6,) of the outer side relative to the inner at the centre, world axes.
+    """Return the displacement (6,) of the outer side relative to the inner side at the centre, world axes [m, rad].
 
     Args:
-        error: the same as given by the user: in world axes; or with its own ``frame``; or None.
+        error: the same displacement as given by the user, in world axes or with its own ``frame``; or None.
         joint: the joint.
     """
-    if error is None or (isinstance(error, Mapping) and "twist" not in error):  # that of a beam with the joint's name
+    if error is None or (isinstance(error, Mapping) and "twist" not in error):  # error of a beam with the joint's name
         return np.zeros(6)
     own = isinstance(error, Mapping) and error.get("frame", "world") == "joint"
     twist = np.asarray(error["twist"] if isinstance(error, Mapping) else error, dtype=float)

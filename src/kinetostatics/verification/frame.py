@@ -18,7 +18,7 @@ class FrameBeam:
     Attributes:
         name: name of the beam.
         pieces: pieces at its ends.
-        points: (2, 3) its ends [m].
+        points: (2, 3) positions of its ends [m].
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (6,) its weight, force and moment per length [N/m, N].
@@ -49,7 +49,7 @@ class FrameBeam:
 
 @dataclass(frozen=True)
 class FrameSpring:
-    """An elastic part of a joint: its stiffness (6,) along and about ``axes`` (3, 3) [N/m, N·m/rad], infinite where rigid."""
+    """An elastic part of a joint: stiffness (6,) along and about ``axes`` (3, 3) [N/m, N·m/rad], infinite where rigid."""
 
     axes: Array
     stiffness: Array
@@ -57,7 +57,7 @@ class FrameSpring:
 
 @dataclass(frozen=True)
 class FrameTie:
-    """A spring between ``points`` (2, 3) [m] of two pieces: its stiffness (3,) [N/m] along ``axes`` (3, 3)."""
+    """A spring between ``points`` (2, 3) [m] of two pieces: stiffness (3,) along ``axes`` (3, 3) [N/m]."""
 
     pieces: tuple[int, int]
     points: Array
@@ -70,14 +70,14 @@ class FrameJoint:
     """A joint between two pieces, inner first.
 
     Attributes:
-        name: of the joint. A joint that several telescopic beams span stands here once for each of them.
-        pieces: which it joins.
+        name: name of the joint. A joint inside several telescopic beams has one entry for each of them.
+        pieces: the joined pieces.
         point: (3,) its centre [m].
         axes: (3, 3) its x, y, z as columns.
         blocked: (6,) mask of constrained directions along and about these axes.
         springs: its elastic parts, in series with the constraints.
         assembly_error: (6,) displacement of the outer piece relative to the inner when unloaded, at the centre [m, rad].
-        cross: of a universal joint that turns about both its axes these, the inner piece's first.
+        cross: (3,) axes of a universal joint free about both, that of the inner piece first; None for other joints.
     """
 
     name: str
@@ -102,7 +102,7 @@ class FrameMass:
 
 @dataclass(frozen=True)
 class Coordinate:
-    """A joint's coordinate: world ``axis`` (3,) along or, if it ``rotates``, about which its outer side moves."""
+    """A joint's coordinate: translation of its outer side along the world ``axis`` (3,), or rotation if it ``rotates``."""
 
     joint: str
     axis: Array
@@ -111,9 +111,13 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A driven joint: the coordinates that it moves, its own first, and how much of each per unit of its own.
+    """A driven joint.
 
-    ``stiffness`` [N/m, N·m/rad]: of an elastic one that others follow; one that moves its own joint alone is a spring of that.
+    Attributes:
+        name: its name.
+        moves: transmission ratio and coordinate of each joint that it moves, its own first.
+        stiffness: stiffness [N/m, N·m/rad] of an elastic actuator with followers; infinite otherwise (the stiffness of an
+            actuator without followers is a spring of its joint).
     """
 
     name: str
@@ -122,7 +126,7 @@ class Actuator:
 
     @property
     def rotates(self) -> bool:
-        """Whether the joint itself turns."""
+        """Whether its own joint rotates."""
         return self.moves[0][1].rotates
 
 
@@ -131,17 +135,18 @@ class FrameModel:
     """The whole frame.
 
     Attributes:
-        base, platform: numbers of their pieces.
-        references: (n, 3) a point of every piece [m]; o of the platform.
+        base, platform: indices of their pieces.
+        references: (n, 3) reference point of each piece [m]; o for the platform.
         loads: (n, 6) force and moment on every piece about its reference point [N, N·m].
-        beams, joints: what joins them.
+        beams, joints: connections of the pieces.
         actuators: the driven joints.
         size: diagonal of the box around all points [m].
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
         ties: springs between pieces; their forces at the pose are among the loads.
         within: names of the fixed joints inside the base or the platform, and of floating ones.
-        runs: names of hinges about one point that the analysis counts as one joint, whose wrenches it tells along common axes.
-        pulls: piece, point (3,) and force (3,) [N] of what acts at the pose without loads: springs, and weights of rigid links.
+        runs: names of hinges about one point that the analysis treats as one joint; their wrenches are resolved along common
+            axes.
+        pulls: piece, point (3,) [m] and force (3,) [N] of springs and weights of rigid links, which act without loads.
         masses: rigid links, and the payload.
     """
 
@@ -170,13 +175,13 @@ class FrameModel:
         return replace(self, loads=loads, joints=joints, beams=tuple(replace(beam, length_error=0.0) for beam in self.beams))
 
     def run_of(self, joint: FrameJoint) -> tuple[list[FrameJoint], tuple[int, int]]:
-        """Return the hinges that the analysis counts as one with a joint, or this alone, and the pieces at their ends."""
+        """Return the hinges that the analysis treats as one joint together with this one, and the pieces at their ends."""
         names = next((run for run in self.runs if joint.name in run), {joint.name})
         if len(names) == 1:
             return [joint], joint.pieces
         run = [item for item in self.joints if item.name in names]
         pieces = [piece for item in run for piece in item.pieces]
-        # there may be welds between them
+        # fixed joints may connect them
         rigid = [item for item in self.joints if np.all(item.blocked) and not item.springs and item.name not in names]
         body_of = joined(range(len(self.references)), [item.pieces for item in rigid])
         bodies = [body_of[piece] for piece in pieces]
@@ -195,7 +200,7 @@ class FrameModel:
 
     @property
     def largest_assembly_error(self) -> float:
-        """Largest displacement that an assembly error causes by itself [m]."""
+        """Largest displacement of a single assembly error [m]."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.assembly_error * unit)) for joint in self.joints]
         return max([*found, *(abs(beam.length_error) for beam in self.beams)], default=0.0)

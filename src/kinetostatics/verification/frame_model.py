@@ -1,6 +1,6 @@
 """Frame of rigid pieces, beams and joints of a robot at one pose, from its file and the frames of its links alone.
 
-It does not use the limbs, wrenches or compliances of the package, which it verifies. SI units, world axes.
+Limbs, wrenches and compliances of the package, which the frame verifies, are not used. SI units, world axes.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ def build(
         load: (6,) external force and moment on the platform [N, N·m].
         gravity: (3,) [m/s²].
         point: (3,) where the force acts [m]; default o.
-        frame: ``world`` or ``platform``: axes of load and point; in the platform's, the point counts from o.
-        assembly_errors: of joints and beams, as in :func:`kinetostatics.analyze`.
-        loads: on links, as there.
-        payload: as there.
+        frame: ``world`` or ``platform``: axes of load and point; with ``platform``, the point is relative to o.
+        assembly_errors: errors of joints and beams, see :func:`kinetostatics.analyze`.
+        loads: loads on links, see there.
+        payload: see there.
     """
     return _FrameBuilder(configuration, assembly_errors or {}).build(load, gravity, point, frame, loads or {}, payload)
 
@@ -165,12 +165,13 @@ class _FrameBuilder:
         x = span / length
         y = axis_across(x) - x * (x @ axis_across(x))
         y /= np.linalg.norm(y)
-        stiffness = np.array([spring.stiffness, tension / length, tension / length])  # it stretches, and it turns
+        # along the spring its stiffness, across it tension / length
+        stiffness = np.array([spring.stiffness, tension / length, tension / length])
         axes = np.column_stack([x, y, np.cross(x, y)])
         return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * x
 
     def _loaded(self, link: str, point: Array) -> int:
-        """Return the piece on which a load on a link acts: of an elastic link that of the nearest end of a beam."""
+        """Return the piece on which a load on a link acts; for an elastic link, the piece at the nearest end of its beams."""
         if self.pieces.is_rigid(link):
             return self.number(self.pieces.of_link(link))
         beams = [self.pieces.beams[name] for name, beam in self.description.beams.items() if beam.link == link]
@@ -178,7 +179,7 @@ class _FrameBuilder:
         return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
     def _actuators(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Actuator]:
-        """Yield the actuators; one that other joints follow moves them too."""
+        """Yield the actuators; an actuator also moves the joints that follow it."""
         for name in self.description.driven:
             if name in coordinates:
                 followers = [
@@ -195,10 +196,10 @@ class _FrameBuilder:
         joint = item.joint
         elastic = self.description.joint_stiffness.get(joint.name)
         if elastic is not None and joint.name in self.followed:
-            elastic = replace(elastic, drive=None)  # it is wound up by more than this joint
+            elastic = replace(elastic, drive=None)  # it transmits forces of several joints
         axes, free = releases(joint, elastic)
         first, second = (self.number(piece) for piece in item.pieces)
-        # the centre of a sliding joint is the one on its outer side; of others the two are the same
+        # origin of the outer frame; only sliding joints have another one inside
         centre = joint.frames[1 if outward else 0][:3, 3]
         assembly_error = joint_assembly_error(self.assembly_errors.get(joint.name), joint)
         cross = (joint.axis, joint.axis2) if outward else (joint.axis2, joint.axis)
@@ -221,7 +222,7 @@ class _FrameBuilder:
         span = points[1] - points[0]
         length = float(np.linalg.norm(span))
         x = span / length
-        # without y_axis the section is alike in all directions across the beam
+        # without y_axis the section is isotropic
         hint = frame @ np.array(beam.y_axis) if beam.y_axis is not None else axis_across(x)
         y = hint - x * (x @ hint)
         y /= np.linalg.norm(y)
@@ -258,7 +259,7 @@ class _FrameBuilder:
     # ---- weights and points -----------------------------------------------------------------------------------------
 
     def _mass(self, name: str) -> float:
-        """Return a beam's mass [kg]: by density, or its share of the link's by length."""
+        """Return a beam's mass [kg]: by density, or as part of the link's mass in proportion to its length."""
         beam = self.description.beams[name]
 
         def length(other: str) -> float:
@@ -271,7 +272,7 @@ class _FrameBuilder:
         return self.description.links[beam.link].mass * length(name) / sum(map(length, siblings))
 
     def _lever(self, placed: PlacedBeam) -> Array:
-        """Return the arm (3,) from the middle of a beam without density, and its siblings, to the centre of their mass [m]."""
+        """Return the vector (3,) from the centroid of a link's beams to its centre of mass [m]; zero for a beam with density."""
         beam = self.description.beams[placed.name]
         if beam.density is not None:
             return np.zeros(3)
@@ -297,7 +298,7 @@ class _FrameBuilder:
 
 
 def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> list[tuple[int, Array]]:
-    """Return every piece with the points at which something is attached to it."""
+    """Return the points [m] at which beams and joints are attached, each with its piece."""
     found = [(piece, point) for beam in beams for piece, point in zip(beam.pieces, beam.points, strict=True)]
     return found + [(piece, joint.point) for joint in joints for piece in joint.pieces]
 
@@ -305,7 +306,7 @@ def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> li
 def _sizes(
     o: Array, platform: int, references: Array, beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]
 ) -> tuple[float, float]:
-    """Return the frame's size and length."""
+    """Return the frame's size and characteristic length [m], see :class:`FrameModel`."""
     points = _attachments(beams, joints)
     cloud = np.array([o, *references, *(point for _, point in points)])
     size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0

@@ -1,9 +1,9 @@
 """Natural frequencies of a frame by OpenSeesPy: beams in several elements with consistent masses, extrapolated.
 
-Rigid bodies, and the mass of beams beside their centre lines, are point masses on arms. Eigenvalues have errors of even powers of
-the length of elements, and of all powers of the inverse penalty of joints: several meshes and penalties extrapolate both.
-Where nothing but the small stiffness of free directions resists a motion, its eigenvalue follows this: such are zero. Where it
-follows the penalty the motion is rigid.
+Rigid bodies and eccentric masses of beams are point masses on rigid arms. The error of an eigenvalue is a series in even powers
+of the element length and in all powers of the inverse penalty of joints; results of several meshes and penalties are
+extrapolated. An eigenvalue proportional to the small stiffness of free directions counts as zero; one proportional to the penalty
+belongs to a rigid motion.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ class Frequencies:
     """Natural frequencies of a frame.
 
     Attributes:
-        values: (count,) the lowest that are not zero [Hz]; infinite where there are fewer.
-        scatter: by how much they change, relative, with the finest mesh and the stiffest penalty.
-        zero: number of those that are zero.
+        values: (count,) lowest nonzero frequencies [Hz]; infinite if there are fewer.
+        scatter: largest relative change by the finest mesh and the stiffest penalty.
+        zero: number of zero frequencies.
     """
 
     values: Array
@@ -77,7 +77,7 @@ def frequencies(model: FrameModel, count: int) -> Frequencies:
 
 
 def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
-    """Return the stiffness of free directions that disturbs least, and a mesh's eigenvalues with it, zeros first."""
+    """Return the least disturbing stiffness of free directions, and the eigenvalues of a mesh with it, zeros first."""
     best: tuple[float, float, Array] | None = None
     failure: OpenSeesError | None = None
     for regularization in REGULARIZATIONS:
@@ -104,13 +104,13 @@ def _coarsest(mesh: Frame, count: int) -> tuple[float, Array]:
 
 
 def _zeros(levels: Array) -> int:
-    """Return the number of the first of the eigenvalues (levels, n) that follow the stiffness of free directions."""
+    """Return the number of leading eigenvalues (levels, n) that are proportional to the stiffness of free directions."""
     follows = np.all(levels[:-1] > FOLLOWS * levels[1:], axis=0)
     return int(np.argmin(np.append(follows, False)))
 
 
 def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
-    """Return the lowest eigenvalues (levels, number), ascending, infinite where there are fewer."""
+    """Return the lowest eigenvalues (levels, number) in ascending order, infinite if there are fewer."""
     levels = run({**mesh, "modes": number}, [(PENALTY * 2**k, regularization / 2**k) for k in range(LEVELS)])
     found = np.full((LEVELS, number), np.inf)
     for k, level in enumerate(levels):
@@ -120,7 +120,7 @@ def _at_levels(mesh: Frame, regularization: float, number: int) -> Array:
 
 
 def _limit(meshes: list[Array]) -> Array:
-    """Return the roots (count,) of eigenvalues, extrapolated from those (levels, count) of meshes; infinite as the penalty is."""
+    """Return roots (count,) of eigenvalues extrapolated from (levels, count) of each mesh; infinite for rigid motions."""
     rigid = ~(meshes[0][1] < FOLLOWS * meshes[0][0])
     with np.errstate(invalid="ignore"):
         rows = [weights_at_zero(np.array([0.5**k for k in range(len(mesh))])) @ mesh for mesh in meshes]
@@ -129,7 +129,7 @@ def _limit(meshes: list[Array]) -> Array:
 
 
 def relative_difference(some: Array, other: Array) -> float:
-    """Return the largest relative difference of positive numbers; infinite ones differ from finite ones alone."""
+    """Return the largest relative difference of positive numbers; two infinite numbers are equal."""
     known = np.isfinite(some) | np.isfinite(other)
     with np.errstate(divide="ignore", invalid="ignore"):
         gaps = np.abs(some[known] / other[known] - 1)
@@ -144,7 +144,7 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
     frame = frame_of(model, scale, [], elements)
 
     def put(node: int, point: Array, mass: float) -> None:
-        """Put a point mass on an arm of a node."""
+        """Add a point mass on a rigid arm of a node."""
         if mass and node not in frame["fixed"]:
             frame["ties"].append([node, len(frame["nodes"])])
             frame["masses"].append((len(frame["nodes"]), mass / total))

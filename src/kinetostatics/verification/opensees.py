@@ -1,8 +1,8 @@
 """Solution of a frame by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
 
-A joint is a spring: stiff in constrained directions, with a very small stiffness in free ones, so that a strut that spins about
-itself does not make the stiffness singular. Elastic directions are further springs in series. Every result is a rational function
-of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson), which leaves rounding errors alone.
+A joint is a spring: stiff in constrained directions, with a very small stiffness in free ones, so that a strut free to spin about
+its own axis does not make the stiffness singular. Elastic directions are further springs in series. Every result is a rational
+function of the inverse penalty h; it is computed at several h and extrapolated to h = 0 (Richardson), up to rounding errors.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from kinetostatics.verification.worker import Answer, BeamInput, Frame, SpringIn
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
 LEVELS = 7
-#: Stiffness of free directions at the first level; each level halves it. Much of it disturbs a robot that is almost free to move,
-#: little of it loses a strut's spin in rounding: the next is tried where the numbers scatter by more than ``SURE``.
+#: Stiffness of free directions at the first level; each level halves it. Large values disturb robots near a singular pose, small
+#: values are lost in rounding: the next value is tried if the extrapolations differ by more than ``SURE``.
 REGULARIZATIONS = (1e-10, 1e-12, 1e-8, 1e-11, 1e-9)
 SURE = 1e-9
 #: Time limit of OpenSees [s].
@@ -48,14 +48,14 @@ class FrameSolution(ShortRepr):
     """Results of a frame, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
 
     Attributes:
-        twist: (6,) of the platform at o [m, rad].
-        compliance: (6, 6) at o, by six unit loads.
-        stiffness: (6, 6) its inverse, NaN if it has none.
-        joint_wrenches: (6,) for every joint [N, N·m].
-        beam_wrenches: (2, 6) for every beam: wrenches of its outer part on its inner part, at its base and platform end, about
+        twist: (6,) twist of the platform at o [m, rad].
+        compliance: (6, 6) compliance at o, by six unit loads [m/N, m/(N·m), rad/N, rad/(N·m)].
+        stiffness: (6, 6) inverse of the compliance, NaN if that is singular.
+        joint_wrenches: (6,) wrench of each joint [N, N·m].
+        beam_wrenches: (2, 6) wrenches of each beam's outer part on its inner part, at its base end and platform end, about
             this end, world axes [N, N·m].
-        actuator_forces: for every driven joint [N or N·m].
-        torques: names of the driven joints that turn.
+        actuator_forces: force or torque of each driven joint [N or N·m].
+        torques: names of the driven joints that rotate.
     """
 
     twist: Array
@@ -71,7 +71,7 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
     """Solve a frame for the displacements of some pieces, see :func:`_arrays`.
 
     Returns:
-        Results extrapolated from all levels, in units of the scale; and from one level less, for the accuracy of the first.
+        Results extrapolated from all levels, in units of the scale; and from one level less, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -101,7 +101,7 @@ def levels(model: FrameModel, scale: FrameUnits, probes: Sequence[int]) -> tuple
 
 
 class FrameUnits:
-    """Units in which the frame is of order one: of length [m], stiffness [N/m] and force [N]."""
+    """Units of length [m], stiffness [N/m] and force [N] in which the frame is of order one."""
 
     def __init__(self, model: FrameModel) -> None:
         self.length = model.size
@@ -142,11 +142,11 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
     references = [node(point) for point in model.references]
 
     def attached(piece: int, point: Array) -> int:
-        """Return a node that is rigidly part of a piece."""
+        """Return a node rigidly attached to a piece."""
         if piece != model.base and np.array_equal(point, model.references[piece]):
             return references[piece]
         tag = node(point)
-        # nothing may be both fixed and tied
+        # a node must not be both fixed and tied
         fixed.append(tag) if piece == model.base else ties.append([references[piece], tag])
         return tag
 
@@ -166,7 +166,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
                     "nodes": nodes_between[number : number + 2],
                     "stiffness": [None if np.isinf(value) else value for value in (stiffness / unit).tolist()],
                     "axes": _orientation(axes),
-                    # what the first blocks or holds, it displaces
+                    # assembly error of the whole joint
                     "assembly_error": (turn.T @ (joint.assembly_error / scale.twist)).tolist() if number == 0 else [0.0] * 6,
                 }
             )
@@ -221,7 +221,7 @@ def _at_ends(beam: FrameBeam) -> Array:
 
 
 def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
-    """Return axes and stiffnesses (6,) of the springs that make up a joint: infinite where it blocks, zero where it is free."""
+    """Return axes and stiffnesses (6,) of a joint's springs in series: infinite in constrained directions, zero in free ones."""
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
     return springs if springs and np.all(joint.blocked) else [blocks, *springs]
@@ -232,7 +232,7 @@ def _orientation(axes: Array) -> list[float]:
 
 
 def _arrays(level: Answer) -> dict[str, Array]:
-    """Return a level's answer, still in units of the scale: how the probes move under the loads (6p,) and unit loads (6p, 6p)."""
+    """Return the results of a level in scaled units: displacements of p probes under loads (6p,) and unit loads (6p, 6p)."""
     moved = np.array(level["moved"])
     return {
         "twist": moved[0],
@@ -257,22 +257,22 @@ def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
 
 
 def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
-    """Return the largest relative difference of two answers, both in units in which a thousandth is little."""
+    """Return the largest relative difference of two results in units of order one; reference values are at least 1e-3."""
     gaps = [np.abs(some[key] - other[key]).max(initial=0.0) / max(np.abs(some[key]).max(initial=0.0), 1e-3) for key in some]
     return float(max(gaps)) if np.all(np.isfinite(gaps)) else float("inf")
 
 
 def of_platform(raw: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the part of an answer for the platform; other probes may spin freely."""
+    """Return the results with displacements of the platform only; other pieces may spin freely."""
     return {**raw, "twist": raw["twist"][:6], "compliance": raw["compliance"][:6, :6]}
 
 
 def answer(model: FrameModel, scale: FrameUnits, raw: Mapping[str, Array]) -> FrameSolution:
-    """Return an answer in SI units and by name."""
+    """Return results in SI units, by name."""
     wrenches: dict[str, Array] = {}
     row = 0
     for joint in model.joints:
-        # several telescopic beams that span one joint share its wrench
+        # a joint inside several telescopic beams has the sum of their wrenches
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
         row += len(series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
@@ -308,7 +308,7 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
     return float(part.axis @ (wrench[3:] if part.rotates else wrench[:3]))
 
 
-# ---- the process that does the work --------------------------------------------------------------------------------------
+# ---- process of OpenSees -------------------------------------------------------------------------------------------------
 
 
 def run(frame: Frame, springs: list[tuple[float, float]]) -> list[Answer]:

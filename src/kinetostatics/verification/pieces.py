@@ -1,7 +1,7 @@
 """Rigid pieces of a robot at one pose, and the joints and beams between them.
 
-A piece is a link without beams, or the parts fixed to one end of a beam. All follow from the file and the frames of the links,
-and not from :mod:`kinetostatics.mechanism.limbs`, which they verify.
+A piece is a link without beams, or the parts fixed to one end of a beam. Pieces are derived from the file and the frames of the
+links, independently of :mod:`kinetostatics.mechanism.limbs`, which they verify.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 
 class Directions:
-    """Directions of the edges of a graph with a base and a platform.
+    """Directions of the edges of a graph from base to platform.
 
-    Where every path from base to platform that visits no node twice passes an edge in the same direction, its inner side is the
-    one that comes first. Where paths pass it in both directions, as the bridge of a cross-brace, its own first side is; so it is
-    in a ring that no such path passes. Other edges that none passes point away from what they hang on.
+    If all simple paths from base to platform traverse an edge in the same direction, its inner node is the first on these paths.
+    If they traverse it in both directions (the bridge of a cross-brace), or if it belongs to a ring off all paths, its inner node
+    is its own first node. Other edges off all paths point away from the node that connects them to base or platform.
 
     Args:
         edges: the two nodes of every edge, by key.
@@ -40,7 +40,7 @@ class Directions:
         self._paths = Paths(self._edges, base, platform)
 
     def inner_first(self, edge: str) -> bool:
-        """Whether the first node of an edge is its inboard one."""
+        """Whether the first node of an edge is its inner node."""
         first, second = self._edges[edge]
         forward = self._paths.pass_along(edge, first, second)
         if forward or self._paths.pass_along(edge, second, first):
@@ -53,7 +53,7 @@ class Directions:
         return True
 
 
-#: Points of one beam's link that are closer than this [m] are the same end.
+#: Largest distance of coincident ends of the beams of one link [m].
 SAME_END = 1e-6
 
 
@@ -64,9 +64,9 @@ class PlacedJoint:
     Attributes:
         name, kind: its name and type.
         links: predecessor and successor.
-        frames: (4, 4) its frame on the side of either link.
-        axis: (3,) first axis, seen from the predecessor.
-        axis2: (3,) second axis of a universal joint, seen from the successor.
+        frames: (4, 4) joint frames fixed to predecessor and successor.
+        axis: (3,) first axis, fixed to the predecessor.
+        axis2: (3,) second axis of a universal joint, fixed to the successor.
         locked: whether it is driven, or follows a driven one.
     """
 
@@ -115,9 +115,13 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
 
 @dataclass(frozen=True)
 class JointedBodies:
-    """A joint between the ``pieces`` of its predecessor and its successor.
+    """A joint between two pieces.
 
-    ``along`` tells for a joint inside a telescopic beam the beam's name, and whether the predecessor is nearer to its start.
+    Attributes:
+        joint: the joint.
+        pieces: pieces of its predecessor and successor.
+        along: for a joint inside a telescopic beam, the beam's name and whether the predecessor is nearer to its start; else
+            None.
     """
 
     joint: PlacedJoint
@@ -127,7 +131,7 @@ class JointedBodies:
 
 @dataclass(frozen=True)
 class PlacedBeam:
-    """A beam at the pose: ``pieces`` and ``points`` (2, 3) of its two ends, from its start to its end."""
+    """A beam at the pose: ``pieces`` and ``points`` (2, 3) [m] at its start and its end."""
 
     name: str
     pieces: tuple[int, int]
@@ -137,16 +141,16 @@ class PlacedBeam:
 class RigidPieces:
     """All rigid pieces of one pose.
 
-    A telescopic beam joins two pieces of its own where it spans joints. The beam's mass moves with the link that carries it: the
-    joints between the beam's start and that link lie between start and beam, those beyond between the beam and its end, with the
-    links that they join in between.
+    A telescopic beam that spans joints has pieces of its own at its ends. Its mass moves with the link that contains it (the
+    carrier): joints between the beam's start and the carrier connect the start to the beam, the other joints connect the beam to
+    its end; links between these joints are intermediate pieces.
 
     Attributes:
         joints: all joints and loops by name.
-        jointed: what they join, in the order of the file. One inside a telescopic beam joins pieces of that beam; one that
-            several beams span stands here for each.
+        jointed: joints with their pieces, in the order of the file. A joint inside a telescopic beam connects pieces of that
+            beam; one inside several beams has one entry for each.
         beams: all beams by name.
-        base, platform: their pieces.
+        base, platform: pieces of base and platform.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -155,10 +159,10 @@ class RigidPieces:
         self.joints = placed_joints(configuration)
         self._frame = {link: configuration.frame(link) for link in self.description.links}
         self._parent: list[int] = []
-        #: the pieces of every link with the point at which each is found, None where everything of the link is one piece
+        #: pieces of each link with their points; point None: the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
         self._inside: list[JointedBodies] = []
-        #: where a telescopic beam begins or ends, for every piece between there and the beam
+        #: for each intermediate piece of a telescopic beam, the piece at the start or end of the beam
         self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
         self._carriers = {span.beam.link for span in spans.values()}
@@ -177,7 +181,7 @@ class RigidPieces:
         return piece
 
     def is_rigid(self, link: str) -> bool:
-        """Whether a link carries no beam, and so weighs at its centre of mass."""
+        """Whether a link contains no beam."""
         return link not in self._carriers
 
     def of_link(self, link: str) -> int:
@@ -185,7 +189,7 @@ class RigidPieces:
         return self.find(self._of[link][0][1])
 
     def at(self, link: str, point: Array) -> int:
-        """Return the piece of a link at a point (3,), or the nearest to it."""
+        """Return the piece of a link nearest to a point (3,)."""
 
         def distance(entry: tuple[Array | None, int]) -> float:
             return 0.0 if entry[0] is None else float(np.linalg.norm(entry[0] - point))
@@ -195,7 +199,7 @@ class RigidPieces:
     def _sides(self, joint: PlacedJoint) -> tuple[int, int]:
         return self.at(joint.links[0], joint.frames[0][:3, 3]), self.at(joint.links[1], joint.frames[1][:3, 3])
 
-    # ---- making them ------------------------------------------------------------------------------------------------
+    # ---- construction -----------------------------------------------------------------------------------------------
 
     def _new(self) -> int:
         self._parent.append(len(self._parent))
@@ -217,7 +221,7 @@ class RigidPieces:
                 ):
                     self._of[link].append((point, self._new()))
         for entries in self._of.values():
-            if not entries:  # a link in the middle of its telescopic beam
+            if not entries:  # the carrier of a telescopic beam, with joints on both sides
                 entries.append((None, self._new()))
 
     def _place(self, span: BeamSpan) -> PlacedBeam:
@@ -234,7 +238,7 @@ class RigidPieces:
         before = [first, *map(self.of_link, links[1:carrier])] if carrier else []
         after = [*map(self.of_link, links[carrier + 1 : -1]), last] if carrier < len(chain) else []
         ends = (self._new() if before else first, self._new() if after else last)
-        if 0 < carrier < len(chain):  # what else is on the carrier moves with the beam's start
+        if 0 < carrier < len(chain):  # other parts of the carrier move with the beam's start
             self._parent[self.of_link(links[carrier])] = ends[0]
         for piece in (*before, ends[0]):
             self._whole[piece] = first
@@ -250,10 +254,10 @@ class RigidPieces:
                 self._inside.append(JointedBodies(joint, pieces, (span.beam.name, forward)))
         return PlacedBeam(span.beam.name, ends, np.array([start, end]))
 
-    # ---- which side is inboard --------------------------------------------------------------------------------------
+    # ---- inner and outer sides ---------------------------------------------------------------------------------------
 
     def _rigid_with(self, link: str) -> set[int]:
-        """Return the pieces that rigid fixed joints between links without beams join to a link."""
+        """Return the pieces rigidly connected to a link by fixed joints between links without beams."""
         elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
         found, queue = {link}, [link]
         while queue:
@@ -272,7 +276,7 @@ class RigidPieces:
 
     @cached_property
     def within(self) -> frozenset[str]:
-        """Names of the joints inside the base or the platform, whose pieces are rigidly one, and of those that hold nothing."""
+        """Names of joints inside the base or the platform, between rigidly connected pieces, and of floating joints."""
         return frozenset(
             item.joint.name
             for item in self.jointed
@@ -292,7 +296,7 @@ class RigidPieces:
         return Directions({key: (node(first), node(second)) for key, (first, second) in edges.items()}, self.base, self.platform)
 
     def predecessor_is_inner(self, number: int) -> bool:
-        """Whether the predecessor of the ``number``-th jointed pieces lies towards the base."""
+        """Whether the predecessor is the inner side of the joint ``jointed[number]``."""
         along = self.jointed[number].along
         if along is None:
             return self._directions.inner_first(f"joint:{number}")
@@ -300,5 +304,5 @@ class RigidPieces:
         return self.start_is_inner(beam) == forward
 
     def start_is_inner(self, beam: str) -> bool:
-        """Whether a beam's start lies towards the base."""
+        """Whether a beam's start is its inner end."""
         return self._directions.inner_first(f"beam:{beam}")

@@ -13,29 +13,33 @@ from kinetostatics.verification.frame import Actuator, FrameModel
 from kinetostatics.verification.opensees import FrameSolution, FrameUnits, answer, inverse, levels, series
 from kinetostatics.verification.turning import geometric_stiffness
 
-#: Change of a compliance, in units of the stiffest element's, from which on nothing but a spring of
-#: :data:`opensees.REGULARIZATIONS` holds a piece.
+#: Difference of the compliance between two extrapolations, in units of the stiffest element, above which a motion is constrained
+#: by the springs of :data:`opensees.REGULARIZATIONS` alone.
 LOOSE = 1e9
-#: Part of the largest geometric stiffness, or of a motion's size, that is none.
+#: Part of the largest geometric stiffness, or of a motion, that counts as zero.
 NOTHING = 1e-6
-#: Part of the loads that follow the displacement by which these may change with the next, and how often they are put on.
+#: Relative change at which the iteration of displacement-dependent loads ends, and largest number of iterations.
 FOLLOWED, PASSES = 1e-12, 4
 
 
 def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame with elastic actuators that have followers: locked, plus the effects of their deformation.
+    """Solve a frame: first with rigid actuators, then with the deformation of elastic actuators that have followers.
 
-    Returns and errors are those of :func:`_solve`.
+    Returns:
+        The solution; and one extrapolated from one level less, to estimate the accuracy.
+
+    Raises:
+        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
     """
     soft = [actuator for actuator in model.actuators if np.isfinite(actuator.stiffness)]
-    held = _solve(model, model)
-    ways = [_solve(_moved_by(model, actuator), model) for actuator in soft]
-    first, second = (_given_way(model, soft, held[k], [way[k] for way in ways]) for k in (0, 1))
+    rigid = _solve(model, model)
+    units = [_solve(_by_unit_deflection(model, actuator), model) for actuator in soft]
+    first, second = (_with_elastic_actuators(model, soft, rigid[k], [unit[k] for unit in units]) for k in (0, 1))
     return first, second
 
 
-def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
-    """Return a frame without loads whose joints are off by what a unit of an actuator's coordinate moves them."""
+def _by_unit_deflection(model: FrameModel, actuator: Actuator) -> FrameModel:
+    """Return an unloaded frame whose assembly errors are the joint displacements for a unit coordinate of an actuator."""
     by = {part.joint: (ratio, part) for ratio, part in actuator.moves}
     joints = []
     for joint in model.joints:
@@ -47,34 +51,38 @@ def _moved_by(model: FrameModel, actuator: Actuator) -> FrameModel:
     return replace(model, loads=np.zeros_like(model.loads), beams=beams, joints=tuple(joints))
 
 
-def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution, ways: Sequence[FrameSolution]) -> FrameSolution:
-    """Add to an answer with rigid actuators what they do in giving way: f = G w and f = −k w, by the sum of both f.
+def _with_elastic_actuators(
+    model: FrameModel, soft: Sequence[Actuator], rigid: FrameSolution, units: Sequence[FrameSolution]
+) -> FrameSolution:
+    """Add the deflections w of elastic actuators to a solution with rigid ones.
 
-    By reciprocity a unit load of the platform has in an actuator minus the force that a unit of its way moves the platform.
+    The deflections satisfy f₀ + G w = −k w, with the actuator forces f₀ of the rigid solution, those of unit deflections G, and
+    the stiffnesses k. By reciprocity, the actuator
+    forces under a unit load on the platform are minus the platform's displacements by unit deflections.
     """
     if not soft:
-        return held
-    resist = np.array([[way.actuator_forces[item.name] for way in ways] for item in soft])
+        return rigid
+    resist = np.array([[unit.actuator_forces[item.name] for unit in units] for item in soft])
     resist = np.linalg.inv(resist + np.diag([item.stiffness for item in soft]))
-    w = -resist @ [held.actuator_forces[item.name] for item in soft]
-    moved = np.stack([way.twist for way in ways], axis=1)
+    w = -resist @ [rigid.actuator_forces[item.name] for item in soft]
+    moved = np.stack([unit.twist for unit in units], axis=1)
 
     def summed(pick: Callable[[FrameSolution], Mapping[str, Array]]) -> Mapping[str, Array]:
         return ResultMapping(
             {
-                name: frozen(value + sum(a * pick(way)[name] for a, way in zip(w, ways, strict=True)))
-                for name, value in pick(held).items()
+                name: frozen(value + sum(a * pick(unit)[name] for a, unit in zip(w, units, strict=True)))
+                for name, value in pick(rigid).items()
             }
         )
 
-    C = held.compliance + moved @ resist @ moved.T
+    C = rigid.compliance + moved @ resist @ moved.T
     forces = {
-        name: force + sum(a * way.actuator_forces[name] for a, way in zip(w.tolist(), ways, strict=True))
-        for name, force in held.actuator_forces.items()
+        name: force + sum(a * unit.actuator_forces[name] for a, unit in zip(w.tolist(), units, strict=True))
+        for name, force in rigid.actuator_forces.items()
     }
     return replace(
-        held,
-        twist=frozen(held.twist + moved @ w),
+        rigid,
+        twist=frozen(rigid.twist + moved @ w),
         compliance=frozen(C),
         stiffness=frozen(inverse(C, model.length)),
         joint_wrenches=summed(lambda item: item.joint_wrenches),
@@ -84,10 +92,10 @@ def _given_way(model: FrameModel, soft: Sequence[Actuator], held: FrameSolution,
 
 
 def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSolution]:
-    """Solve a frame with rigid actuators, but for those that are springs of joints.
+    """Solve a frame with rigid actuators, apart from the springs of joints.
 
     Returns:
-        The solution; and one that is extrapolated from one level less, which tells how sure the first is.
+        The solution; and one extrapolated from one level less, to estimate the accuracy.
 
     Raises:
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
@@ -99,27 +107,27 @@ def _solve(model: FrameModel, robot: FrameModel) -> tuple[FrameSolution, FrameSo
 
 
 def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return what :func:`levels` does, with the geometric stiffness of the forces at the pose.
+    """Return results as :func:`levels`, with the geometric stiffness K_G of the forces at the pose.
 
-    OpenSees tells these forces, and how all pieces yield to unit loads, C. Where K_G is the geometric stiffness and u_0 the
-    displacement without it, the pieces move by u = (1 + C K_G)⁻¹ u_0; −K_G u is put on them as further loads, under which they
-    move by u again, but for the rounding of C: with the u that comes of it once more, until these loads change no more.
+    OpenSees computes these forces, the displacements u₀ without K_G, and the compliance C of all pieces under unit loads. The
+    displacements are u = (1 + C K_G)⁻¹ u₀. To remove rounding errors of C, the loads −K_G u are added to the frame and u is
+    corrected by the residual of its new solution, until these loads are constant.
     """
     pieces = [model.platform, *(piece for piece in range(len(model.references)) if piece not in (model.base, model.platform))]
     at_the_pose, loaded = levels(robot.at_the_pose, scale, pieces), levels(model, scale, pieces)
     rows = np.concatenate([6 * piece + np.arange(6) for piece in pieces])
     first = np.cumsum([0, *(len(series(joint)) for joint in model.joints)])[:-1]
     found = []
-    # only what the regularization alone holds has a compliance that is not the same in both
+    # the compliances differ in motions that the regularization alone constrains
     of_ground = loaded[0]["compliance"] - loaded[1]["compliance"]
     for forces, raw in zip(at_the_pose, loaded, strict=True):
         K = geometric_stiffness(robot, forces["springs"][first] * scale.wrench, forces["beams"] * scale.wrench)
         K = K[np.ix_(rows, rows)] * np.tile(scale.twist, len(pieces)) / np.tile(scale.wrench, len(pieces))[:, None]
-        held = _held(of_ground, K)
-        K, C = held @ K @ held, held @ raw["compliance"] @ held
+        constrained = _constrained(of_ground, K)
+        K, C = constrained @ K @ constrained, constrained @ raw["compliance"] @ constrained
         tangent = np.eye(len(K)) + C @ K
-        moved = np.linalg.solve(tangent, held @ np.column_stack([raw["twist"], C[:, :6]]))
-        found.append((moved[:6, 1:], np.linalg.solve(tangent, held), moved[:, 0], K))
+        moved = np.linalg.solve(tangent, constrained @ np.column_stack([raw["twist"], C[:, :6]]))
+        found.append((moved[:6, 1:], np.linalg.solve(tangent, constrained), moved[:, 0], K))
     *_, guess, K = found[0]
     for _ in range(PASSES):
         loads = model.loads.copy()
@@ -135,24 +143,24 @@ def _with_springs(model: FrameModel, robot: FrameModel, scale: FrameUnits) -> tu
         turns[pieces] = moved.reshape(-1, 6)[:, 3:] * scale.twist[3:]
         springs = raw["springs"].copy()
         for joint, row in zip(model.joints, first, strict=True):
-            # these follow the mean of a joint's own pieces, and are told as those that follow the mean of the ends of its run
+            # wrenches rotate with the mean of a joint's own pieces; the analysis lets them rotate with the mean of the run's ends
             run, ends = robot.run_of(joint)
             turn = np.mean(turns[list(joint.pieces)] - turns[list(ends)], axis=0)
             springs[row] += np.cross(turn, forces["springs"][row].reshape(2, 3)).ravel()
-            if len(run) == 2:  # and not about an axis of a universal joint, which a moment across both tilts to
+            if len(run) == 2:  # a universal joint transmits a moment along the normal of both axes only
                 normal = np.cross(run[0].axes[:, 0], run[1].axes[:, 0])
                 springs[row, 3:] = normal * (springs[row, 3:] @ normal) / (normal @ normal)
         answers.append(raw | {"springs": springs, "twist": moved[:6], "compliance": compliance})
     return answers[0], answers[1]
 
 
-def _held(of_ground: Array, K: Array) -> Array:
-    """Return the projection (n, n) onto what something holds, the platform, the first piece, in any case.
+def _constrained(of_ground: Array, K: Array) -> Array:
+    """Return the projection (n, n) onto constrained motions; those of the platform, the first piece, are always included.
 
-    A strut that spins between two balls neither C nor K does.
+    Excluded are motions without any stiffness, such as the spin of a strut between two spherical joints.
 
     Args:
-        of_ground: (n, n) by how much C differs between two extrapolations, which what holds a merely soft motion does not.
+        of_ground: (n, n) difference of C between two extrapolations, which vanishes for motions constrained by the robot itself.
         K: (n, n) the geometric stiffness.
     """
     values, vectors = np.linalg.eigh((of_ground + of_ground.T) / 2)

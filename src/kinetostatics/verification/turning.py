@@ -20,8 +20,8 @@ def geometric_stiffness(model: FrameModel, joints: Array, beams: Array) -> Array
 
     Args:
         model: the frame.
-        joints: (joints, 6) what the inner piece puts on the outer at the pose, about the joint's centre.
-        beams: (beams, 2, 6) what is put on both ends of each beam there, about these ends.
+        joints: (joints, 6) wrench of the inner piece on the outer piece at the pose, about the joint's centre [N, N·m].
+        beams: (beams, 2, 6) wrenches on both ends of each beam at the pose, about these ends [N, N·m].
     """
     n = 6 * len(model.references)
     K = np.zeros((n, n))
@@ -75,14 +75,14 @@ def _symmetric(matrix: Array) -> Array:
 def _of_joint(joint: FrameJoint, wrench: Array, inner: Array, outer: Array) -> Array:
     """Return the second derivative (12, 12) of −F·d − M·φ of a joint's force and moment, without its centre's displacements.
 
-    d is what the centre of the outer piece moves from that of the inner in the mean of their axes, φ the rotation vector from one
-    to the other: to second order θ₂ − θ₁ − ½ θ₁ × θ₂.
+    d is the displacement of the outer piece's centre relative to the inner piece's, in the mean of both pieces' axes; φ is the
+    relative rotation vector, to second order θ₂ − θ₁ − ½ θ₁ × θ₂.
     """
     mean, apart = (inner[3:] + outer[3:]) / 2, outer[:3] - inner[:3]
     found = _symmetric(outer[3:].T @ _cross(wrench[3:]) @ inner[3:] / 2 - mean.T @ _cross(wrench[:3]) @ apart)
     if joint.cross is None:
         return found
-    # instead of the turn about a × b it keeps the angle between its axes a and b: a·b changes by −(θ₂ − θ₁)·(a × b)
+    # constrained is the angle between its axes a and b, not the rotation about a × b: a·b changes by −(θ₂ − θ₁)·(a × b)
     # + ½ b·(θ₁ × (θ₁ × a)) + ½ a·(θ₂ × (θ₂ × b)) + (θ₁ × a)·(θ₂ × b)
     a, b = joint.cross
     normal = np.cross(a, b)
@@ -97,7 +97,7 @@ def _of_beam(beam: FrameBeam, end: Array, first: Array, last: Array) -> Array:
 
     Args:
         beam: the beam.
-        end: (6,) what is put on its last end.
+        end: (6,) wrench on its last end [N, N·m].
         first, last: (6, 12) displacements of its ends.
     """
     L, R = beam.length, np.kron(np.eye(2), beam.axes)

@@ -1,8 +1,8 @@
 """Program that solves frames in OpenSeesPy: it reads a frame as JSON from standard input and writes the solution as JSON.
 
-It runs in a separate process for three reasons: OpenSees has one model per process, which a caller may be using; it prints
-messages even when Python exits; and some of its errors end the process. It imports nothing of the package, which would take
-longer than the solution.
+It runs in a separate process because OpenSees has a single model per process, which the caller may be using, prints messages even
+when Python exits, and ends the process on some errors. It imports nothing of the package, since that would take longer than the
+solution.
 
 The frame's numbers have no units: :mod:`kinetostatics.verification.opensees` scales them so that the stiffest beam has an axial
 stiffness of 1, which keeps the penalties of joints in the range that double precision can hold.
@@ -69,8 +69,8 @@ Answer: TypeAlias = dict[str, list[list[float]]]
 def load_opensees() -> ModuleType:
     """Import OpenSees.
 
-    Its wheel for Linux brings BLAS and LAPACK but does not tell the loader where the libraries that they need in turn are: where
-    Debian's own are missing, those of the wheel are loaded first.
+    Its wheel for Linux contains BLAS and LAPACK, but their dependencies are not found by the loader unless the system provides
+    them: then those of the wheel are loaded first.
     """
     try:
         import openseespy.opensees as ops
@@ -99,7 +99,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     ops.uniaxialMaterial("Elastic", 1, penalty)
     ops.uniaxialMaterial("Elastic", 2, regularization)
     for spring in frame["springs"]:
-        # materials of its own are numbered after the first two
+        # its own materials have tags from 10 on; 1 and 2 are the common ones
         materials = []
         for direction, stiffness in enumerate(spring["stiffness"], 1):
             materials.append({None: 1, 0.0: 2}.get(stiffness, 10 * spring["tag"] + direction))
@@ -133,7 +133,7 @@ def solve(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     for probe in frame["probes"]:
         for k in range(6):
             start(ops, [(probe, [float(k == direction) for direction in range(6)])])
-            # the second step finds what rounding has left unbalanced by the first
+            # the second step removes the residual forces of the first, which are rounding errors
             analyze(ops, 2)
             answer["moved"].append(displacements(ops, frame))
     return answer
@@ -155,7 +155,7 @@ def displacements(ops: ModuleType, frame: Frame) -> list[float]:
 
 
 def assembly_error_forces(spring: SpringInput, penalty: float) -> list[float]:
-    """Return the force and moment, in the frame's axes, that take back the assembly error of a spring's second node."""
+    """Return force and moment (6,), world axes, on a spring's second node that are equivalent to its assembly error."""
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
     own = [
@@ -171,8 +171,8 @@ def under_loads(ops: ModuleType, frame: Frame, penalty: float) -> Answer:
     An assembly error is equivalent to forces on both nodes of a spring or beam that compensate it, which are not included in its
     internal force; likewise for a uniform moment along a beam, which OpenSees does not support.
 
-    The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
-    on the unloaded frame, twice, and the answers are added.
+    The force of a stiff spring is a small difference of displacements and loses digits. The residual forces are therefore applied
+    to the unloaded frame, twice, and the results are added.
     """
     answer: Answer = {"moved": [], "springs": [], "beams": []}
     assembly_errors = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
@@ -225,7 +225,7 @@ class SingularFrameError(Exception):
 
 
 def analyze(ops: ModuleType, steps: int) -> None:
-    """Solve."""
+    """Solve the equations of the frame in so many load steps."""
     if ops.analyze(steps) != 0:
         raise SingularFrameError("the frame has no solution")
 

@@ -1,8 +1,8 @@
 """Natural frequencies and modes, D(λ) u = 0: at the k-th λ the k-th smallest eigenvalue of D(λ) vanishes.
 
-Below the lowest frequency of its rods with clamped ends D is concave in λ, and the k-th root of its linearization K̃ − λ M̃ is not
-below that of D. Newton's method for the k-th root therefore descends to it from the bound of Rayleigh and Ritz, however close
-others are: no mode is missed, and none found twice.
+Below the lowest frequency of its rods with clamped ends, D is concave in λ, and the k-th root of its linearization K̃ − λ M̃ is
+an upper bound of that of D. Newton's method therefore descends to the k-th root from the bound of Rayleigh and Ritz, however
+close other roots are: no mode is missed or found twice.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import VibrationModel
 
-#: Part of the largest stiffness, or mass, of equally scaled motions below which one has none.
+#: Part of the largest stiffness or mass of scaled motions below which a motion has zero stiffness or mass.
 _NONE = 1e-11
-#: Relative change of λ at which Newton's method ends; the error left is its square.
+#: Relative change of λ at which Newton's method ends; the remaining error is of the order of its square.
 _CONVERGED = 1e-7
 _STEPS = 30
-#: Ratio to the largest λ that is looked for above which those of clamped rods must be.
+#: Least ratio of the λ of clamped rods to the largest requested λ.
 _MARGIN = 1.6
 #: Relative difference of λ below which modes belong to one eigenspace.
 _EQUAL = 1e-8
-#: Part of the largest motion below which one counts as none, or two as equal.
+#: Part of the largest motion below which a motion, or a difference of motions, counts as zero.
 _MOVES = 1e-4
 
 
@@ -37,7 +37,7 @@ class Eigenpairs:
         square: λ = ω² (N, m), ascending [1/s²]; infinite where there are fewer modes, NaN where a motion has negative stiffness.
         free: (N,) number of motions that nothing resists, of frequency zero, which are left out.
         shapes: (N, m, n) modes in the coordinates of ``model``, with modal masses of 1 kg.
-        model: the robot, its beams divided as far as these modes need it.
+        model: the robot, with beams divided as required by these modes.
     """
 
     square: Array
@@ -65,7 +65,7 @@ def eigenpairs(model: VibrationModel, count: int) -> Eigenpairs:
 
 
 def modes_below(model: VibrationModel, square: Array) -> Index:
-    """Return the number (N, m) of modes below λ (N, m), with those of frequency zero: negative eigenvalues of D(λ)."""
+    """Return the number (N, m) of modes below λ (N, m), including frequency zero: the number of negative eigenvalues of D(λ)."""
     while (divided := model.divided(_MARGIN * float(square.max(initial=0.0)))) is not None:
         model = divided
     found = np.zeros(square.shape, dtype=np.intp)
@@ -76,14 +76,14 @@ def modes_below(model: VibrationModel, square: Array) -> Index:
 
 
 def independent_motions(model: VibrationModel) -> list[tuple[Index, Array | None]]:
-    """Return poses, and a basis (P, n, r) of the motions with stiffness or mass that leave loops closed; None: of all motions."""
+    """Return poses with a basis (P, n, r) of motions with stiffness or mass that keep loops closed; None: all motions."""
     K, M = (matrix[:, 0] for matrix in model.pencil(np.zeros((model.poses, 1))))
     return [(space.poses, space.basis) for space in _spaces(model, K, M)]
 
 
 @dataclass(frozen=True)
 class _Space:
-    """Poses of equally many independent motions Z y: loops stay closed, motions without stiffness and mass are left out.
+    """Poses with the same number of independent motions Z y, which keep loops closed and have stiffness or mass.
 
     ``basis`` is Z (P, n, r), None where all coordinates are independent; ``free`` is the number of motions without stiffness;
     ``stable``: whether no motion has negative stiffness, as pushing springs may give it.
@@ -109,7 +109,7 @@ class _Space:
             return found
         stiffness, mass = np.einsum("nii->n", K), np.einsum("nii->n", M)
         shift = np.where((stiffness > 0) & (mass > 0), stiffness, 1.0) / np.where(mass > 0, mass, 1.0)
-        for _ in range(2):  # the second time near the lowest, where differences of λ and the shift are accurate
+        for _ in range(2):  # second step with the shift at the lowest λ, for accurate differences
             values = _roots(K, M, shift)[0][:, self.free : self.free + count]
             found[:, : values.shape[1]] = values
             shift = np.where(np.isfinite(found[:, 0]), found[:, 0], shift)
@@ -129,7 +129,7 @@ class _Space:
             square = np.where(finite, found, 1.0)
             if change.max(initial=0.0) < _CONVERGED:
                 break
-        at = np.array(square)  # at which modes of one eigenspace are computed together
+        at = np.array(square)  # a common λ for all modes of an eigenspace
         for k in modes[1:]:
             at[:, k] = np.where(at[:, k] - at[:, k - 1] < _EQUAL * at[:, k], at[:, k - 1], at[:, k])
         K, M = (self.restricted(matrix) for matrix in model.pencil(at))
@@ -145,17 +145,17 @@ class _Space:
 
 
 def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Array) -> None:
-    """Choose modes (N, m, n) in place, such that they are the same on every processor.
+    """Normalize modes (N, m, n) in place: reproducible bases of eigenspaces, and signs.
 
-    Of an eigenspace the first mode moves the platform farthest along the first direction along which it moves, the next one does
-    not move along it, and so on; where the platform is at rest, so do the coordinates. The largest component of the platform's
-    twist, or of the coordinates, is positive.
+    In an eigenspace, the first mode has the largest component of the platform's twist along the first axis with a nonzero
+    component, the next one has none along this axis, and so on; if the platform is at rest, the coordinates replace its twist.
+    The largest component of the platform's twist, or of the coordinates, is positive.
 
     Args:
         shapes: the modes.
-        vectors: (N, m, n, r) all modes at the λ of each.
-        equal: (N, m, r) which of them belong to its eigenspace.
-        free: number of modes of frequency zero, which come first.
+        vectors: (N, m, n, r) all eigenvectors at the λ of each mode.
+        equal: (N, m, r) mask of those in the eigenspace of each mode.
+        free: number of modes of frequency zero, which are first.
         platform: see :class:`VibrationModel`.
     """
     for pose, k in zip(*np.nonzero(equal.sum(axis=-1) > 1), strict=True):
@@ -188,7 +188,7 @@ def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
-    """Yield the poses by the number of motions that have neither stiffness nor mass, without these."""
+    """Yield the poses grouped by the number of motions without stiffness and mass, which are removed."""
     K, M = space.restricted(K), space.restricted(M)
     scaled, size = _scaled(K)
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
@@ -219,9 +219,9 @@ def _roots(K: Array, M: Array, shift: Array, modes: bool = False) -> tuple[Array
     """Return all λ (…, n) of K u = λ M u, ascending, infinite without mass, and modes (…, n, n) of modal masses 1.
 
     Args:
-        K, M: (…, n, n), not negative.
-        shift: (…) a positive λ, near which they are most accurate.
-        modes: whether to compute modes, else these are not defined.
+        K, M: (…, n, n) positive semidefinite matrices.
+        shift: (…) a positive λ, near which the roots are most accurate.
+        modes: whether to compute modes; otherwise these are undefined.
     """
     S, size = _scaled(K + shift[..., None, None] * M)
     L = np.linalg.cholesky(S)

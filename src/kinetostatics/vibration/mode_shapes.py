@@ -17,17 +17,17 @@ from kinetostatics.vibration.vibration_model import Part, PlacedRod
 
 @dataclass(frozen=True)
 class ModeShapes:
-    """The lowest m modes of N poses, and the motions that their coordinates stand for."""
+    """The lowest m modes of N poses, with the motions of bodies and beams per coordinate."""
 
     pairs: Eigenpairs
     motions: PlacedMotions
 
     def of_body(self, body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) of a body, and rotation, world axes (N, m, 6) [m, rad]."""
+        """Return the displacement of a point (3, N) of a body and its rotation (N, m, 6), world axes [m, rad]."""
         return self.motions.of_body(self.pairs.shapes, body, point)
 
     def of_beam(self, name: str, stations: int) -> Array:
-        """Return displacement and rotation along a beam's centre line, beam axes (N, m, stations, 6) [m, rad]."""
+        """Return displacement and rotation (N, m, stations, 6) along a beam's centre line, beam axes [m, rad]."""
         item, square = self.pairs.model.beams[name], self._finite
         forces = [(u, (item.piece.dynamic_stiffness(square) @ u[..., None])[..., 0]) for u in self._pieces(item, name)]
         found = np.empty((*square.shape, stations, 6))
@@ -54,7 +54,7 @@ class ModeShapes:
 
     @cached_property
     def inertia(self) -> Array:
-        """Mass and inertia about o (N, 6, 6) of all that moves, as one rigid body [kg, kg·m, kg·m²]."""
+        """Mass matrix (N, 6, 6) of all moving parts as one rigid body, about o [kg, kg·m, kg·m²]."""
         zero = np.zeros((len(self._finite), 1))
         found = np.zeros((len(zero), 6, 6))
         for part in self.pairs.model.masses.values():
@@ -88,7 +88,7 @@ class ModeShapes:
 
     @property
     def _finite(self) -> Array:
-        """λ (N, m), 1 where there is no mode."""
+        """λ (N, m), with 1 for missing modes."""
         return np.where(np.isfinite(self.pairs.square), self.pairs.square, 1.0)
 
     def _local(self, part: Part) -> Array:
@@ -96,7 +96,7 @@ class ModeShapes:
         return np.einsum("nrk,nmk->nmr", part.motions, self.pairs.shapes[..., list(part.columns)])
 
     def _pieces(self, item: PlacedRod, name: str) -> Iterator[Array]:
-        """Yield displacement and rotation of the ends of every piece of a beam, beam axes (N, m, 12)."""
+        """Yield displacements and rotations (N, m, 12) of the ends of every piece of a beam, beam axes [m, rad]."""
         model = self.pairs.model
         for columns, motions in item.moved(model.first_along[name], model.size):
             yield (motions[:, None] @ self.pairs.shapes[..., columns, None])[..., 0]
@@ -108,7 +108,7 @@ def _energy(u: Array, matrix: Array) -> Array:
 
 
 def _shares(energies: Mapping[str, Array]) -> dict[str, Array]:
-    """Return parts of a whole."""
+    """Return energies as parts of their sum."""
     total = sum(energies.values(), np.zeros(()))
     with np.errstate(invalid="ignore", divide="ignore"):
         return {name: energy / total for name, energy in energies.items()}

@@ -1,7 +1,7 @@
 """Response of the platform to harmonic forces on it, and to harmonic motion of the floor, by the exact dynamic stiffness.
 
-With the stiffness (1 + iη) K or (1 + iωβ) K and the mass (1 − iα/ω) M, c M in short and s K, the robot's equation of motion is
-s D(λ c/s) q = f: beams with damping need no more than a complex λ.
+With the complex stiffness s K, s = 1 + iη or 1 + iωβ, and the complex mass c M, c = 1 − iα/ω, the robot's equation of motion is
+s D(λ c/s) q = f: damping only makes λ complex.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from kinetostatics.vibration.eigenpairs import independent_motions
 from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import VibrationModel
 
-#: Numbers of a matrix times poses and frequencies that are solved at once.
+#: Largest number of matrix entries, over poses and frequencies, that are solved at once.
 _AT_ONCE = 4_000_000
-#: Ratio of λ of clamped rods to the largest of the response: their series converge.
+#: Least ratio of the λ of clamped rods to the largest λ of the response, for convergence of their series.
 _MARGIN = 1.2
 
 
 @dataclass(frozen=True)
 class Damping:
-    """Damping: loss factor η, or that proportional to mass α [1/s] and stiffness β [s]."""
+    """Damping: loss factor η, or proportional damping with factors α of the mass [1/s] and β of the stiffness [s]."""
 
     loss: float = 0.0
     mass: float = 0.0
@@ -40,9 +40,9 @@ def responses(model: VibrationModel, platform: Array, carried: Array, omega: Arr
     Args:
         model: the robot at N poses.
         platform: (N, 6, n) twist of the platform at the point per coordinate.
-        carried: (N, 6, 6) the same per translation and rotation of the floor about o.
+        carried: (N, 6, 6) twist of the platform at the point per translation and rotation of the floor about o.
         omega: (F,) angular frequencies [1/s].
-        damping: of all parts.
+        damping: damping of all parts.
     """
     while (divided := model.divided(_MARGIN * float(omega.max()) ** 2)) is not None:
         model = divided

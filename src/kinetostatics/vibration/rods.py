@@ -33,11 +33,11 @@ class Rod:
     """Uniform rods, arrays of any common shape.
 
     Attributes:
-        length: [m].
-        compliances: (6,) of sections: 1/EA, 1/κGA along y and z [1/N]; 1/GJ, 1/EI about y and z [1/(N·m²)].
+        length: length [m].
+        compliances: (6,) compliances of sections: 1/EA, 1/κGA along y and z [1/N]; 1/GJ, 1/EI about y and z [1/(N·m²)].
         density: mass per length [kg/m].
         gyration: (2,) squares of the radii of gyration about y and z, I_y/A and I_z/A [m²].
-        eccentricity: (3, …) arm from the centre line to the line of mass, in beam axes [m]; None: it lies on the centre line.
+        eccentricity: (3, …) vector from the centre line to the line of mass, in beam axes [m]; None: zero.
     """
 
     length: Array
@@ -47,7 +47,7 @@ class Rod:
     eccentricity: Array | None = None
 
     def take(self, poses: Index) -> Rod:
-        """Return some of the rods, whose first axis, or second of the eccentricity, is that of poses."""
+        """Return the rods at some poses (first axis; second axis of the eccentricity)."""
         arm = None if self.eccentricity is None else self.eccentricity[:, poses]
         return Rod(self.length[poses], self.compliances, self.density[poses], self.gyration, arm)
 
@@ -72,7 +72,7 @@ class Rod:
     def pencil(self, square: Array) -> tuple[Array, Array]:
         """Return K̃ and M̃ (…, 12, 12) of D(λ) = K̃ − λ M̃ with M̃ = −dD/dλ at λ (…).
 
-        They are the stiffness and the mass of the shapes that rods have at λ; at λ = 0 of those under forces at their ends.
+        They are stiffness and mass matrices with the exact shapes of rods at λ; at λ = 0, the static shapes under end forces.
         """
         step = _STEP * np.maximum(square, 1.0)
         D = self.dynamic_stiffness(square + 1j * step)
@@ -103,7 +103,7 @@ class Rod:
         return found
 
     def _eccentric(self, square: Numbers) -> Numbers:
-        """The same of a rod whose mass lies beside the centre line, so that stretching, torsion and bending are coupled."""
+        """Return the dynamic stiffness of a rod with eccentric mass, which couples extension, torsion and bending."""
         T = self.transfer(square, self.length)
         ahead = np.linalg.inv(T[..., :6, 6:])
         found = np.empty_like(T)
@@ -150,8 +150,8 @@ def _series(x: Numbers) -> tuple[Numbers, Numbers]:
 def _bending(x: Numbers, s: Array, r: Array) -> tuple[Numbers, ...]:
     """Return the entries of the dynamic stiffness of bending over EI/L³, EI/L² and EI/L.
 
-    Deflection at the start by itself, by the slope there; slope by itself; deflection at the start by that at the end, by the
-    slope at the end; slope at the start by that at the end.
+    Pairs of coordinates in order, w₀, p₀ deflection and slope at the start, w₁, p₁ at the end: (w₀, w₀), (w₀, p₀), (p₀, p₀),
+    (w₀, w₁), (w₀, p₁), (p₀, p₁).
 
     Args:
         x: λ μ L⁴ / EI.

@@ -1,8 +1,8 @@
 """Dynamic stiffness D(λ) of a whole robot at the square λ = ω² of the angular frequency, without discretization.
 
-The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or several in line, so that
-their frequencies with clamped ends are above those that are computed. Below these the number of negative eigenvalues of D(λ) is
-the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
+The coordinates are those of the small motions of rigid bodies and joints. A beam is an exact rod, or divided into several in
+line, so that their frequencies with clamped ends are above the requested ones. For these, the number of negative eigenvalues of
+D(λ) is the number of natural frequencies below λ (W. H. Wittrick and F. W. Williams, Quarterly Journal of Mechanics and Applied
 Mathematics 24, 1971).
 """
 
@@ -22,7 +22,7 @@ from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.statics.springs import placed_springs
 from kinetostatics.vibration.rods import Numbers, Rod
 
-#: Singular value of what closes loops, relative to the largest, below which a row depends on the others.
+#: Singular value of the closure equations, relative to the largest, below which an equation is dependent.
 _DEPENDENT = 1e-9
 
 
@@ -31,10 +31,10 @@ class Part:
     """A mass, or a spring, at N poses.
 
     Attributes:
-        columns: the coordinates that move it.
+        columns: the k coordinates that move it.
         motions: (N, r, k) its displacements per coordinate.
-        matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] on these.
-        carried: (N, r, 6) its displacements when the whole robot moves as one body: translations, and rotations about o.
+        matrix: (N, r, r) mass [kg, kg·m²] or stiffness [N/m, N·m/rad] with respect to these displacements.
+        carried: (N, r, 6) its displacements per translation, and rotation about o, of the whole robot as one body.
     """
 
     columns: tuple[int, ...]
@@ -47,7 +47,7 @@ class Part:
         return Part(self.columns, self.motions[poses], self.matrix[poses], self.carried[poses])
 
     def of_coordinates(self) -> Array:
-        """Return the matrix (N, k, k) on its coordinates."""
+        """Return the matrix (N, k, k) with respect to its coordinates."""
         return np.asarray(np.swapaxes(self.motions, 1, 2) @ self.matrix @ self.motions)
 
 
@@ -56,11 +56,11 @@ class PlacedRod:
     """A beam at N poses.
 
     Attributes:
-        columns: the coordinates that move its ends.
+        columns: the k coordinates that move its ends.
         motions: (N, 12, k) displacement and rotation of start and end per coordinate, beam axes.
-        carried: (N, 12, 6) the same when the whole robot moves as one body, see :class:`Part`.
+        carried: (N, 12, 6) displacements per motion of the whole robot as one body, see :class:`Part`.
         rod: the beam.
-        pieces: number of equal rods in line that it is divided into.
+        pieces: number of equal rods in line.
     """
 
     columns: tuple[int, ...]
@@ -79,16 +79,16 @@ class PlacedRod:
         return replace(self, motions=self.motions[poses], carried=self.carried[poses], rod=self.rod.take(poses))
 
     def carried_piece(self, number: int) -> Array:
-        """Return the displacements (N, 12, 6) of the ends of a piece when the whole robot moves as one body."""
+        """Return the displacements (N, 12, 6) of the ends of a piece per motion of the whole robot as one body."""
         start, end = self.carried[:, :6], self.carried[:, 6:]
         return np.concatenate([start + (end - start) * ((number + k) / self.pieces) for k in (0, 1)], axis=1)
 
     def moved(self, first: int, size: float) -> Iterator[tuple[list[int], Array]]:
-        """Yield for every piece the coordinates that move its ends, and displacements and rotations of these (…, 12, k).
+        """Yield for every piece the coordinates that move its ends, and displacements and rotations of the ends (…, 12, k).
 
         Args:
-            first: the first of the coordinates of points between the pieces.
-            size: the robot's characteristic length [m], times which rotations are coordinates.
+            first: index of the first coordinate of points between the pieces.
+            size: the robot's characteristic length [m], by which rotations are multiplied as coordinates.
         """
         own = np.diag([1.0] * 3 + [1 / size] * 3)[None]
         inner = [(range(first + 6 * k, first + 6 * k + 6), own) for k in range(self.pieces - 1)]
@@ -114,8 +114,8 @@ class VibrationModel:
         masses: rigid links by name, and the payload.
         springs: elastic joints, actuators and springs by name.
         beams: all beams by name.
-        closure: (N, c, n) rows that vanish where loops of joints are closed.
-        platform: (N, 6, n) twist of the platform at o per coordinate, rotations times ``size``.
+        closure: (N, c, n) closure equations of loops of joints.
+        platform: (N, 6, n) twist of the platform at o per coordinate, with rotations multiplied by ``size``.
         size: the robot's characteristic length [m].
     """
 
@@ -133,7 +133,7 @@ class VibrationModel:
 
     @property
     def coordinates(self) -> int:
-        """Number of coordinates, with those of points along divided beams."""
+        """Number of coordinates, including those of points between pieces of beams."""
         return self.closure.shape[2] + 6 * sum(item.pieces - 1 for item in self.beams.values())
 
     def take(self, poses: Index) -> VibrationModel:
@@ -148,7 +148,7 @@ class VibrationModel:
         )
 
     def divided(self, square: float) -> VibrationModel | None:
-        """Return the model with one piece more of every beam whose clamped frequency is not above λ [1/s²]; None: all are."""
+        """Return the model with one more piece in each beam whose clamped λ is not above ``square`` [1/s²]; None: no beam."""
         lowest = {name: float(item.piece.clamped_square().min()) for name, item in self.beams.items()}
         low = {name for name, bound in lowest.items() if bound <= square and np.isfinite(bound)}
         if not low:
@@ -158,7 +158,7 @@ class VibrationModel:
 
     @cached_property
     def _constant(self) -> tuple[Array, Array]:
-        """Stiffness and mass (N, n, n) of all but beams."""
+        """Stiffness and mass (N, n, n) of all parts except beams."""
         n = self.closure.shape[2]
         found = np.zeros((2, self.poses, n, n))
         for matrix, parts in zip(found, (self.springs, self.masses), strict=True):
@@ -173,7 +173,7 @@ class VibrationModel:
         return dict(zip(self.beams, (self.closure.shape[2] + more).tolist(), strict=False))
 
     def dynamic_stiffness(self, square: Numbers) -> Numbers:
-        """Return D (N, m, …) at λ (N, m) [1/s²], by all coordinates twice [N/m]."""
+        """Return D (N, m, n, n) at λ (N, m) [1/s²] for all coordinates [N/m]."""
         K, M = self._constant
         rods = {name: item.piece.dynamic_stiffness(square) for name, item in self.beams.items()}
         return self._assembled(K[:, None] - square[..., None, None] * M[:, None], rods)
@@ -199,7 +199,7 @@ class VibrationModel:
         return found
 
     def forces_of_floor(self, square: Numbers) -> Numbers:
-        """Return the forces (N, m, …, 6) on all coordinates when the whole robot moves as one body, at λ (N, m)."""
+        """Return the forces (N, m, n, 6) on all coordinates per motion of the whole robot as one body, at λ (N, m)."""
         found = np.zeros((*square.shape, self.coordinates, 6), dtype=square.dtype)
         for part in self.masses.values():
             own = np.swapaxes(part.motions, 1, 2) @ part.matrix @ part.carried
@@ -211,7 +211,7 @@ class VibrationModel:
         return found
 
     def closed_motions(self) -> list[tuple[Index, Array | None]]:
-        """Return poses, and a basis (P, …, r) of the motions that leave all loops closed there; None: of all motions."""
+        """Return poses with a basis (P, n, r) of motions that keep all loops closed; None: all motions."""
         if not self.closure.shape[1]:
             return [(np.arange(self.poses), None)]
         _, values, axes = np.linalg.svd(self.closure)
@@ -241,7 +241,7 @@ def vibration_model(motions: PlacedMotions) -> VibrationModel:
 
 
 def mass_at(motions: PlacedMotions, body: RigidBody, point: Array, matrix: Array) -> Part:
-    """Return a mass (N, 6, 6) on a body about a point (3, N) of it, world axes."""
+    """Return the part of a mass matrix (N, 6, 6) about a point (3, N) of a body, world axes."""
     columns, placed = motions.structure.columns[body], _Placement(motions)
     return Part(columns, placed.moved(columns, body, point), matrix, motions.carried(point))
 
@@ -253,7 +253,7 @@ class _Placement:
     motions: PlacedMotions
 
     def closure(self) -> Iterator[Array]:
-        """Yield rows (N, c, n) that vanish where a loop of joints is closed, or a joint follows the actuator that it mimics."""
+        """Yield closure equations (N, c, n) of loops of joints, and equations of joints that mimic others."""
         structure, N = self.motions.structure, self.motions.o.shape[1]
         for columns, rows in self.motions.gaps():
             found = np.zeros((N, 6, len(structure.freedoms)))
@@ -312,6 +312,6 @@ class _Placement:
         return PlacedRod(columns, turned @ moved, turned @ carried, rod)
 
     def moved(self, columns: tuple[int, ...], body: RigidBody, point: Array) -> Array:
-        """Return displacement of a point (3, N) and rotation of its body per coordinate (N, 6, k)."""
+        """Return displacement of a point (3, N) of a body and rotation, per coordinate (N, 6, k)."""
         turns, shifts = self.motions.moved(columns, body, point)
         return np.ascontiguousarray(np.concatenate([shifts, turns]).transpose(2, 0, 1))

@@ -1,7 +1,7 @@
 """3D view of the deformed robot: a browser page that needs neither server nor network.
 
-A :class:`Scene <kinetostatics.viewer.description.Scene>` of plain numbers is made from a result, and from the scene one HTML file
-with meshcat's page. All motions are computed in the page.
+A result is converted to a :class:`Scene <kinetostatics.viewer.description.Scene>` of plain numbers, and the scene to one HTML
+file with meshcat's page, which computes all motions.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 
 
 class View:
-    """A page that shows a result; notebooks display it in place.
+    """A page with a result; notebooks display it in place.
 
     Attributes:
         html: the whole page.
-        path: of the file that the browser was given, or None.
+        path: path of the file opened in the browser, or None.
     """
 
     def __init__(self, html: str, path: Path | None = None) -> None:
@@ -65,45 +65,45 @@ def show(
     """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its poses become an animation. Or
-            of :func:`kinetostatics.modes`, which are played one at a time.
-        title: heading of the picture; default the robot's name.
-        pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
-        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        result: result of :func:`kinetostatics.analyze`, a batch of poses as an animation; a pose or robot, drawn without loads,
+            with the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, one mode at a
+            time.
+        title: heading of the picture; default: the robot's name.
+        pose: index of one pose of a batch; required to draw a batch into a visualizer.
+        exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot.
         by_mechanism: two sliders for each limb's weight, one for its attached wrenches and one for the limb's deformation, see
             :attr:`Result.mechanism_contributions`.
-        compare: a second result, of another pose, load or robot, that the page shows as a ghost over the first, or beside it with
-            the same camera; of a batch ``pose`` holds for both.
-        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn, which turns camera and light to it when it is
-            drawn for the first time; default a page of its own.
-        node: of meshcat's tree, below the visualizer's own; what stood there is replaced, everything else stays. Default
-            ``kinetostatics/`` and the robot's name.
+        compare: a second result, of another pose, load or robot, as a ghost over the first or beside it with the same camera;
+            ``pose`` applies to both.
+        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; the first drawing also sets camera and light.
+            Default: a separate page.
+        node: node of meshcat's tree below the visualizer's own, whose content is replaced. Default: ``kinetostatics/`` and the
+            robot's name.
 
     Returns:
-        The view, which a notebook displays when it is the last value of a cell; or the visualizer at the node, below which
-        are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest`` and ``labels``.
+        The view, displayed by a notebook if it is the last value of a cell; or the visualizer at the node, with the child nodes
+        ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames``, ``floor``, ``largest`` and ``labels``.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument is invalid.
     """
     if visualizer is not None:
         if compare is not None:
-            raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another node")
+            raise ArgumentError("compare= is for pages; a visualizer shows one result: draw the other one at another node")
         if by_mechanism:
-            raise ArgumentError("by_mechanism adds sliders to a page, and a visualizer has none: leave it out")
+            raise ArgumentError("by_mechanism= adds sliders to a page; a visualizer has none: leave it out")
         if isinstance(result, Modes):
             raise ArgumentError("modes are shown by a page, and a visualizer shows results: leave it out")
         drawn = _drawable(result)
         if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
-            raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: say which by pose")
+            raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: choose one by pose=")
         from kinetostatics.viewer.running import draw  # imports meshcat, with its server
 
         own = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
         scene = describe_scene(drawn, title, pose=pose, exaggeration=exaggeration)
         return draw(scene, visualizer, own if node is None else node)
     if node is not None:
-        raise ArgumentError("node is where a visualizer draws the robot: give visualizer too")
+        raise ArgumentError("node= needs visualizer=: it is the node at which the robot is drawn")
     html = _page(result, title, pose, exaggeration, by_mechanism, compare)
     if in_notebook():
         return View(html)
@@ -125,13 +125,13 @@ def save_html(
     """Write a result as one HTML file that works by double click.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its poses become an animation. Or
-            of :func:`kinetostatics.modes`, which are played one at a time.
-        path: of the file; an existing one is replaced.
-        title: heading of the page; default the robot's name.
-        pose: index of the one pose of a batch that is shown.
-        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        result: result of :func:`kinetostatics.analyze`, a batch of poses as an animation; a pose or robot, drawn without loads,
+            with the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, one mode at a
+            time.
+        path: path of the file; an existing file is replaced.
+        title: heading of the page; default: the robot's name.
+        pose: index of one pose of a batch.
+        exaggeration: initial factor of displacements; default: the largest displacement is about a tenth of the robot.
         by_mechanism: two sliders for each limb's weight, as in :func:`show`.
         compare: a second result on the same page, as in :func:`show`.
 
@@ -163,18 +163,17 @@ def save_image(
     """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
 
     Args:
-        result: of :func:`kinetostatics.analyze`; or a pose or robot, which is drawn without loads, with the free
-            motions that its platform has where the actuators are locked; of a batch, its first pose is drawn. Or of
-            :func:`kinetostatics.modes`, at the largest displacements.
-        path: of the file; an existing one is replaced.
-        title: above the picture; default the robot's name.
-        pose: index of the one pose of a batch that is shown.
-        exaggeration: of displacements; default the largest motion is about a tenth of the robot.
+        result: result of :func:`kinetostatics.analyze`, the first pose of a batch; a pose or robot, drawn without loads, with
+            the free motions of its platform at locked actuators; or result of :func:`kinetostatics.modes`, at maximum amplitude.
+        path: path of the file; an existing file is replaced.
+        title: heading of the picture; default: the robot's name.
+        pose: index of one pose of a batch.
+        exaggeration: factor of displacements; default: the largest displacement is about a tenth of the robot.
         compare: a second result, drawn as a ghost over the first.
-        colour: what colours tell: ``"deflection"``, and along beams ``"stress"`` (von Mises), ``"axial"`` (force) or ``"euler"``
-            (N/N_Euler).
-        view: where one looks from: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
-        mode: which one of modes is drawn, counted from 1.
+        colour: quantity shown by colours: ``"deflection"``, or along beams ``"stress"`` (von Mises), ``"axial"`` (force) or
+            ``"euler"`` (N/N_Euler).
+        view: direction of view: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
+        mode: number of the drawn mode, from 1.
         size: width and height [pixels].
 
     Raises:
@@ -220,31 +219,29 @@ def _page(
 
 
 def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | StandingPose:
-    """Return what can be drawn of a result, modes, a pose or a robot."""
+    """Return a result unchanged; modes, a pose or a robot as poses to be drawn."""
     if isinstance(given, Result):
         return given
     if isinstance(given, Modes):
         return ModePoses(given, pose)
     if pose is not None:
-        raise ArgumentError("pose= is of a result, and the pose is drawn without loads: leave it out")
+        raise ArgumentError("pose= needs a Result or Modes; a pose is drawn without loads: leave it out")
     if isinstance(given, UnloadedPose):
         return given
     if isinstance(given, Robot) or (isinstance(given, Configuration) and given.shape == () and given.reached.all()):
         return UnloadedPose(given)
-    raise ArgumentError(
-        f"a picture wants what analyze or modes returns, a robot or one pose of it that is reached, not {given!r}"
-    )
+    raise ArgumentError(f"a picture needs a Result, Modes, a Robot or one reached Configuration, got {given!r}")
 
 
 def open_browser(address: str) -> None:
-    """Open an address in the browser, or say on standard error where to find it."""
-    with pausing():  # some browsers are programs of the terminal
+    """Open an address in the browser, or print it on standard error if no browser can be started."""
+    with pausing():  # some browsers run in the terminal
         if not webbrowser.open(address):
             print(f"no browser could be started; open this address yourself: {address}", file=sys.stderr)
 
 
 def _temporary_file(html: str, name: str) -> Path:
-    """Write a page where the browser can read it after this program has ended."""
+    """Write a page to a temporary file, which remains after the end of this program."""
     safe = "".join(c if c.isalnum() or c in "-_" else "_" for c in name)
     handle, path = tempfile.mkstemp(prefix=f"kinetostatics_{safe}_", suffix=".html")
     with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -18,15 +18,15 @@ from kinetostatics.viewer.joints import DrawnJoint, marker_radius
 from kinetostatics.viewer.shapes import crossed, frames_along
 from kinetostatics.viewer.shown_poses import ShownPoses, moved_wrench
 
-#: Groups of arrows that are the limbs'.
+#: Groups of arrows of limbs.
 OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")
 
 
 class Wrenches:
-    """Makes the arrows of a scene.
+    """Arrows of a scene.
 
-    Everything is linear, so every arrow is a sum over the contributions; the page scales the parts by their shares. The
-    parts have an axis K + 1: the contributions, then what does not belong to any of them.
+    Forces are linear in the contributions: every arrow is the sum of one part per contribution, scaled by its share in the page.
+    Parts have an axis K + 1: the K contributions, then the remainder, which does not depend on the shares.
     """
 
     def __init__(
@@ -45,20 +45,20 @@ class Wrenches:
     def arrows(self, groups: Collection[str] | None = None) -> Iterator[Arrow]:
         """Yield all arrows, or at least those of some groups."""
 
-        def wanted(*found: str) -> bool:
+        def requested(*found: str) -> bool:
             return groups is None or any(group in groups for group in found)
 
-        if wanted("external load"):
+        if requested("external load"):
             yield from self._external()
-        if wanted("spring forces"):
+        if requested("spring forces"):
             yield from self._springs()
-        for limb in self.robot.topology.limbs if wanted(*OF_LIMBS) else ():
+        for limb in self.robot.topology.limbs if requested(*OF_LIMBS) else ():
             yield from self._limb(limb)
-        if wanted("weights"):
+        if requested("weights"):
             yield from self._weights()
-        if wanted("base reaction"):
+        if requested("base reaction"):
             yield from self._base_reaction()
-        if wanted("actuator forces"):
+        if requested("actuator forces"):
             yield from self._actuators()
 
     def _external(self) -> Iterator[Arrow]:
@@ -70,7 +70,7 @@ class Wrenches:
             yield from self._pair("external load", name, at, acting, "tip")
 
     def _springs(self) -> Iterator[Arrow]:
-        """Yield the force of each spring on both of its links, outside the spring, which it would hide else."""
+        """Yield the force of each spring on both of its links, drawn beyond the spring's ends."""
         for spring in self.springs:
             pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
             for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
@@ -80,7 +80,7 @@ class Wrenches:
     # ---- parts ------------------------------------------------------------------------------------------------------
 
     def _only(self, source: str, wrench: Array) -> Array:
-        """Return the parts (F, K + 1, …) of something that belongs to one contribution, or to none."""
+        """Return the parts (F, K + 1, …) of a quantity that belongs to one contribution or to the remainder."""
         sources = self.poses.sources
         parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
         parts[:, sources.index(source) if source in sources else -1] = wrench
@@ -107,7 +107,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield what the joints to the platform put on a network, and the axial forces at its beams' platform ends."""
+        """Yield the wrenches of the platform on a network at its platform joints, and axial forces at its beams' outer ends."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]
@@ -129,7 +129,7 @@ class Wrenches:
             )  # fmt: skip
 
     def _joints_of(self, limb: Limb) -> list[DrawnJoint]:
-        """Return a limb's joints that have a place, the platform's first, the base's last."""
+        """Return a limb's joints outside telescopic beams, those at the platform first, those at the base last."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.edges}
         placed = [item for item in self.joints if item.beam is None]
@@ -140,7 +140,7 @@ class Wrenches:
     def _screw(
         self, group: str, limb: str, label: str, joints: list[DrawnJoint], unit: Array, parts: Array, outward: Array
     ) -> Iterator[Arrow]:
-        """Yield a unit wrench (F, 6) about o times its intensity as a force on its line of action, a couple, or both."""
+        """Yield a unit wrench (F, 6) about o times its intensity, as a force on its line of action, a couple, or both."""
         name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
         forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
         force, moment = unit[:, :3], unit[:, 3:]
@@ -165,7 +165,7 @@ class Wrenches:
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
-        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin; what is zero throughout is left out."""
+        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin, unless they are zero in all frames."""
         for kind, part in (("force", wrench[..., :3]), ("moment", wrench[..., 3:])):
             if np.any(part != 0):
                 title = f"{name} {'force' if kind == 'force' else 'couple'}"
@@ -173,7 +173,7 @@ class Wrenches:
 
     @cached_property
     def _weights_by_source(self) -> list[tuple[str, str, Array, Array]]:
-        """Name, contribution, centre (F, 3) and force (F, 3) of everything that weighs something."""
+        """Name, contribution, centre of mass (F, 3) [m] and weight (F, 3) [N] of all links and beams."""
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
@@ -195,13 +195,13 @@ class Wrenches:
                 yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
 
     def _base_reaction(self) -> Iterator[Arrow]:
-        """Yield what the ground puts on the robot: minus everything that acts on it from outside, about the base's origin."""
+        """Yield the reaction of the ground, minus the sum of external loads, weights and springs, about the base's origin."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
         parts = -self._only("load", moved_wrench(self.load, base - self.poses.o))
         for _, source, centre, force in self._weights_by_source:
             parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
-        for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):  # changes are too small to be seen
+        for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):  # changes with the deformation are negligible
             parts -= self._only(name, moved_wrench(wrench, base - self.poses.o))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)
         tiny = 1e-9 * np.abs(total).max(initial=0.0)
@@ -211,18 +211,18 @@ class Wrenches:
     def _actuators(self) -> Iterator[Arrow]:
         for joint in self.joints:
             name = joint.name
-            if joint.axis is None or name not in self.result.actuator_contributions:  # a joint that follows has no force
+            if joint.axis is None or name not in self.result.actuator_contributions:  # a follower has no force
                 continue
             kind = "force" if self.robot.mechanism.connections[name].type.is_slide else "moment"
             parts = self.poses.parts(self.result.actuator_contributions[name])
-            # what belongs to no contribution is the weight of what hangs on the base
+            # remainder: weight of parts attached to the base
             parts[:, -1] = np.nan_to_num(self.poses.take(self.result.actuator_forces[name])) - parts.sum(axis=1)
             at, offset = self._beside(joint)
             vector = parts[..., None] * joint.axis[:, None]
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
     def _beside(self, joint: DrawnJoint) -> tuple[int, tuple[float, float, float]]:
-        """Return station and offset for an actuator's arrow: beside a telescopic beam, which would hide it, else at the joint."""
+        """Return station and offset of an actuator's arrow: beside a telescopic beam, else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
         _, points = self.poses.beam_line(joint.beam)

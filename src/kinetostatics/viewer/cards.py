@@ -1,4 +1,4 @@
-"""Cards of beams, joints and springs, shown on a click, and the quantities that colours show, in the units of the report."""
+"""Cards with the data of beams, joints and springs, and quantities for colours, in the units of the report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from kinetostatics.viewer.shown_poses import ShownPoses
 
 @dataclass(frozen=True, eq=False)
 class CardRow:
-    """A number, or the components of a vector, in every frame: words, how it is written, and SI values (F,) or (F, w)."""
+    """A row of a card: title, number format, and SI values (F,) or vector components (F, w) in all frames."""
 
     words: str
     scale: NumberFormat
@@ -40,11 +40,11 @@ class Card:
     """Data of one beam, joint, spring or point mass.
 
     Attributes:
-        kind: what it is.
+        kind: title of the kind of part.
         rows: its numbers.
-        note: what the numbers are, in a sentence.
-        first: of a beam, its first station.
-        lines: of a beam, (F, n) or (F, 1) numbers along it by name: ``T``, ``M_y``, ``M_z`` and what colours can show [SI].
+        note: explanation of the numbers.
+        first: first station of a beam.
+        lines: (F, n) or (F, 1) quantities along a beam by name: ``T``, ``M_y``, ``M_z`` and those for colours [SI].
     """
 
     kind: str
@@ -64,7 +64,7 @@ class Card:
 
 @dataclass(frozen=True)
 class BeamQuantity:
-    """Something along beams that colours can show: its key in :attr:`Card.lines`, words, unit, and its largest magnitude [SI]."""
+    """A quantity along beams for colours: key in :attr:`Card.lines`, title, number format, largest magnitude [SI], sign."""
 
     key: str
     words: str
@@ -80,7 +80,7 @@ class BeamQuantity:
 
 
 def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
-    """Return what colours can show besides the deflection; a stress only where a section says its outline."""
+    """Return the quantities for colours besides the deflection; the stress needs a section of known outline."""
     found = []
     for key, words, units, digits, signed in (
         ("stress", "von Mises stress", STRESSES, 4, False),
@@ -95,7 +95,7 @@ def quantities_of(cards: Iterable[Card]) -> list[BeamQuantity]:
 
 
 class Cards:
-    """Makes the cards of the shown poses."""
+    """Cards of the shown poses."""
 
     def __init__(self, poses: ShownPoses, joints: Sequence[DrawnJoint], springs: Sequence[DrawnSpring]) -> None:
         self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
@@ -103,7 +103,7 @@ class Cards:
         self.actuators = actuator_coordinates(self.result.configuration)
 
     def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
-        """Return the cards by path of the mesh; ``meshes`` has the first station of every beam's and joint's mesh by path."""
+        """Return the cards by path of the mesh; ``meshes``: first station of the mesh of each beam, joint and mass, by path."""
         beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
         rows = self._beam_rows(list(beams.values()))
         cards = {}
@@ -137,7 +137,7 @@ class Cards:
     # ---- beams ------------------------------------------------------------------------------------------------------
 
     def _beam_rows(self, beams: list[BeamResult]) -> list[list[CardRow]]:
-        """Return the rows of all beams, each in one unit for all of them, as in the report's table."""
+        """Return the rows of all beams; each row has the same unit for all beams, as in the report's table."""
         take, noise = self.poses.take, self.noise
         axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
         shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]
@@ -174,15 +174,15 @@ class Cards:
     def _joint(self, joint: DrawnJoint) -> Card:
         connections = self.result.robot.mechanism.connections
         rows: list[CardRow] = []
-        told: list[Array] = []
+        wrenches: list[Array] = []
         for name in joint.joints:
             if name not in self.result.joint_wrenches:
                 continue
             wrench = self.poses.take(self.result.joint_wrenches[name])
-            if any(np.allclose(wrench, other, rtol=1e-9, atol=self.noise.moment, equal_nan=True) for other in told):
-                continue  # joints about one point carry the same, but for what weighs between them
-            told.append(wrench)
-            of = f" of {name}" if told[1:] else ""
+            if any(np.allclose(wrench, other, rtol=1e-9, atol=self.noise.moment, equal_nan=True) for other in wrenches):
+                continue  # joints about one point have equal wrenches, apart from weights between them
+            wrenches.append(wrench)
+            of = f" of {name}" if wrenches[1:] else ""
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
                 scale = self.noise.format(kind, part)
                 rows += [

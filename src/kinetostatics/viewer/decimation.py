@@ -6,15 +6,15 @@ import numpy as np
 
 from kinetostatics.viewer.shapes import Surface
 
-#: Grids that are tried: from coarse to fine, cells along the longest side of the mesh.
+#: Smallest and largest number of grid cells along the longest side of the mesh.
 COARSEST, FINEST = 4, 4096
 
 
 def decimated(surface: Surface, most: int) -> Surface:
     """Return a surface with at most ``most`` triangles, if a grid of :data:`COARSEST` cells or a finer one allows it.
 
-    The vertices inside one cell of a grid become one, their mean; triangles that vanish, or that would lie on another, are left
-    out. The finest grid with few enough triangles is taken. It asks nothing of the mesh: neither closed nor clean need it be.
+    All vertices in a cell of a grid are replaced by their mean; degenerate and duplicate triangles are removed. The finest grid
+    with few enough triangles is used. The mesh need not be closed or manifold.
     """
     if len(surface.faces) <= most:
         return surface

@@ -17,13 +17,13 @@ from kinetostatics.viewer.shapes import Surface
 
 
 class Stations:
-    """Points with a frame that move: a pose at rest, and a small twist from each contribution, in every frame of a path.
+    """Moving frames: in each frame F of a path, a pose at rest and a small twist for each of K contributions.
 
     Attributes:
-        frames: how many frames the path has, F; one without a path.
-        sources: what the contributions are called.
-        rest: (F, 4, 4) pose at rest of every station.
-        twists: (F, K, 6) what each contribution does to every station, at its own origin, world axes [m, rad].
+        frames: number of frames of the path, F; 1 without a path.
+        sources: labels of the contributions.
+        rest: (F, 4, 4) pose at rest of each station.
+        twists: (F, K, 6) twist of each station by each contribution, at its own origin, world axes [m, rad].
     """
 
     def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
@@ -33,11 +33,11 @@ class Stations:
         self._all: Array | None = None
 
     def add(self, rest: Array, twist: Array | None = None) -> int:
-        """Add a station and return its number; without a twist it stands still.
+        """Add a station and return its index.
 
         Args:
-            rest: (F, 4, 4) pose at rest, or (F, 3) its origin, the axes being those of the world.
-            twist: (F, K, 6).
+            rest: (F, 4, 4) pose at rest, or (F, 3) its origin with world axes [m].
+            twist: (F, K, 6) twist at its origin, world axes [m, rad]; None: fixed.
         """
         if rest.ndim == 2:
             points, rest = rest, np.tile(np.eye(4), (self.frames, 1, 1))
@@ -48,25 +48,25 @@ class Stations:
 
     @property
     def size(self) -> int:
-        """Number of values of poses and twists."""
+        """Number of values in all poses and twists."""
         return self.frames * len(self.rest) * (7 + 6 * len(self.sources))
 
     @property
     def poses(self) -> Array:
-        """(F, n, 7) origins [m] and quaternions x, y, z, w."""
+        """(F, n, 7) origins [m] and quaternions (x, y, z, w) at rest."""
         rest = np.stack(self.rest, axis=1)
         rotation = np.moveaxis(rest[..., :3, :3], (-2, -1), (0, 1))
         return np.concatenate([rest[..., :3, 3], np.moveaxis(quaternion_of_matrix(rotation), 0, -1)], axis=-1)
 
     @property
     def all_twists(self) -> Array:
-        """(F, n, K, 6)."""
+        """(F, n, K, 6) twists of all stations [m, rad]."""
         if self._all is None or self._all.shape[1] < len(self.twists):
             self._all = np.stack(self.twists, axis=1)
         return self._all
 
     def moved(self, frame: int, exaggeration: float, shares: Array) -> Array:
-        """Return the deformed stations (n, 4, 4) of one frame with shares (K,) of the contributions, as motion.js does it."""
+        """Return the deformed stations (n, 4, 4) of one frame with shares (K,) of the contributions, as ``motion.js`` does."""
         poses = np.stack([rest[frame] for rest in self.rest])
         twists = exaggeration * np.einsum("nki,k->ni", self.all_twists[frame], shares)
         poses[:, :3, 3] += twists[:, :3]
@@ -79,11 +79,11 @@ class Mesh:
     """A surface in the scene tree.
 
     Attributes:
-        path: where, below each of ``roots``.
-        surface: its triangles, in station coordinates.
-        station: the station it is fixed to, or (n,) one for every vertex.
-        roots: ``Rest`` (pale, where it is at rest), ``Deformed`` (solid, moved), or ``Base`` (solid, at rest).
-        colour: "deflection", "#rrggbb", or (n, 3) one colour per vertex, 0 to 1.
+        path: path of the node below each of ``roots``.
+        surface: triangles in station coordinates.
+        station: index of its station, or (n,) indices for all vertices.
+        roots: ``Rest`` (pale, undeformed), ``Deformed`` (solid, deformed), ``Base`` (solid, undeformed).
+        colour: "deflection", "#rrggbb", or (n, 3) colours of the vertices, 0 to 1.
     """
 
     path: str
@@ -108,15 +108,16 @@ class Arrow:
     """A force or couple.
 
     Attributes:
-        group: the folder of the scene tree.
-        name: its name there, that of the result.
-        label: its name in the picture.
+        group: folder of the scene tree.
+        name: name of the node, as in the result.
+        label: name in the picture.
         kind: "force" or "moment".
-        station: where it is attached, and ``offset`` (3,) from there in station coordinates.
-        vector: (F, K + 1, 3) what each contribution gives, and last what does not depend on the shares [N, N·m].
-        positive: (F, 3) direction in which the number in the label counts positive; None: always positive.
-        anchor: "tail" or "tip" is at the station; or (F, 3) the outward direction: what pushes against it is drawn with its
-            tip at the station, so that the arrow does not hide inside the robot.
+        station: station to which it is attached.
+        vector: (F, K + 1, 3) part of each contribution, then the part that does not depend on shares [N, N·m].
+        offset: (3,) position relative to the station, in station coordinates [m].
+        positive: (F, 3) positive direction of the number in the label; None: the number is a magnitude.
+        anchor: end of the arrow at the station, "tail" or "tip"; or (F, 3) outward direction: vectors against it have their tip
+            at the station, so that the arrow is outside the robot.
     """
 
     group: str
@@ -131,14 +132,14 @@ class Arrow:
 
     @property
     def unit(self) -> str:
-        """Of its vector; that of a free motion, which may have any size, has none."""
+        """Unit of its vector; empty for a free motion, whose magnitude is arbitrary."""
         if self.group == FREE_MOTION:
             return ""
         return "N" if self.kind == "force" else "N·m"
 
     @property
     def size(self) -> float:
-        """The longest it gets with all shares at one [N, N·m]."""
+        """Largest magnitude of all frames with all shares at 1 [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
     def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, object]:
@@ -155,24 +156,25 @@ class Arrow:
 
 @dataclass
 class Scene:
-    """Everything a page shows; ``plain`` makes it JSON.
+    """Content of a page; :meth:`plain` converts it to JSON data.
 
     Attributes:
-        title: the robot's name.
-        stations: what moves.
-        size: of the robot [m].
-        exaggeration: with which the page opens.
-        readout: the station whose twist is shown in numbers.
-        meshes, arrows: what is drawn.
+        title: heading.
+        stations: moving frames.
+        size: size of the robot [m].
+        exaggeration: initial factor of displacements.
+        readout: station whose twist is shown in numbers.
+        facts: pose, gravity, load, status and units in the heading.
+        meshes, arrows: drawn surfaces and arrows.
         frames: name, station and label of the drawn coordinate systems.
         labels: path, station and text of further labels.
-        facts: pose, gravity, load and status, which always stand on the page, and the units.
-        notes: warnings to show.
-        cards: what a click on a beam, joint or spring tells, by path of its mesh.
-        compare: a second scene that is shown with it.
+        notes: warnings.
+        cards: data shown on a click on a beam, joint or spring, by path of its mesh.
+        compare: a second scene on the same page.
         live: controls and address of a live page.
-        unloaded: whether there is no result: the contributions are free motions then, or modes.
-        modes: those that are shown, one at a time, and ``first``: of which first.
+        unloaded: whether there is no result; the contributions are then free motions, or modes.
+        modes: data of the modes, of which one at a time is shown.
+        first: index of the first one shown.
     """
 
     title: str
@@ -200,15 +202,15 @@ class Scene:
         return np.eye(1, count, self.first)[0] if self.unloaded else np.ones(count)
 
     def plain(self, packing: Packing = EXACT) -> dict[str, object]:
-        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
+        """Return the scene as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
 
         Args:
-            packing: how numbers are written that change along a path.
+            packing: encoding of numbers that change along a path.
         """
         e = self.exaggeration
         return {
             **self.moving(packing),
-            **self.told(packing),
+            **self.details(packing),
             "title": self.title,
             "unloaded": self.unloaded,
             "modes": [vars(mode) for mode in self.modes],
@@ -236,7 +238,7 @@ class Scene:
         }  # fmt: skip
 
     def moving(self, packing: Packing = EXACT) -> dict[str, object]:
-        """Return what another pose or load changes of :meth:`plain`, but for notes and cards."""
+        """Return the entries of :meth:`plain` that depend on pose and load, except notes and cards."""
         stations = self.stations
         return {
             "contributions": stations.sources,
@@ -251,7 +253,7 @@ class Scene:
             "live": self.live,
         }  # fmt: skip
 
-    def told(self, packing: Packing = EXACT) -> dict[str, object]:
+    def details(self, packing: Packing = EXACT) -> dict[str, object]:
         """Return notes and cards of :meth:`plain`."""
         return {
             "notes": self.notes,
@@ -260,9 +262,9 @@ class Scene:
         }
 
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
-        """Return every arrow with metres per N or N·m, radius [m] and colour.
+        """Return every arrow with its scale (metres per N or N·m), radius [m] and colour.
 
-        Every group's forces have a scale of their own, and its couples, so that the longest is easy to read.
+        Forces of a group have a common scale, and so have its couples; the longest arrow is a given part of the robot's size.
         """
         longest: dict[tuple[str, str], float] = {}
         for arrow in self.arrows:
@@ -276,22 +278,22 @@ class Scene:
         return scaled
 
 
-#: Direction from which the page looks at the robot at first, world axes.
+#: Initial direction from the robot to the camera, world axes.
 VIEW = (1.5, -2.6, 1.1)
-#: Height of what the camera sees [°], and where the light comes from and how strong it is.
+#: Vertical field of view of the camera [°]; position and intensity of the light.
 FIELD_OF_VIEW = 32
 LIGHT = {"from": (1, -2, 4), "intensity": 0.45}
-#: Colour of what shows no quantity, and of the mark of the largest value.
+#: Colour of surfaces without the shown quantity, and of the mark at the largest value.
 UNKNOWN, MARK = "#c3c9d1", "#e6007a"
-#: Colours of displacements, from none to the largest (viridis).
+#: Colours of displacements, from zero to the largest (viridis).
 RAMP = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
-#: Colours of what has a sign, from the most negative to the most positive.
+#: Colours of signed quantities, from the most negative to the most positive.
 SIGNED_RAMP = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f2f2f2", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 #: Colour and opacity of the robot at rest.
 RESTING = ("#7f8fa6", 0.2)
 #: Length of the drawn axes, as part of the robot's size.
 AXES = 0.16
-#: Groups of arrows that are switched off at first: all at once would be a thicket.
+#: Groups of arrows that are initially hidden.
 HIDDEN = (
     "constraint forces",
     "constraint couples",
@@ -317,17 +319,17 @@ COLOURS = {
     "weights": "#7c4a1e",
     "base reaction": "#15803d",
 }
-#: What the arrows of each group are, in a sentence.
+#: Explanation of the arrows of each group.
 GROUPS = {
     FREE_MOTION: "How the platform can move with the actuators locked: translation of o, and rotation.",
-    "external load": "What acts from outside: the load on the platform at o, loads on links, the payload's weight.",
-    "spring forces": "What a spring does to the link at its end, at the pose; towards the spring where it pulls.",
+    "external load": "Load on the platform at o, loads on links, the payload's weight.",
+    "spring forces": "Force of a spring on the link at its end, at the pose; towards the spring in tension.",
     "actuator forces": "Force or torque of an actuator, positive along its joint's positive direction.",
-    "constraint forces": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
-    "constraint couples": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
-    "attached wrenches": "Attached wrench: what the platform puts on the limb so that its passive joints hold its own weight.",
-    "joints of networks": "What a joint to the platform puts on the limb.",
+    "constraint forces": "Wrench of the platform on the limb: constraint wrench times intensity.",
+    "constraint couples": "Wrench of the platform on the limb: constraint wrench times intensity.",
+    "attached wrenches": "Wrench of the platform on the limb that balances the limb's weight at its passive joints.",
+    "joints of networks": "Wrench of the platform on the limb at a joint.",
     "axial forces in networks": "Axial force at the platform end of a beam, tension positive.",
     "weights": "Weight, at the centre of mass.",
-    "base reaction": "What the ground puts on the robot, about the base link's origin.",
+    "base reaction": "Wrench of the ground on the robot, about the base link's origin.",
 }

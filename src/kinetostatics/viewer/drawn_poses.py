@@ -1,4 +1,4 @@
-"""What the scene asks of the poses that it draws, whether they carry loads or not."""
+"""Interface of the poses of a scene, with or without loads."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from kinetostatics.robot import Robot
 
 
 class DrawnPoses(ABC):
-    """Poses of a robot, F, and what each contribution, K, does to its points; all arrays have the axis F first.
+    """F poses of a robot, and displacements of its points by each of K contributions; all arrays have the axis F first.
 
     Attributes:
         robot: the robot.
-        count: how many there are, F.
-        step: every which station of a beam is shown; its ends and its middle are among them.
-        rigid: the links that have a twist of their own.
+        count: number of poses, F.
+        step: interval of the shown stations of a beam; its ends and its middle are included.
+        rigid: links with a twist of their own.
         sources: names of the contributions.
-        labels: what the page calls them.
+        labels: labels of the contributions on the page.
     """
 
     robot: Robot
@@ -33,7 +33,7 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def frame(self, link: str) -> Array:
-        """Return a link's frames (F, 4, 4) at rest."""
+        """Return the frames (F, 4, 4) of a link at rest."""
 
     @property
     @abstractmethod
@@ -48,7 +48,7 @@ class DrawnPoses(ABC):
     @property
     @abstractmethod
     def platform_twist(self) -> Array:
-        """(F, K, 6) what each contribution does to the platform, at o."""
+        """(F, K, 6) twist of the platform by each contribution, at o, world axes [m, rad]."""
 
     @abstractmethod
     def link_twist(self, link: str) -> Array | None:
@@ -75,11 +75,11 @@ class DrawnPoses(ABC):
 
     @abstractmethod
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (F, 3, 3) and points (F, n, 3) of a beam at rest."""
+        """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
 
     @abstractmethod
     def beam_twists(self, name: str) -> Array:
-        """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
+        """Return the twists (F, K, n, 6) of a beam's stations by each contribution [m, rad]."""
 
     @abstractmethod
     def tension(self, name: str) -> Array:

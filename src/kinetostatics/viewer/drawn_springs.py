@@ -13,7 +13,7 @@ from kinetostatics.math.ordering import axis_across
 from kinetostatics.viewer.drawn_poses import DrawnPoses
 from kinetostatics.viewer.shapes import carried_along, crossed
 
-#: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
+#: Density of steel [kg/m³]; a point mass is drawn as a steel ball.
 STEEL = 7850.0
 
 
@@ -22,10 +22,10 @@ class DrawnSpring:
     """One spring at the shown poses.
 
     Attributes:
-        description: of the robot.
-        ends: (F, 3) its two points at rest [m].
-        twists: (F, K, 6) what each contribution does to them.
-        tension: (F,) [N].
+        description: the spring of the robot's description.
+        ends: (F, 3) positions of its two ends at rest [m].
+        twists: (F, K, 6) twists of its two ends by each contribution [m, rad].
+        tension: (F,) tensile force [N].
     """
 
     description: Spring
@@ -35,22 +35,22 @@ class DrawnSpring:
 
     @property
     def links(self) -> tuple[str, str]:
-        """Of its two ends."""
+        """Links at its two ends."""
         return self.description.predecessor, self.description.successor
 
     @property
     def length(self) -> Array:
-        """(F,) [m]."""
+        """(F,) length at rest [m]."""
         return np.asarray(np.linalg.norm(self.ends[1] - self.ends[0], axis=-1))
 
     @property
     def direction(self) -> Array:
-        """(F, 3) from the first end to the second; zero where it has no length."""
+        """(F, 3) unit vector from the first end to the second; zero at zero length."""
         length = self.length[:, None]
         return np.asarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
 
     def frames(self) -> Array:
-        """Return frames (F, 4, 4) at the first end, z towards the second, which turn as little as they can along a path."""
+        """Return frames (F, 4, 4) at the first end, z towards the second, with minimal rotation along a path."""
         result = np.tile(np.eye(4), (len(self.length), 1, 1))
         z = self.direction
         z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
@@ -74,7 +74,7 @@ def find_springs(poses: DrawnPoses) -> list[DrawnSpring]:
 
 
 def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str, Array]:
-    """Return the points (F, 3) [m] of links that are masses at points, such as counterweights, and have no look in ``looks``."""
+    """Return the positions (F, 3) [m] of point masses (links with mass but no inertia) that are not drawn by ``looks``."""
     found, description = {}, poses.robot.description
     others = {*looks, *(beam.link for beam in description.beams.values())}
     for name, link in description.links.items():
@@ -84,5 +84,5 @@ def find_masses_at_points(poses: DrawnPoses, looks: Collection[str]) -> dict[str
 
 
 def radius_of_ball(mass: float, size: float) -> float:
-    """Return the radius [m] of a steel ball of this mass, as far as it can be seen on a robot of a size [m]."""
+    """Return the radius [m] of a steel ball of this mass, limited to 1 to 6 % of the robot's size [m]."""
     return float(np.clip((3 * mass / (4 * np.pi * STEEL)) ** (1 / 3), 0.01 * size, 0.06 * size))

@@ -1,4 +1,4 @@
-"""Permanent text of a page: pose, gravity, load and status of every frame, and the units of displacements."""
+"""Heading of a page: pose, gravity, load and status of every frame; units of displacements."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from kinetostatics.viewer.standing import StandingPose
 
 @dataclass(frozen=True, eq=False)
 class FrameFacts:
-    """The pose and what acts on it, in every frame of a path.
+    """Pose, loads and status in every frame of a path.
 
     Attributes:
         pose: name, unit and (F,) values of the platform's coordinates.
-        gravity: (F, 3) world axes [m/s²].
-        load: (F, 6) about o, world axes [N, N·m]; None, as gravity, of a pose without loads.
-        on_links: (F, 6) loads on links, each about the point where it acts, world axes [N, N·m], by name.
-        payload: (F,) mass [kg] and (F, 3) centre [m] in the frame of a link, or in o-xyz (None); None: there is none.
-        status: (F,) status words, the worst first.
-        displacement, rotation: units of displacements and rotations, of legend and tables alike.
+        gravity: (F, 3) gravity, world axes [m/s²]; None for a pose without loads.
+        load: (F, 6) load about o, world axes [N, N·m]; None for a pose without loads.
+        on_links: (F, 6) loads on links about their points of application, world axes [N, N·m], by name.
+        payload: (F,) mass [kg], (F, 3) centre [m], and the link of the centre's frame (None: o-xyz); None without payload.
+        status: (F,) status texts, the most severe state first.
+        displacement, rotation: number formats of displacements and rotations in legend and tables.
     """
 
     pose: list[tuple[str, str, Array]]
@@ -41,8 +41,8 @@ class FrameFacts:
     displacement: NumberFormat
     rotation: NumberFormat
 
-    def told(self, frame: int) -> list[tuple[str, str]]:
-        """Return names and words of what stands on the page in a frame, its status last."""
+    def lines(self, frame: int) -> list[tuple[str, str]]:
+        """Return the lines of the heading in a frame, title and text; the status is last."""
         found = []
         if self.pose:
             pose = (f"{name} {_rounded(values[frame])}{'' if unit == '°' else ' '}{unit}" for name, unit, values in self.pose)
@@ -57,21 +57,21 @@ class FrameFacts:
         return [*found, ("status", self.status[frame])]
 
     def plain(self) -> list[list[tuple[str, str]]]:
-        """Return :meth:`told` of every frame."""
-        return [self.told(frame) for frame in range(len(self.status))]
+        """Return the lines of all frames."""
+        return [self.lines(frame) for frame in range(len(self.status))]
 
     def units(self) -> dict[str, object]:
-        """Return the units as JSON wants them."""
+        """Return the number formats as JSON data."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
 def _rounded(value: float) -> str:
-    """Return a coordinate in mm or degrees, without zeros at the end."""
+    """Return a coordinate in mm or degrees, without trailing zeros."""
     return f"{round(float(value), 2) + 0.0:.15g}".replace("-", "−")
 
 
 def _short(value: float) -> str:
-    """Return a load in up to five digits, without zeros at the end."""
+    """Return a load with up to five digits, without trailing zeros."""
     return f"{0.0 if abs(value) < 5e-6 else float(f'{value:.5g}'):.15g}".replace("-", "−")
 
 
@@ -84,7 +84,7 @@ def _wrench(values: Array) -> str:
 
 
 def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFacts:
-    """Return the facts of the shown poses of a robot of a size [m]; ``displacements`` (…, 3) [m] are all that colours tell."""
+    """Return the heading of the shown poses; ``displacements`` (…, 3) [m] determine the unit of the legend."""
     result = poses.result
     pose = _coordinates(result.configuration, lambda values: poses.of_configuration(values, 0))
     status = [["OK"] for _ in range(poses.count)]
@@ -102,7 +102,7 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFac
 
 
 def facts_without_loads(poses: StandingPose) -> FrameFacts:
-    """Return the facts of a pose without loads: its coordinates, where the loops are closed."""
+    """Return the heading of a pose without loads: its coordinates, if the loops are closed."""
     pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
     formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)
     return FrameFacts(pose, None, None, {}, None, ["OK"], *formats)
@@ -120,7 +120,7 @@ def _coordinates(configuration: Configuration, taken: Callable[[Array], Array]) 
 def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
     found: dict[str, Array] = {}
     for name, _, point, wrench in loads_on_links(poses, ("load",)):
-        if name != PAYLOAD:  # an end of a beam may be another place at another pose
+        if name != PAYLOAD:  # the loaded end of a beam may change along the path
             found[name] = found.get(name, 0.0) + about_point(wrench, point, poses.o, size)
     return found
 

@@ -13,17 +13,17 @@ from kinetostatics.viewer.drawn_poses import DrawnPoses
 
 @dataclass(frozen=True, eq=False)
 class DrawnJoint:
-    """One joint as it is drawn; joints that turn about one point in turn are one ball.
+    """A joint as drawn; consecutive hinges about one point are drawn as one ball.
 
     Attributes:
-        name: the joint's, or what the joints of a ball have in common.
+        name: name of the joint, or common start of the names of a ball's joints.
         joints: names of the joints or loops.
-        links: the links they touch.
-        centre: (F, 3) at rest [m].
-        axis: (F, 3) of a joint with one axis, drawn as a pin; None for a ball.
-        twist: (F, K, 6) of the centre.
+        links: links that it connects.
+        centre: (F, 3) position at rest [m].
+        axis: (F, 3) axis of a joint with one axis, drawn as a pin; None for a ball.
+        twist: (F, K, 6) twist of the centre by each contribution [m, rad].
         driven: whether it is an actuator.
-        beam: name of the telescopic beam that it lies inside, or None.
+        beam: name of the telescopic beam that contains it, or None.
     """
 
     name: str
@@ -37,7 +37,7 @@ class DrawnJoint:
 
 
 def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
-    """Return all joints that can move."""
+    """Return all joints with freedoms, except floating ones."""
     robot = poses.robot
     inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
     found: list[DrawnJoint] = []
@@ -45,7 +45,7 @@ def find_joints(poses: DrawnPoses) -> list[DrawnJoint]:
     for connection in robot.mechanism.connections.values():
         loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
         if connection.type.is_fixed or loose:
-            continue  # the one does not move, the other does not join
+            continue  # fixed joints and free bodies are not drawn
         centre = _centre(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
         turning = connection.type.is_hinge and not connection.driven
@@ -89,14 +89,14 @@ def _axis(poses: DrawnPoses, connection: Connection) -> Array:
 
 
 def _twist(poses: DrawnPoses, connection: Connection, centre: Array) -> Array:
-    """Return the centre's twist by the side that is rigid, if one is: at a beam's end the two agree in position."""
+    """Return the twist of the centre, as a point of the rigid link if only one link is rigid."""
     rigid = poses.rigid
     link = connection.successor if connection.successor in rigid else connection.predecessor
     return poses.twist_at(link if link in rigid else connection.successor, centre)
 
 
 def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
-    """Return a radius [m] that goes well with the beams at a joint."""
+    """Return the radius [m] of a joint's marker: mean section size of the beams at the joint."""
     beams = poses.robot.description.beams.values()
     near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
     some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
@@ -104,6 +104,6 @@ def marker_radius(poses: DrawnPoses, joint: DrawnJoint, size: float) -> float:
 
 
 def _common_start(a: str, b: str) -> str:
-    """Return what two names begin with."""
+    """Return the common start of two names."""
     same = [x == y for x, y in zip(a, b, strict=False)]
     return a[: (*same, False).index(False)]

@@ -1,9 +1,9 @@
 """Live pages: the page sends the values of its sliders, Python analyses that pose and returns a new scene.
 
-meshcat's own socket only carries commands to the page. The page therefore sends requests by HTTP: moving a slider is a POST to
-the address of the page, and the response contains the changes of the scene. The server is that of the standard library. It
-listens on this machine only, at an address with a random key. Of a request the key and origin are checked first, then the stated
-length, before its body is read.
+meshcat's own socket only transmits commands to the page. The page therefore sends requests by HTTP: each motion of a slider is a
+POST to the address of the page, and the response contains the changes of the scene. The server of the standard library listens on
+this machine only, at an address with a random key. Key, origin and stated length of a request are checked before its body is
+read.
 """
 
 from __future__ import annotations
@@ -42,20 +42,20 @@ from kinetostatics.viewer.sliders import Sliders, written
 from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import link_visuals
 
-#: Names by which this machine may be asked, or else a page elsewhere could let its own name lead here.
+#: Allowed host names; others are refused against DNS rebinding.
 LOCAL_NAMES = ("127.0.0.1", "localhost")
-#: The longest question [bytes], and how long the server waits for the next part of a request [s].
+#: Largest request [bytes], and timeout for the next part of a request [s].
 LONGEST, PATIENCE = 1 << 16, 10
 
 
 class LiveRobot:
-    """A pose that sliders change: of the actuators, of platform coordinates that determine the pose, and of the load.
+    """A robot whose pose and load are changed by sliders of actuators, platform coordinates and load components.
 
-    A pose that cannot be analysed is shown without loads, and why.
+    A pose that cannot be analysed is shown without loads, with the reason.
 
     Attributes:
-        configuration: the last pose; the next one starts there. None: the loops cannot be closed, and nothing has a slider.
-        load: (6,) force and moment at o [N, N·m], or None where ``analyze`` has its own.
+        configuration: the last pose, start of the next one; None: the loops cannot be closed, and there are no sliders.
+        load: (6,) force and moment at o [N, N·m], or None if ``analyze`` has its own load.
     """
 
     def __init__(
@@ -72,11 +72,11 @@ class LiveRobot:
 
         Args:
             start: one pose; or a robot whose loops cannot be closed.
-            analyze: how a pose is analysed: load and gravity are chosen there.
-            orientation, closure_tolerance: as in :meth:`Robot.assemble`.
-            coordinates: platform coordinates that get sliders; none: those that determine the pose best.
-            load: (6,) at o [N, N·m], which gets sliders; ``analyze`` is given it as ``load=`` then.
-            message: told beside the first pose.
+            analyze: function that analyses a pose, with its load and gravity.
+            orientation, closure_tolerance: see :meth:`Robot.assemble`.
+            coordinates: platform coordinates with sliders; default: the best conditioned ones.
+            load: (6,) load at o with sliders [N, N·m], passed to ``analyze`` as ``load=``; None: no sliders.
+            message: note shown with the first pose.
         """
         if isinstance(start, Configuration) and start.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
@@ -99,29 +99,30 @@ class LiveRobot:
         self.first = self.scene.plain()
 
     def answer(self, question: Mapping[str, Json]) -> dict[str, object]:
-        """Return what of the scene changes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
+        """Return the changes of the scene for a request ``{"kind": …, "values": {name: shown value}}``.
 
-        Notes and cards take as long as all the rest: they come along with ``"told": true``. ``"groups": [...]`` says which arrows
-        are wanted, if not all; ``"contributions": [...]`` what is shown: if there are others now, all of the scene is answered.
-        ``"kind": "told"`` asks for everything again, of the last pose.
-        A pose that cannot be reached is answered with the last one on the straight way to it, and ``rim`` says why.
+        The kind is "actuators", "platform", "load", or "details" for the last pose with notes and cards. Otherwise these are
+        included on request only (``"details": true``), since they take as long as the rest. ``"groups"`` lists the requested
+        groups of arrows, default all; ``"contributions"`` those on the page: if they have changed, the whole scene is returned.
+
+        If a pose cannot be reached, the response contains the last pose on the straight line to it, and the reason as ``rim``.
 
         Raises:
-            KinetostaticsError: the pose cannot be analysed; the last one stays.
+            KinetostaticsError: the pose cannot be analysed; the last one remains.
         """
         kind, groups, rim = question["kind"], question.get("groups"), {}
-        if kind != "told":
+        if kind != "details":
             rim = {"rim": self._move(kind, question["values"])}
         if self.like is None and isinstance(self.result, Result):
             self.like = self._scene(None)
         scene = self._scene(None if groups is None else set(groups), self.like if isinstance(self.result, Result) else None)
         if tuple(question.get("contributions", scene.stations.sources)) != scene.stations.sources:
             return {**self._scene(None).plain(), **rim}
-        told = self._told() if kind == "told" or question.get("told") or scene.unloaded else {}
-        return {**scene.moving(), **told, **rim}
+        details = self._details() if kind == "details" or question.get("details") or scene.unloaded else {}
+        return {**scene.moving(), **details, **rim}
 
     def compile(self, go_on: Callable[[], bool]) -> None:
-        """Have compiled code made of what answers take, as long as one may go on: until it is there NumPy answers."""
+        """Compile the code for requests, as long as ``go_on()`` is true; NumPy is used until it is ready."""
         if check_engine("auto") == "numpy" or self.configuration is None:
             return
         asked: list[dict[str, object]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
@@ -136,18 +137,18 @@ class LiveRobot:
                     self._assembled(coordinates, engine="compiled")
 
     def reach(self) -> Mapping[str, object]:
-        """Return where each slider ends at the present pose; nothing as soon as the pose is another one."""
+        """Return the ends of all sliders at the present pose; empty if the pose changes during the computation."""
         pose = self.configuration
         if pose is None or self.sliders is None:
             return {}
         found = self.sliders.reach(pose, lambda: self.configuration is pose)
         return found if self.configuration is pose else {}
 
-    def _told(self) -> dict[str, object]:
-        return describe_scene(self.result, visuals=self.visuals).told()
+    def _details(self) -> dict[str, object]:
+        return describe_scene(self.result, visuals=self.visuals).details()
 
     def _move(self, kind: str, shown: Mapping[str, float]) -> str:
-        """Go to coordinates or a load; return what of them cannot be reached."""
+        """Move to coordinates or a load; return the reason if the coordinates cannot be reached, else an empty text."""
         assert self.sliders is not None and self.configuration is not None
         values = {name: float(value) * self.sliders.factors[kind, name] for name, value in shown.items()}
         configuration, load, rim = self.configuration, self.load, ""
@@ -176,29 +177,29 @@ class LiveRobot:
         return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, pose: Configuration, kind: str, values: Mapping[str, float]) -> tuple[Configuration, str]:
-        """Return the last good pose on the straight way to coordinates, and why it ends there; the present one if none is."""
+        """Return the last valid pose on the straight line to coordinates, by default the present one, and why the line ends."""
         assert self.sliders is not None
         present = {name: float(self.sliders.present(pose, kind)[name]) for name in values}
-        ways = self.sliders.shortened({name: np.array([value - present[name]]) for name, value in values.items()}, kind)
-        (end,) = self.sliders.ends(pose, kind, ways)
-        reached = {name: present[name] + end.part * float(way[0]) for name, way in ways.items()}
+        lines = self.sliders.shortened({name: np.array([value - present[name]]) for name, value in values.items()}, kind)
+        (end,) = self.sliders.ends(pose, kind, lines)
+        reached = {name: present[name] + end.part * float(line[0]) for name, line in lines.items()}
         rim = pose
         with contextlib.suppress(AssemblyError):
             rim = self._assembled({kind: reached})
-        moved = {name: self.sliders.factors[kind, name] for name, way in ways.items() if abs(float(way[0])) > 1e-6}
+        moved = {name: self.sliders.factors[kind, name] for name, line in lines.items() if abs(float(line[0])) > 1e-6}
         words = [
             f"{name} stops at {written(float(self.sliders.present(rim, kind)[name]), factor)}" for name, factor in moved.items()
         ]
         return rim, f"{', '.join(words)}: {self.sliders.words(end)}"
 
     def _scene(self, groups: set[str] | None, like: Scene | None = None) -> Scene:
-        """Describe the present result; with meshes as they were, if they are not wanted again."""
+        """Return the scene of the present result; ``like``: scene whose meshes are used again."""
         scene = describe_scene(self.result, visuals=self.visuals, like=like, groups=groups)
         self._control(scene)
         return scene
 
     def _control(self, scene: Scene) -> None:
-        """Let the sliders of a scene stand where its pose is."""
+        """Set the sliders of a scene to its pose."""
         pose = self.result.configuration
         scene.live = {
             "url": "analyze",
@@ -207,18 +208,18 @@ class LiveRobot:
 
 
 class LiveServer:
-    """Serves a live page on this machine; use it as a context, or :meth:`close` it.
+    """Server of a live page on this machine, a context manager.
 
     Attributes:
         url: address of the page.
     """
 
     def __init__(self, robot: LiveRobot, port: int = 0) -> None:
-        """Start to serve in the background.
+        """Start the server in the background.
 
         Args:
-            robot: what answers.
-            port: of 127.0.0.1; 0 for any that is free.
+            robot: robot that answers the requests.
+            port: port of 127.0.0.1; 0: any free port.
 
         Raises:
             KinetostaticsError: the port cannot be used.
@@ -257,7 +258,7 @@ class LiveServer:
         self._closed.set()
         self._server.shutdown()
         self._server.server_close()
-        self._compiling.join()  # the program would crash if it ended in the middle of that
+        self._compiling.join()  # ending the program during compilation would crash it
 
 
 def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
@@ -280,12 +281,12 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
             if not self._is_asked_for("analyze"):
                 self._reply(404, "nothing here")
             elif not re.fullmatch("[0-9]{1,9}", length) or int(length) > LONGEST:
-                self._reply(413, f"a question tells its length, of at most {LONGEST} bytes")
+                self._reply(413, f"a request must state its length, at most {LONGEST} bytes")
             else:
                 self._reply(200, self._answer(self.rfile.read(int(length))), "application/json")
 
         def _is_asked_for(self, name: str) -> bool:
-            """Return whether a page of this server asks for something by its key."""
+            """Return whether a request has the server's key, host and origin."""
             host = self.headers.get("Host", "")
             here = host.partition(":")[0] in LOCAL_NAMES and self.headers.get("Origin", f"http://{host}") == f"http://{host}"
             return here and self.path == f"/{key}/{name}"
@@ -293,19 +294,19 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
         def _answer(self, question: bytes) -> str:
             try:
                 asked = json.loads(question)
-                if asked["kind"] == "reach":  # takes longer than an analysis, which does not wait for it
+                if asked["kind"] == "reach":  # outside the lock: analyses do not wait for it
                     return json.dumps(robot.reach(), allow_nan=False)
                 with lock:
                     answer = robot.answer(asked)
                 return json.dumps(answer, allow_nan=False)
-            except KinetostaticsError as error:  # the page shows it; it is an answer like any other
+            except KinetostaticsError as error:  # shown by the page
                 return json.dumps({"error": str(error)})
-            except Exception as error:  # whatever was asked gets an answer
-                return json.dumps({"error": f"the page asked for something that makes no sense: {error!r}"})
+            except Exception as error:  # every request gets a response
+                return json.dumps({"error": f"the request of the page is invalid: {error!r}"})
 
         def _reply(self, status: int, text: str, kind: str = "text/plain") -> None:
             body = text.encode()
-            with contextlib.suppress(ConnectionError):  # who asked may have gone
+            with contextlib.suppress(ConnectionError):  # the page may have been closed
                 self.send_response(status)
                 self.send_header("Content-Type", f"{kind}; charset=utf-8")
                 self.send_header("Content-Length", str(len(body)))
@@ -333,13 +334,13 @@ def serve(
     """Serve a page whose sliders move the robot.
 
     Args:
-        start: the pose to start from; or a robot whose loops cannot be closed.
-        analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
-        orientation, closure_tolerance: as in :meth:`Robot.assemble`.
-        coordinates: platform coordinates that get sliders; none: those that determine the pose best.
-        load: (6,) force and moment at o, world axes [N, N·m]: it gets sliders, and ``analyze`` is called with ``load=`` what they
-            say, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
-        port: of 127.0.0.1; 0 for any that is free.
-        message: told beside the first pose.
+        start: the first pose; or a robot whose loops cannot be closed.
+        analyze: function that analyses a pose, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
+        orientation, closure_tolerance: see :meth:`Robot.assemble`.
+        coordinates: platform coordinates with sliders; default: the best conditioned ones.
+        load: (6,) initial force and moment at o, world axes [N, N·m], with sliders; ``analyze`` is called with their values as
+            ``load=``, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
+        port: port of 127.0.0.1; 0: any free port.
+        message: note shown with the first pose.
     """
     return LiveServer(LiveRobot(start, analyze, orientation, closure_tolerance, coordinates, load, message), port)

@@ -1,4 +1,4 @@
-"""Connections to a meshcat-server, one that runs or a new one on this machine."""
+"""Connections to a running meshcat-server, or to a new one on this machine."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from meshcat.visualizer import ViewerWindow, Visualizer
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
-#: How long a server may take to answer [ms].
+#: Timeout of a server's response [ms].
 PATIENCE = 10_000
-#: Runs meshcat's server on this machine only: by itself it takes commands from here alone, but shows the scene to every network.
+#: Program that runs meshcat's server on the local address only; by default it serves its page to all networks.
 LOCAL_SERVER = """
 import functools, tornado.web
 tornado.web.Application.listen = functools.partialmethod(tornado.web.Application.listen, address="127.0.0.1")
@@ -26,14 +26,14 @@ main()
 
 @contextlib.contextmanager
 def connected(url: str | None) -> Iterator[Visualizer]:
-    """Give the visualizer of the meshcat-server at a ZeroMQ address, or of a new one on this machine, which ends with the block.
+    """Yield the visualizer of the meshcat-server at a ZeroMQ address, or of a new local server, which ends with the context.
 
     Raises:
         KinetostaticsError: no server answers, or none can be started.
     """
     with contextlib.ExitStack() as stack:
         server, address = (None, url) if url else stack.enter_context(_local_server())
-        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address, which is for the caller to tell
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address
             visualizer = _reached(address)
         visualizer.window.server_proc = server
         try:
@@ -44,16 +44,16 @@ def connected(url: str | None) -> Iterator[Visualizer]:
 
 @contextlib.contextmanager
 def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Run a server, and give its process and its ZeroMQ address."""
+    """Run a server; yield its process and its ZeroMQ address."""
     command = [sys.executable, "-u", "-c", LOCAL_SERVER]
-    server = subprocess.Popen(  # in a session of its own, so that Ctrl+C ends it by us
+    server = subprocess.Popen(  # in a separate session, so that Ctrl+C does not reach it
         command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
     )
     try:
         assert server.stdout is not None
         answer = server.stdout.readline().strip()
         if not answer.startswith("zmq_url="):
-            raise KinetostaticsError("meshcat's server does not start; python -m meshcat.servers.zmqserver says why")
+            raise KinetostaticsError("meshcat's server does not start; for the reason, run python -m meshcat.servers.zmqserver")
         yield server, answer.removeprefix("zmq_url=")
     finally:
         server.terminate()
@@ -61,7 +61,7 @@ def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
 
 
 def _reached(url: str) -> Visualizer:
-    """Return the visualizer of a running server, whose sockets do not wait for ever."""
+    """Return the visualizer of a running server, with timeouts for its sockets."""
     limits = {zmq.RCVTIMEO: PATIENCE, zmq.SNDTIMEO: PATIENCE, zmq.LINGER: 0}
     before = ViewerWindow.context
     ViewerWindow.context = zmq.Context()

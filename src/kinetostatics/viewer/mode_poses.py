@@ -1,4 +1,4 @@
-"""Modes of vibration as the page shows them, one at a time."""
+"""Modes of vibration as contributions to the displacements of a scene, and their data for the panel."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from kinetostatics.results.modes import Modes
 from kinetostatics.viewer.shown_poses import place_of
 from kinetostatics.viewer.standing import StandingPose
 
-#: Parts with the largest shares of energy that the panel names.
+#: Largest number of parts with shares of energy in the panel.
 MOST = 6
 
 
 @dataclass(frozen=True)
 class DrawnMode:
-    """A mode in words: its name, frequency, effective masses [%] by direction, and largest shares of energy [%] by part."""
+    """Texts on a mode: name, frequency, effective masses [%] by direction, and largest shares of energy [%] by part."""
 
     name: str
     frequency: str
@@ -36,16 +36,16 @@ class ModePoses(StandingPose):
     """One pose of a robot, F = 1; the contributions are its modes, for a modal mass of 1 kg.
 
     Args:
-        modes: of one pose or a batch.
-        pose: index of the one pose of a batch that is shown.
+        modes: modes of one pose or a batch.
+        pose: index of one pose of a batch.
 
     Raises:
-        ArgumentError: the pose is not said or has no modes.
+        ArgumentError: the index of a pose is missing, or the pose has no modes.
     """
 
     def __init__(self, modes: Modes, pose: int | tuple[int, ...] | None = None) -> None:
         if modes.shape and pose is None:
-            raise ArgumentError(f"modes are shown at one pose, and theirs have the shape {modes.shape}: say which by pose")
+            raise ArgumentError(f"modes are shown at one pose, and the result has the shape {modes.shape}: choose one by pose=")
         self.modes, self.robot, self.rigid = modes, modes.robot, modes.link_twists
         self._place = 0 if pose is None else place_of(modes.shape, pose)
         self.configuration = taken(modes.configuration, np.array([self._place]), ())
@@ -65,7 +65,7 @@ class ModePoses(StandingPose):
 
     @property
     def drawn(self) -> list[DrawnMode]:
-        """The modes in words."""
+        """Texts on all modes."""
         frequencies, masses = self._of_modes(self.modes.frequencies)[0], self._of_modes(self.modes.effective_masses)[0]
         form = NumberFormat.of(frequencies[:1], HERTZ, digits=4)
         return [
@@ -83,7 +83,7 @@ class ModePoses(StandingPose):
 
     @property
     def notes(self) -> list[str]:
-        """What the page says of the modes."""
+        """Notes of the page."""
         zero = int(self._at_pose(self.modes.zero_frequencies))
         return [f"nothing resists {counted(zero, 'motion')}, of frequency zero, left out here"] if zero else []
 
@@ -93,7 +93,7 @@ class ModePoses(StandingPose):
         return self._of_modes(self.modes.twists)
 
     def link_twist(self, link: str) -> Array | None:
-        """Return the twists (1, K, 6) of a link at its own origin; None if it carries a beam."""
+        """Return the twists (1, K, 6) of a link at its own origin; None if it contains a beam."""
         return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None
 
     def beam_twists(self, name: str) -> Array:

@@ -1,4 +1,4 @@
-"""Heading and legend of a picture as SVG images, for viewers that have no page round them."""
+"""Heading and legend of a picture as SVG images, for viewers without a page of their own."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from html import escape
 from kinetostatics.viewer.description import HIDDEN, RAMP
 from kinetostatics.viewer.still import Still
 
-#: Size of a picture [pixels] in which the images have theirs; in a wider one they stand in the middle.
+#: Size of the picture [pixels] for which the images are made; in wider pictures they are centred.
 WIDTH, HEIGHT = 1200, 900
 #: Height of a line, and width of a letter of its text [pixels].
 LINE, LETTER = 24, 9.2
 INK, PALE = "#20262e", "#4a5462"
-#: Lines of numbers beside the scale; what does not fit is left out.
+#: Largest number of lines beside the colour scale; further lines are omitted.
 MOST_LINES = 4
 
 
 def heading(still: Still) -> tuple[str, int]:
-    """Return title, pose, loads and notes as an image over the picture's whole width, and its height [pixels]."""
+    """Return title, pose, loads and notes as an image of the picture's width, and its height [pixels]."""
     scene = still.scene
-    told = [fact for fact in scene.facts.told(0) if fact != ("status", "OK")]
-    lines = _filled(told, WIDTH - 40)
+    facts = [fact for fact in scene.facts.lines(0) if fact != ("status", "OK")]
+    lines = _filled(facts, WIDTH - 40)
     if scene.unloaded:
         lines += _filled([("", note) for note in scene.notes], WIDTH - 40)
     height = 44 + LINE * len(lines)
@@ -34,7 +34,7 @@ def heading(still: Still) -> tuple[str, int]:
 
 
 def legend(still: Still, square: float) -> tuple[str, int]:
-    """Return the colours' scale, and beside it the numbers of the arrows that are seen at first, and the image's height.
+    """Return an image of the colour scale and the values of the initially visible arrows, and its height [pixels].
 
     Args:
         still: the picture.
@@ -87,7 +87,7 @@ def legend(still: Still, square: float) -> tuple[str, int]:
 
 def image(parts: Iterable[str], width: int, height: int) -> str:
     """Return an SVG image of a size [pixels]."""
-    # All is a little white, or what is blended with nothing at the edges of letters would be black.
+    # An almost transparent white background avoids black edges of letters.
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}" '
         f'font-family="system-ui, sans-serif" font-size="18" fill="{INK}" '
@@ -97,7 +97,7 @@ def image(parts: Iterable[str], width: int, height: int) -> str:
 
 
 def number(value: float) -> str:
-    """Return three digits, as in the page."""
+    """Return a number with three digits, as in the page."""
     if not math.isfinite(value):
         return "–"
     size = abs(value)
@@ -106,7 +106,7 @@ def number(value: float) -> str:
 
 
 def _filled(items: Iterable[tuple[str, str]], width: float) -> list[list[tuple[str, str]]]:
-    """Return names and words in lines of a width [pixels]."""
+    """Return names and texts distributed over lines of a width [pixels]."""
     lines: list[list[tuple[str, str]]] = []
     left = 0.0
     for name, text in items:

@@ -1,4 +1,4 @@
-"""One HTML file that holds meshcat's page, the scene and the scripts that move it; it needs no server and no network."""
+"""One HTML file with meshcat's page, the scene and the scripts for its motion, without server and network."""
 
 from __future__ import annotations
 
@@ -23,26 +23,27 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
-#: A page is smaller than this [characters].
+#: Largest size of a page [characters].
 MOST = 5_000_000
-#: Bits to which numbers of a path are rounded, in turn until the page is small enough (None: single precision), and what that
-#: makes of them. Twenty bits are more digits than the page shows.
+#: Bits to which numbers of a path are rounded, in turn until the page is small enough (None: single precision), with the rounding
+#: error for the note. Twenty bits are more digits than the page shows.
 ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
 
 
 def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
-    """Return the page of a path with as many digits and poses as fit into :data:`MOST`; a note and a warning tell what does not.
+    """Return the page of a path with as many digits and poses as fit into :data:`MOST`; losses are stated in a note and a
+    warning.
 
     Args:
-        describe: gives the scene with every n-th pose of its path.
-        every: n, at first.
+        describe: returns the scene with every n-th pose of its path.
+        every: initial n.
     """
     scene = describe(every)
     one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
     hopeless = scene.stations.size > MOST  # in single precision, to be tried
     for bits, part in ROUNDINGS[hopeless:]:
         losses = [f"numbers are rounded to {part} of the largest"] if part else []
-        losses += [f"of {every} poses that follow one another one is shown"] if every > 1 else []
+        losses += [f"one of {every} consecutive poses is shown"] if every > 1 else []
         note = f"{' and '.join(losses)}, to keep the page below {MOST / 1e6:.0f} MB"
         shown = replace(scene, notes=[*scene.notes, note]) if losses else scene
         page = page_html(shown.plain(packing=Packing(bits)))
@@ -77,7 +78,7 @@ def _asset(name: str) -> str:
 
 @cache
 def _meshcat() -> str:
-    """Return meshcat's own script. Its ``static_html()`` holds the same, but starts a server process to put it together."""
+    """Return meshcat's script from its package; meshcat's ``static_html()`` would start a server process."""
     found = find_spec("meshcat")  # importing it would import its server
     if found is None or found.origin is None:
         raise KinetostaticsError("the page needs meshcat: pip install meshcat")

@@ -1,4 +1,4 @@
-"""Drawing of a scene in a running meshcat: the robot below a path of its own, and a heading, legend, camera and light for it."""
+"""Drawing of a scene in a running meshcat: the robot below its own node, heading, legend, camera and light."""
 
 from __future__ import annotations
 
@@ -26,38 +26,38 @@ from kinetostatics.viewer.still import Still
 
 #: Folders of the scene's roots.
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
-#: Where the camera is in the tree, and what moves with it.
+#: Node of the camera.
 CAMERA = "/Cameras/default/rotated/<object>"
-#: How near to the camera something can be seen, as part of the robot's size.
+#: Near plane of the camera, as a part of the robot's size.
 NEAREST = 0.01
 #: Colours of the axes x, y and z, as in the page.
 AXIS_COLOURS = ("#d62728", "#2ca02c", "#1f77b4")
-#: Parts of the way from the deformed robot to the robot at rest and back, in frames of an animation, and frames in a second.
+#: Factors of the displacements in the frames of an animation, from deformed to rest and back; frames per second.
 SWING, RATE = 0.5 + 0.5 * np.cos(np.linspace(0, 2 * np.pi, 25)), 10
-#: How often the robot swings when it is drawn for the first time.
+#: Number of repetitions of the animation at the first drawing.
 REPETITIONS = 3
-#: How tall words in the scene are [pixels of a picture that is HEIGHT tall].
+#: Height of text in the scene [pixels of a picture of height HEIGHT].
 WORDS = 18
 
-#: Where robots have been drawn: the camera goes there once, and then stands where one has turned it.
+#: Nodes of drawn robots: the camera is set at the first drawing only.
 _SEEN: WeakKeyDictionary[ViewerWindow, set[str]] = WeakKeyDictionary()
 
 
 def draw(scene: Scene, visualizer: Visualizer, node: str) -> Visualizer:
-    """Draw a scene's first frame at a node, in place of what stood there, with its heading and legend in front of the camera.
+    """Draw a scene's first frame at a node, replacing its content, with heading and legend in front of the camera.
 
-    At the first time camera, light and background are set for it, and it swings between rest and deformed.
+    The first drawing also sets camera, light and background, and runs the animation between rest and deformed.
 
     Args:
-        scene: of one pose.
-        visualizer: a running one.
-        node: names joined by '/', below the visualizer's own.
+        scene: scene of one pose.
+        visualizer: a running visualizer.
+        node: path below the visualizer's own node, names joined by '/'.
 
     Returns:
         The visualizer at the node.
 
     Raises:
-        ArgumentError: ``visualizer`` is something else, or ``node`` would lead out of it.
+        ArgumentError: ``visualizer`` is not a ``meshcat.Visualizer``, or ``node`` is not a path.
     """
     if not isinstance(visualizer, Visualizer):
         raise ArgumentError(
@@ -109,11 +109,11 @@ class _Drawing:
             self.root.window.send(_Swing(self.animation, self._node("animation").path, first))
 
     def _node(self, path: str) -> Visualizer:
-        """Return the visualizer at a path below ours; two slashes in a link's name would lead to the top of the tree."""
+        """Return the visualizer at a path below ours, without empty names, which meshcat takes for the root."""
         return self.root["/".join(filter(None, path.split("/")))]
 
     def _moving(self, node: Visualizer, placed: Callable[[Array], Array]) -> None:
-        """Place a node by the stations' poses, now and in the animation."""
+        """Set the transform of a node, now and in the animation, as a function of the stations' poses."""
         node.set_transform(placed(self.still.deformed))
         for frame, poses in enumerate(self.frames):
             self.animation.at_frame(node, frame).set_transform(placed(poses))
@@ -125,7 +125,7 @@ class _Drawing:
         )
         look |= {"shininess": 12, "specular": 0x222222}
         if root == "Rest":
-            look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0}  # only what faces us
+            look |= {"opacity": RESTING[1], "depthWrite": False, "shininess": 5, "side": 0}  # front faces only
         station, faces, colours = mesh.station, mesh.surface.faces, None if isinstance(colour, str) else colour
         if isinstance(station, int):
             node.set_object(
@@ -177,16 +177,16 @@ class _Drawing:
             self._label("largest", words, lambda poses: (poses[station] @ [*vertex, 1.0])[:3], MARK)
 
     def _label(self, path: str, text: str, placed: Callable[[Array], Array], colour: str = INK) -> None:
-        """Write words above a place; they face the camera and are always of one size."""
+        """Add text of constant size above a position, facing the camera."""
         node, width = self._node(f"labels/{path}"), 40 + 10 * len(text)
         words = f'<text x="{width / 2}" y="{WORDS}" font-weight="600" text-anchor="middle" fill="{colour}">{escape(text)}</text>'
         node.set_object(_sprite(image([words], width, 3 * WORDS), width / HEIGHT, 3 * WORDS / HEIGHT, sizeAttenuation=False))
         self._moving(node, lambda poses: np.asarray(translation_matrix(placed(poses))))
 
-    # ---- round the robot -------------------------------------------------------------------------------------------
+    # ---- heading, legend, camera -----------------------------------------------------------------------------------
 
     def _overlay(self, square: float) -> tuple[float, float]:
-        """Write heading and legend before the camera; return the parts of the picture's height that they take."""
+        """Draw heading and legend in front of the camera; return their heights as parts of the picture's height."""
         (above, top), (below, bottom) = heading(self.still), legend(self.still, square)
         depth = 5 * NEAREST * self.scene.size
         half = depth * np.tan(np.radians(FIELD_OF_VIEW) / 2)
@@ -197,10 +197,10 @@ class _Drawing:
         return top / HEIGHT, bottom / HEIGHT
 
     def _stage(self, above: float, below: float) -> None:
-        """Turn camera, light and background to the robot."""
+        """Set camera, light and background for the robot."""
         camera = self.still.camera(WIDTH / HEIGHT, above, below)
         turned = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])  # z up in the scene, y in the window
-        # The camera turns about the window's origin, so the scene is shifted in the window, and the camera's stand back.
+        # The camera turns about the window's origin: the scene is shifted there, and the camera's node back.
         self.root["/"].set_transform(turned @ translation_matrix(-camera.target))
         self.root["/Cameras/default"].set_transform(translation_matrix(camera.target))
         eye = self.root[CAMERA]
@@ -212,14 +212,14 @@ class _Drawing:
             self.root[f"/{name}"].set_property("visible", False)
         for end in ("top_color", "bottom_color"):
             self.root["/Background"].set_property(end, [1, 1, 1])
-        light = self.root["/Lights/SpotLight"]  # far away it is as the page's
+        light = self.root["/Lights/SpotLight"]  # far away, as in the page
         light.set_property("visible", True)
         light["<object>"].set_property("intensity", LIGHT["intensity"])
         light["<object>"].set_property("position", (100 * self.scene.size * np.array(LIGHT["from"])).tolist())
 
 
 class _Bent:
-    """A surface that can become another: ``morphTargetInfluences[0]`` at 1 puts its vertices at ``others`` (n, 3)."""
+    """A surface with a morph target: ``morphTargetInfluences[0]`` = 1 moves its vertices to ``others`` (n, 3)."""
 
     def __init__(self, surface: geometry.TriangularMeshGeometry, others: Array) -> None:
         self.surface, self.others = surface, others
@@ -233,7 +233,7 @@ class _Bent:
 
 
 class _Svg(NamedTuple):
-    """An image that the browser draws."""
+    """An SVG image."""
 
     text: str
     uuid: str
@@ -246,7 +246,7 @@ class _Svg(NamedTuple):
 
 
 class _Swing(NamedTuple):
-    """An animation that the server keeps at a node, and so sends after what it moves to who looks later."""
+    """An animation stored at a node, so that the server sends it to later windows after the nodes it moves."""
 
     animation: Animation
     path: Path
@@ -272,7 +272,7 @@ def _sprite(text: str, width: float, height: float, **look: object) -> geometry.
     )
     material = geometry.GenericMaterial(map=texture, transparent=True, depthTest=False, depthWrite=False, **look)
     material._type = "SpriteMaterial"
-    sprite = geometry.Object(geometry.Ellipsoid([width, height, 1.0]), material)  # of which a sprite takes the scale alone
+    sprite = geometry.Object(geometry.Ellipsoid([width, height, 1.0]), material)  # a sprite uses only its scale
     sprite._type = "Sprite"
     return sprite
 
@@ -287,5 +287,5 @@ def _axes(size: float) -> tuple[Surface, Array]:
 
 
 def _integer(colour: str) -> int:
-    """Return "#rrggbb" as meshcat wants it."""
+    """Return "#rrggbb" as an integer."""
     return int(colour[1:], 16)

@@ -26,9 +26,9 @@ from kinetostatics.viewer.standing import StandingPose
 from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
-#: The page opens with the largest motion at this part of the robot's size, …
+#: Initial size of the largest displacement, as a part of the robot's size, …
 SHOWN_MOTION = 0.1
-#: … unless something would turn by more than this [rad].
+#: … and largest initial rotation [rad].
 SHOWN_TURN = 0.3
 
 #: Forces, relative to the largest, that count as rounding.
@@ -39,7 +39,7 @@ STANDING = "#8693a6"
 JOINT_COLOUR, ACTUATOR_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
-#: Turns of a coil and points in each, by the steps of long paths, whose pages would be too large.
+#: Turns of a coil and points per turn, by ``step``: fewer on long paths, to keep pages small.
 TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
@@ -56,17 +56,17 @@ def describe_scene(
 ) -> Scene:
     """Return the scene of a result: one pose, or a batch of poses as a path.
 
-    A batch of more than one dimension is walked through row by row, every second row backwards.
+    A batch with several dimensions is shown row by row, every second row backwards.
 
     Args:
         result: a result of :func:`kinetostatics.analyze`; or a pose without loads, with its free motions or its modes.
         title: heading of the page; default the robot's name.
-        visuals: of the links, if they have been read already.
-        pose: index of the one pose of a batch that is shown; default all.
+        visuals: visuals of the links, if already read.
+        pose: index of one pose of a batch; default: all poses.
         exaggeration: initial factor of displacements; default: the largest motion is about a tenth of the robot.
-        like: an earlier scene of the robot, whose surfaces are taken again; notes and cards are left out then.
-        groups: groups of arrows to be drawn at least; default: all.
-        every: n: only every n-th pose of a path is shown.
+        like: an earlier scene of the robot whose surfaces are used again; notes and cards are then omitted.
+        groups: groups of arrows to be drawn; default: all.
+        every: interval of the shown poses of a path.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` is invalid.
@@ -126,7 +126,7 @@ class _SceneBuilder:
         )  # fmt: skip
 
     def _unloaded(self, poses: StandingPose, title: str | None) -> Scene:
-        """Return the scene of a pose without loads, in resting colours."""
+        """Return the scene of a pose without loads, with its free motions."""
         meshes = []
         for mesh in self.meshes:
             roots = mesh.roots if poses.sources else tuple(dict.fromkeys(name.replace("Rest", "Deformed") for name in mesh.roots))
@@ -145,7 +145,7 @@ class _SceneBuilder:
         )  # fmt: skip
 
     def _free_motions(self, poses: StandingPose) -> Iterator[Arrow]:
-        """Yield the platform's free motions at o: translations as forces are drawn, rotations as couples."""
+        """Yield the platform's free motions at o: translations as single arrows, rotations as double arrows."""
         for k, name in enumerate(poses.sources):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):
                 vector = np.zeros((1, len(poses.sources) + 1, 3))
@@ -161,7 +161,7 @@ class _SceneBuilder:
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
 
     def _without_rounding(self, arrows: Iterable[Arrow]) -> list[Arrow]:
-        """Return the arrows that are more than what rounding leaves beside the largest of all."""
+        """Return the arrows without those that are rounding errors relative to the largest one."""
         found = [(arrow, arrow.size / (1.0 if arrow.kind == "force" else self.size)) for arrow in arrows]
         least = ROUNDING * max((force for _, force in found), default=0.0)
         return [arrow for arrow, force in found if force > least]
@@ -186,7 +186,7 @@ class _SceneBuilder:
             for name in span.spanned:
                 connection = self.robot.mechanism.connections[name]
                 of_beams.update({connection.predecessor, connection.successor})
-        # What hangs on base or platform by a joint or beam moves by itself.
+        # links attached to base or platform by a joint or beam move on their own
         bare = {
             "base": set(topology.base.links) - set(topology.carried_by),
             "platform": set(topology.platform.links) - set(topology.carried_by),
@@ -215,13 +215,13 @@ class _SceneBuilder:
     def _link(self, link: str, visual: LinkVisual, path: str, roots: tuple[str, ...]) -> None:
         colour: str | Array = "deflection"
         if roots == ("Base",):
-            colour = 0.54 + 0.27 * visual.colours  # grey: beside the colours of deflection, and before a white ground
+            colour = 0.54 + 0.27 * visual.colours  # pale, to set it off from the colours of deflection
         elif isinstance(self.poses, UnloadedPose):
             colour = visual.colours
         self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
-        """Draw a link that has no look of its own as sticks from its middle to its joints."""
+        """Draw a link without visuals as sticks from its centre to its joints."""
         if self.known is not None:
             if (path, roots) in self.known:
                 self._link_station(link, roots)
@@ -258,7 +258,7 @@ class _SceneBuilder:
             self.stations.rest.extend(np.swapaxes(rest, 0, 1))
             self.stations.twists.extend(np.moveaxis(twists, 2, 0))
             self.at[f"middle of {name}"] = first + count // 2
-            self.at[f"label of {name}"] = first + count // 3  # off the middle, where an actuator's arrow may stand
+            self.at[f"label of {name}"] = first + count // 3  # off the middle, the place of an actuator's arrow
             roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
             if self.known is not None:
                 self.meshes.append(self.known[f"beams/{name}", roots])
@@ -270,7 +270,7 @@ class _SceneBuilder:
 
     def _joint_markers(self) -> None:
         for joint in self.joints:
-            if joint.beam is not None:  # its place along a telescopic beam is not part of the model
+            if joint.beam is not None:  # a joint inside a telescopic beam has no defined position
                 continue
             rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
             self.at[joint.name] = self.stations.add(rest, joint.twist)
@@ -283,7 +283,7 @@ class _SceneBuilder:
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
 
     def _springs(self) -> None:
-        """Draw springs as coils, whose stations stand in line between the ends."""
+        """Draw springs as coils, with stations on the line between the ends."""
         turns, points = TURNS[self.poses.step]
         along = places_along_coil(turns, points)
         for spring in self.springs:
@@ -304,14 +304,14 @@ class _SceneBuilder:
             self.meshes.append(Mesh(path, surface, first + at, roots, COLOURS["spring forces"]))
 
     def _masses_at_points(self) -> None:
-        """Draw counterweights, and other masses at points, as balls of steel."""
+        """Draw point masses, such as counterweights, as steel balls."""
         for name, centre in self.masses.items():
             station = self.stations.add(centre, self.poses.twist_at(name, centre))
             shape = ball(radius_of_ball(self.robot.description.links[name].mass, self.size))
             self.meshes.append(Mesh(f"masses/{name}", shape, station, ("Rest", "Deformed"), MASS_COLOUR))
 
     def _coarse(self) -> list[str]:
-        """Return a note if meshes are drawn with fewer triangles than they have."""
+        """Return a note if meshes are decimated."""
         read = sum(visual.read for visual in self.visuals.values())
         drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
         return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []
@@ -320,7 +320,7 @@ class _SceneBuilder:
         first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
         return Cards(poses, self.joints, self.springs).all(first)
 
-    # ---- words ------------------------------------------------------------------------------------------------------
+    # ---- labels -----------------------------------------------------------------------------------------------------
 
     def _limb_labels(self) -> list[tuple[str, int, str]]:
         labels = []

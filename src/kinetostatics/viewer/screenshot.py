@@ -11,17 +11,17 @@ from urllib.parse import urlencode
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 
-#: Programs that draw pages without a window, by the names that systems give them.
+#: Names of Chromium browsers on various systems.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge", "msedge")
-#: No window, no sandbox in containers, WebGL without a graphics card, nothing of the network, and time for the page to draw.
+#: No window, no sandbox (for containers), WebGL in software, no network, and time for the page to draw.
 FLAGS = (
     "--headless", "--no-sandbox", "--hide-scrollbars", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
     "--virtual-time-budget=5000",
 )  # fmt: skip
-#: Seconds after which a browser will not answer any more.
+#: Time limit of a browser [s].
 PATIENCE = 120
-#: What colours and views may be asked for.
+#: Choices for colour and view.
 COLOURS = ("deflection", "stress", "axial", "euler")
 VIEWS = ("home", "front", "side", "top")
 
@@ -29,18 +29,18 @@ VIEWS = ("home", "front", "side", "top")
 def save_screenshot(
     html: str, path: str | os.PathLike[str], size: tuple[int, int], colour: str = "deflection", view: str = "home"
 ) -> None:
-    """Write what a page shows, without its panel, as a PNG file.
+    """Write a picture of a page without its panel as a PNG file.
 
     Args:
         html: the page.
-        path: of the file; an existing one is replaced.
+        path: path of the file; an existing file is replaced.
         size: width and height [pixels].
-        colour: what colours tell, one of :data:`COLOURS`.
-        view: where one looks from, one of :data:`VIEWS`.
+        colour: quantity shown by colours, one of :data:`COLOURS`.
+        view: direction of view, one of :data:`VIEWS`.
 
     Raises:
         ArgumentError: an argument has an invalid value or shape.
-        KinetostaticsError: there is no Chromium, it draws nothing, or the file cannot be written.
+        KinetostaticsError: there is no Chromium, it fails, or the file cannot be written.
     """
     target = Path(path)
     if target.suffix.lower() != ".png":

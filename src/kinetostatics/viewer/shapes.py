@@ -38,9 +38,9 @@ def joined(surfaces: list[Surface]) -> Surface:
 
 
 def outlines(section: Section) -> tuple[Array, Array | None, bool]:
-    """Return a section's outer and inner outline (m, 2) in its y and z [m], and whether they are smooth.
+    """Return a section's outer and inner outline (m, 2) in its axes y, z [m], and whether they are smooth.
 
-    A section given by its numbers alone is drawn as the ellipse with its area's radii of gyration.
+    A section given by area and moments alone is drawn as the ellipse with the same radii of gyration.
     """
     y, z = section.extent
     if isinstance(section, Rectangle):
@@ -59,7 +59,7 @@ def outlines(section: Section) -> tuple[Array, Array | None, bool]:
 def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
     """Return a section swept along ``stations`` stations, and the station (n,) of each vertex.
 
-    Vertices are in station coordinates, x along the beam, so x = 0: the page bends the surface by moving its stations.
+    Vertices are in station coordinates with x = 0 along the beam: the page bends the surface by moving the stations.
     """
     outer, inner, smooth = outlines(section)
     parts = [_wall(outer, stations, smooth)]
@@ -73,7 +73,7 @@ def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
 
 def _wall(outline: Array, stations: int, smooth: bool) -> tuple[Surface, Integers]:
     m = len(outline)
-    ring = outline if smooth else np.repeat(outline, 2, axis=0)  # two vertices at every edge keep it sharp
+    ring = outline if smooth else np.repeat(outline, 2, axis=0)  # duplicate vertices at edges keep them sharp
     n = len(ring)
     first = np.arange(m) if smooth else 2 * np.arange(m) + 1
     after = (first + 1) % n
@@ -121,20 +121,20 @@ PLAIN = 0.1
 
 
 def places_along_coil(turns: int, points: int) -> Array:
-    """Return where along a spring, 0 to 1, the stations stand that carry its wire, so many in each turn."""
+    """Return the positions of a spring's stations along its length, 0 to 1, with ``points`` stations per turn."""
     return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, turns * points + 1), [1.0]])
 
 
 @lru_cache(maxsize=256)
 def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
-    """Return a coil spring of a length with small balls at its ends, and the station (n,) of each vertex.
+    """Return a coil spring with small balls at its ends, and the station (n,) of each vertex.
 
-    Vertices are in station coordinates, z along the spring: the spring gets longer where its stations move apart.
+    Vertices are in station coordinates, z along the spring: the coil stretches with the distance of its stations.
     """
     places = places_along_coil(turns, points)
     n = len(places)
     turn = np.concatenate([[0.0], np.linspace(0, turns, n - 2), [turns]])
-    wide = radius * np.clip(2 * np.minimum(turn, turns - turn), 0, 1)  # the wire comes from the middle within half a turn
+    wide = radius * np.clip(2 * np.minimum(turn, turns - turn), 0, 1)  # the radius grows from zero within half a turn
     line = np.column_stack([wide * np.cos(2 * np.pi * turn), wide * np.sin(2 * np.pi * turn), length * places])
     tangents = np.gradient(line, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
@@ -150,13 +150,13 @@ def coil(length: float, radius: float, wire: float, turns: int, points: int) -> 
 
 
 def arrow(length: float, radius: float, heads: int) -> Surface:
-    """Return an arrow along the z axis, its tail at the origin; a couple's has two heads. A short one is thinner."""
+    """Return an arrow along the z axis, its tail at the origin, with two heads for a couple; short arrows are thinner."""
     r = radius * min(1.0, length / (9 * radius))
     head = min(6 * r, 0.6 * length / heads)
     tips = [length - 0.75 * n * head for n in range(heads)]
     profile = [(0.0, length)]
     for n, tip in enumerate(tips):
-        if n:  # where the cone comes out of the shaft
+        if n:  # the second cone starts on the shaft
             profile.append((r, tip - head / 2.4))
         profile += [(2.4 * r, tip - head), (r, tip - head)]
     return _turned(np.array([*profile, (r, 0.0), (0.0, 0.0)]), False)
@@ -170,7 +170,7 @@ def crossed(a: Array, b: Array) -> Array:
 def frames_along(axes: Array, origins: Array | None = None) -> Array:
     """Return frames (F, 4, 4) whose z axes point along ``axes`` (F, 3)."""
     z = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
-    helper = axis_across(z[0])  # the same for all, or neighbours would be turned against each other
+    helper = axis_across(z[0])  # the same for all frames, so that x is continuous
     x = crossed(helper[None], z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     result = np.zeros((len(axes), 4, 4))
@@ -182,14 +182,14 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
 
 
 def carried_along(start: Array, directions: Array) -> Array:
-    """Return unit vectors (n, 3) across unit vectors (n, 3), which turn as little as they can from one to the next.
+    """Return unit vectors (n, 3) normal to unit ``directions`` (n, 3), with minimal rotation from one to the next.
 
-    The first is as near to ``start`` (3,) as it can be.
+    The first one is the normalized projection of ``start`` (3,).
     """
     result, side = np.empty_like(directions), start
     for k, along in enumerate(directions):
         side = side - along * (along @ side)
-        if np.linalg.norm(side) < 1e-3:  # a turn by a right angle at once
+        if np.linalg.norm(side) < 1e-3:  # the projection vanishes after a turn by a right angle
             side = axis_across(along)
             side = side - along * (along @ side)
         result[k] = side = side / np.linalg.norm(side)
@@ -200,10 +200,10 @@ _HALF = np.linspace(0, np.pi, 11)
 
 
 def _turned(profile: Array, smooth: bool, sides: int = 20) -> Surface:
-    """Return the surface that a profile (n, 2) of radius and height, top first, makes about the z axis."""
+    """Return the surface of revolution about z of a profile (n, 2) of radius and height, top first."""
     angle = np.arange(sides) * (2 * np.pi / sides)
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    if not smooth:  # two rings at every edge keep it sharp
+    if not smooth:  # duplicate rings at edges keep them sharp
         profile = np.repeat(profile, 2, axis=0)[1:-1]
     rings = [np.column_stack([circle * r, np.full(sides, h)]) for r, h in profile]
     k = np.arange(sides)

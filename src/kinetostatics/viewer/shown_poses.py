@@ -1,4 +1,4 @@
-"""Poses shown by a page, in order, and the motion of every point of the robot between them."""
+"""Poses of a result in the order of a page, and the small displacements of all points of the robot."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
 from kinetostatics.viewer.drawn_poses import DrawnPoses
 
-#: A page holds every pose of a path; more than this makes it too large to open quickly.
+#: Largest number of poses of a page.
 MOST_POSES = 1000
-#: Every which station of a beam is shown on paths of up to so many poses: longer ones would make the page too large.
+#: Pairs of a number of poses and the interval of a beam's stations on paths up to that number.
 STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
 
 
 class ShownPoses(DrawnPoses):
-    """The poses of a result that can be drawn, one after another.
+    """The analysed poses of a result in the order of a path.
 
     Attributes:
         result: the result.
@@ -40,7 +40,7 @@ class ShownPoses(DrawnPoses):
         if not np.any(good):
             raise ArgumentError(_nothing_to_show(result, order))
         if not np.all(good):
-            warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture")
+            warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are not drawn")
         self.indices = order[good]
         self._one = result.shape == ()
         self._frames: dict[str, Array] = {}
@@ -57,7 +57,7 @@ class ShownPoses(DrawnPoses):
         self.sources = tuple(result.contributions)
         labels: dict[str, str] = {}
         for limb in result.limbs:
-            if of_deformation(limb) in self.sources:  # the limb's weight in two
+            if of_deformation(limb) in self.sources:  # the limb's weight is divided in two contributions
                 labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
         self.labels = tuple(labels.get(name, name) for name in self.sources)
 
@@ -70,13 +70,13 @@ class ShownPoses(DrawnPoses):
         return np.asarray(flat[self.indices])
 
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
-        """Return the shown poses (F, K, …) of all contributions; zero for one that is not there."""
+        """Return the shown poses (F, K, …) of all contributions; zero for missing ones."""
         none = np.zeros_like(next(iter(contributions.values())))
         arrays = [contributions.get(name, none) for name in self.sources]
         return np.array([arrays]) if self._one else np.stack([self.take(array) for array in arrays], axis=1)
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
-        """Return the same (F, K + 1, …) with zero for what cannot be determined, and for what belongs to no contribution."""
+        """Return contributions (F, K + 1, …) as parts of arrows: zero for NaN and for the remainder."""
         found = self.by_source(contributions)
         parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
         parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
@@ -90,7 +90,7 @@ class ShownPoses(DrawnPoses):
         return self.take(np.broadcast_to(array, shape))
 
     def frame(self, link: str) -> Array:
-        """Return a link's frames (F, 4, 4) at rest."""
+        """Return the frames (F, 4, 4) of a link at rest."""
         if link not in self._frames:
             self._frames[link] = self.of_configuration(self.result.configuration.frame(link), 2)
         return self._frames[link]
@@ -102,7 +102,7 @@ class ShownPoses(DrawnPoses):
 
     @cached_property
     def platform_twist(self) -> Array:
-        """(F, K, 6) what each contribution does to the platform, at o."""
+        """(F, K, 6) twist of the platform by each contribution, at o, world axes [m, rad]."""
         return self.by_source(self.result.contributions)
 
     def link_twist(self, link: str) -> Array | None:
@@ -117,13 +117,13 @@ class ShownPoses(DrawnPoses):
         return self.take(self.result.spring_forces[name])
 
     def beam_twists(self, name: str) -> Array:
-        """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
+        """Return the twists (F, K, n, 6) of a beam's stations by each contribution [m, rad]."""
         if name not in self._beams:
             self._beams[name] = self.by_source(self.result.beam_contributions[name])
         return self._beams[name]
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (F, 3, 3) and points (F, n, 3) of a beam at rest."""
+        """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
         if name not in self._lines:
             axes, points = self.result.centre_lines[name]
             self._lines[name] = self.take(axes), self.take(points)
@@ -131,12 +131,12 @@ class ShownPoses(DrawnPoses):
 
 
 def moved_wrench(wrench: Array, shift: Array) -> Array:
-    """Return wrenches (F, 6) about points that lie ``shift`` (F, 3) [m] from the present ones."""
+    """Return wrenches (F, 6) about points displaced by ``shift`` (F, 3) [m] from the present ones."""
     return move("wrench", wrench, shift, components_last=True)
 
 
 def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
-    """Return an order of a batch's poses in which neighbours follow one another: every second row runs backwards."""
+    """Return an order of a batch's poses in which consecutive poses are neighbours: every second row is reversed."""
     order = np.arange(int(np.prod(shape)), dtype=np.intp).reshape(shape or (1,))
     while order.ndim > 1:
         rows = order.reshape(-1, *order.shape[-2:]).copy()

@@ -20,13 +20,13 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot, robot_of
 
-#: Half range of the slider of a value without limits, relative to the robot's size, or in radians.
+#: Half range of a slider whose reachable range is almost zero: part of the robot's size, or angle [rad].
 AROUND, TURN = 0.15, math.radians(30)
-#: Coloured part of a slider beyond each end of the reachable range.
+#: Part of a slider's range beyond each end of the reachable range.
 BEYOND = 0.05
-#: Part of the way to an end at which a slider stops: at a singular pose itself nothing can be analysed.
+#: Part of the distance to a singular pose at which a slider stops, since the pose itself cannot be analysed.
 NEARLY = 0.999
-#: What [m, rad] one of a slider's units is.
+#: Units of sliders [m, rad].
 MILLIMETRE, DEGREE = 1e-3, math.pi / 180
 
 
@@ -34,14 +34,14 @@ class Sliders:
     """The sliders of one robot, for actuators, platform coordinates that determine the pose, and a load.
 
     Attributes:
-        coordinates: of the platform.
-        factors: what [m, rad, N, N·m] one of the shown units is, by kind ("platform", "actuators", "load") and coordinate.
+        coordinates: platform coordinates with sliders.
+        factors: shown unit [m, rad, N, N·m], by kind ("platform", "actuators", "load") and coordinate.
     """
 
     def __init__(
         self, pose: Configuration, orientation: str | None, coordinates: Sequence[str], load: Array | None, size: float
     ) -> None:
-        """Make them for a pose from which they start; none of ``coordinates``: those that determine the pose best."""
+        """Create the sliders at a pose; without ``coordinates``, for the best conditioned platform coordinates."""
         self.robot, self.orientation, self.size = robot_of(pose), orientation, size
         self.coordinates = tuple(coordinates) or determining(self.robot, pose, orientation, size)
         kinds = {"platform": self.coordinates, "actuators": tuple(self.robot.description.driven)}
@@ -66,31 +66,34 @@ class Sliders:
         return pose.platform_coordinates(self.orientation) if kind == "platform" else pose.actuators
 
     def reach(self, pose: Configuration, go_on: Callable[[], bool] = lambda: True) -> dict[str, dict[str, Json]]:
-        """Return where each slider ends at a pose, in its units, and why, by its name; nothing where ``go_on`` says no."""
+        """Return the ends of each slider at a pose in its unit, with reasons, by title; incomplete once ``go_on()`` is false."""
         found: dict[str, dict[str, Json]] = {}
         for kind in ("platform", "actuators"):
             spans = self._spans(kind)
             lines = [(name, sign * span) for name, span in spans.items() for sign in (-1, 1)]
-            ways = {name: np.array([way * (name == own) for own, way in lines]) for name in spans}
-            for (name, way), end in zip(lines, self.ends(pose, kind, ways, go_on), strict=False):
-                value = end.limit if end.joint == name else float(self.present(pose, kind)[name]) + end.part * way
+            displacements = {name: np.array([displacement * (name == own) for own, displacement in lines]) for name in spans}
+            for (name, displacement), end in zip(lines, self.ends(pose, kind, displacements, go_on), strict=False):
+                value = end.limit if end.joint == name else float(self.present(pose, kind)[name]) + end.part * displacement
                 own = found.setdefault(self._name(kind, name), {"reach": [], "ends": []})
                 own["reach"].append(value / self.factors[kind, name])
                 own["ends"].append(self.words(end))
         return found
 
     def ends(
-        self, pose: Configuration, kind: str, ways: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
+        self, pose: Configuration, kind: str, displacements: Mapping[str, Array], go_on: Callable[[], bool] = lambda: True
     ) -> list[End]:
-        """Return where lines from a pose end, see :func:`.find_ends`, a bit before what cannot be analysed."""
+        """Return the ends of straight lines from a pose, see :func:`.find_ends`, shortened a little at singular poses."""
         chosen = compiled_loops(check_engine("auto"))
-        ends = find_ends(pose, kind, ways, self.orientation, chosen, go_on)
+        ends = find_ends(pose, kind, displacements, self.orientation, chosen, go_on)
         return [end if end.reason in ("", "limit") else replace(end, part=NEARLY * end.part) for end in ends]
 
-    def shortened(self, ways: Mapping[str, Array], kind: str) -> dict[str, Array]:
-        """Return lines up to the search range."""
-        most = max(float(np.max(np.abs(way))) / span for way, span in zip(ways.values(), self._spans(kind).values(), strict=True))
-        return {name: way / max(1.0, most) for name, way in ways.items()}
+    def shortened(self, displacements: Mapping[str, Array], kind: str) -> dict[str, Array]:
+        """Return displacements along lines, limited to the search range."""
+        most = max(
+            float(np.max(np.abs(displacement))) / span
+            for displacement, span in zip(displacements.values(), self._spans(kind).values(), strict=True)
+        )
+        return {name: displacement / max(1.0, most) for name, displacement in displacements.items()}
 
     def _spans(self, kind: str) -> dict[str, float]:
         """Return the search range: the robot's size for lengths, half a turn for angles [m, rad]."""
@@ -98,7 +101,7 @@ class Sliders:
         return {name: self.robot.size if factor == MILLIMETRE else math.pi for name, factor in factors.items()}
 
     def words(self, end: End) -> str:
-        """Return why a line ends."""
+        """Return the reason why a line ends."""
         if end.reason != "limit":
             return REASONS[end.reason]
         slides = self.robot.mechanism.connections[end.joint].type.is_slide
@@ -137,23 +140,23 @@ class Sliders:
 
 
 def written(value: float, factor: float) -> str:
-    """Return a length or an angle as sliders show it."""
+    """Return a length or an angle as text in the unit of sliders."""
     unit = "\N{NO-BREAK SPACE}mm" if factor == MILLIMETRE else "°"
     return f"{round(value / factor, 1) + 0.0:.6g}{unit}".replace("-", "\N{MINUS SIGN}")
 
 
-#: Why a slider ends, where it is not a joint's limit.
+#: Reasons for the end of a slider besides joint limits.
 REASONS = {
-    "": "",  # it goes on
+    "": "",  # no end
     "loops": "beyond that the robot cannot be assembled",
     "singular": "singular there: with the actuators locked the platform could move",
 }
 
 
 def determining(robot: Robot, pose: Configuration, orientation: str | None, size: float) -> tuple[str, ...]:
-    """Return the platform coordinates that determine the pose best: those that the actuators move most independently.
+    """Return the best conditioned platform coordinates: smallest singular value of their rates per actuator rate is largest.
 
-    At a singular pose, or without actuators, those that the platform's own motions move most independently.
+    At a singular pose, or without actuators, rates by the platform's own freedoms are used.
     """
     step, actuators, tolerance = 1e-4, list(robot.description.driven), pose.closure_tolerance
     steps = np.eye(len(actuators)) * step
@@ -175,4 +178,4 @@ def determining(robot: Robot, pose: Configuration, orientation: str | None, size
     sets = [names for names in itertools.combinations(present, robot.mobility.platform) if set(names) in determine]
     best = max((independence(names) for names in sets), default=0.0)
     good = [names for names in sets if independence(names) > 0.3 * best]
-    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
+    return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # as many angles as possible

@@ -1,4 +1,4 @@
-"""One pose of a robot as it stands, without loads."""
+"""One pose of a robot without loads."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from kinetostatics.viewer.drawn_poses import DrawnPoses
 
 
 class StandingPose(DrawnPoses):
-    """One pose of a robot, F = 1, whose springs have no force that is known.
+    """One pose of a robot, F = 1, with unknown forces of springs.
 
     Attributes:
-        configuration: the pose, None of a robot whose loops are open.
-        frames: of its bodies.
+        configuration: the pose; None if the loops of the robot cannot be closed.
+        frames: frames of its bodies.
     """
 
     count, step = 1, 1
@@ -30,13 +30,13 @@ class StandingPose(DrawnPoses):
     @property
     @abstractmethod
     def notes(self) -> list[str]:
-        """What the page says of it."""
+        """Notes of the page."""
 
     def _homogeneous(self, body: int, placement: Array) -> Array:
         return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
 
     def frame(self, link: str) -> Array:
-        """Return a link's frame (1, 4, 4)."""
+        """Return the frame (1, 4, 4) of a link."""
         return self._homogeneous(*self.robot.mechanism.body_of[link])
 
     @property
@@ -55,9 +55,9 @@ class StandingPose(DrawnPoses):
         return found
 
     def beam_line(self, name: str) -> tuple[Array, Array]:
-        """Return axes (1, 3, 3) and points (1, n, 3) of a beam."""
+        """Return axes (1, 3, 3) and points (1, n, 3) [m] of a beam."""
         return self._beams[name]
 
     def tension(self, name: str) -> Array:
-        """Return zero (1,) for the force of a spring."""
+        """Return zero (1,) for the unknown force of a spring."""
         return np.zeros(1)

@@ -1,4 +1,4 @@
-"""A scene's first frame in numbers, as the page opens with it: poses, colours, arrows, floor and camera."""
+"""The initial picture of a page in numbers: poses, colours, arrows, floor and camera of a scene's first frame."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.viewer.description import AXES, FIELD_OF_VIEW, HIDDEN, RAMP, RESTING, UNKNOWN, VIEW, Arrow, Mesh, Scene
 from kinetostatics.viewer.shapes import Surface, arrow, frames_along
 
-#: Deflections below this part of the robot's size are what rounding leaves.
+#: Deflections below this part of the robot's size are rounding errors.
 RIGID = 1e-12
-#: The floor's lines are so many steps of 1, 2 or 5 times a power of ten apart that a step is about this part of the robot's size.
+#: Approximate distance of the floor's lines as a part of the robot's size, rounded down to 1, 2 or 5 times a power of ten.
 SQUARE = 0.15
-#: Numbers to which the colours' scale is rounded up, in every decade.
+#: Numbers in a decade to which the end of the colour scale is rounded up.
 ROUND = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10)
 
 
@@ -25,12 +25,12 @@ class StillArrow:
     """An arrow of one frame.
 
     Attributes:
-        arrow: what it is of.
-        value: of its label [N, N·m].
-        surface: along z, its tail at the origin.
+        arrow: the arrow of the scene.
+        value: value in its label [N, N·m].
+        surface: surface along z, with the tail at the origin.
         colour: "#rrggbb".
-        free_end: z of the end where its name may stand [m].
-        frame: (4, 4) its axes, and its origin from where it is attached.
+        free_end: z of the end for its label [m].
+        frame: (4, 4) its axes, and its origin relative to the point of attachment.
     """
 
     arrow: Arrow
@@ -41,26 +41,26 @@ class StillArrow:
     frame: Array
 
     def placed(self, poses: Array) -> Array:
-        """Return where it stands (4, 4) with the stations at ``poses`` (n, 4, 4)."""
+        """Return its transform (4, 4) for stations at ``poses`` (n, 4, 4)."""
         at = poses[self.arrow.station]
         found = self.frame.copy()
         found[:3, 3] += at[:3, 3] + at[:3, :3] @ self.arrow.offset
         return found
 
     def place_of_name(self, poses: Array) -> Array:
-        """Return the place (3,) at its free end where its name may stand."""
+        """Return the position (3,) of its label, at its free end."""
         at = self.placed(poses)
         return np.asarray(at[:3, 3] + self.free_end * at[:3, 2])
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Where one looks from.
+    """Position of the camera.
 
     Attributes:
-        target: (3,) the point in the middle of the picture [m].
-        direction: (3,) unit vector from there to the camera.
-        distance: from there to the camera [m].
+        target: (3,) point at the centre of the picture [m].
+        direction: (3,) unit vector from the target to the camera.
+        distance: distance from the target to the camera [m].
     """
 
     target: Array
@@ -69,15 +69,15 @@ class Camera:
 
 
 class Still:
-    """The first frame of a scene, its contributions at the shares with which the page opens.
+    """The first frame of a scene with the initial shares of its contributions.
 
     Attributes:
         scene: the scene.
-        rest, deformed: (n, 4, 4) the stations' poses; ``deformed`` with the scene's exaggeration.
-        deflections: (n,) true displacements |u + θ × r| [m] of the vertices of what shows them, by path.
-        largest: the largest of them [m], 0 for a rigid robot; with the station and the vertex (3,) there.
-        high: deflection at the end of the colours' scale [m].
-        arrows: those that are long enough to be seen.
+        rest, deformed: (n, 4, 4) poses of the stations; ``deformed`` with the scene's exaggeration.
+        deflections: (n,) true displacements |u + θ × r| [m] of the vertices of coloured meshes, by path.
+        largest: largest deflection [m], 0 for a rigid robot, with its station and vertex (3,).
+        high: deflection at the end of the colour scale [m].
+        arrows: arrows of visible length.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -114,7 +114,7 @@ class Still:
         return np.asarray(np.einsum("nij,nj->ni", at[:, :3, :3], mesh.surface.vertices) + at[:, :3, 3])
 
     def _deflections(self, mesh: Mesh, points: Array) -> Array:
-        """Return the true displacements (n,) of points (n, 3) of a mesh, given as its vertices are, or corners of its box [m]."""
+        """Return the true displacements (n,) [m] of points (n, 3) of a mesh in station coordinates."""
         station = np.broadcast_to(mesh.station, len(points))
         arms = np.einsum("nij,nj->ni", self.rest[station, :3, :3], points)
         twists = self.twists[station]
@@ -145,10 +145,10 @@ class Still:
             surface = arrow(length, radius, 1 if described.kind == "force" else 2)
             yield StillArrow(described, value, surface, colour, 0.0 if inwards else length, frame)
 
-    # ---- what is round the robot ------------------------------------------------------------------------------------
+    # ---- floor and camera --------------------------------------------------------------------------------------------
 
     def outline(self) -> Array:
-        """Return points (n, 3) that a picture must hold: vertices, and ends of arrows and axes that are seen at first."""
+        """Return points (n, 3) that a picture must contain: vertices, and ends of initially visible arrows and axes."""
         points = [
             self.vertices(mesh, root)[:: 1 + len(mesh.surface.vertices) // 2000]
             for mesh in self.scene.meshes
@@ -178,7 +178,7 @@ class Still:
         return np.column_stack([plane, np.full(len(plane), low[2] - 2e-3 * self.scene.size)]), side
 
     def camera(self, aspect: float, above: float, below: float) -> Camera:
-        """Return the camera from which the robot fills the picture; of its height parts ``above`` and ``below`` stay free."""
+        """Return the camera for which the robot fills the picture, except the parts ``above`` and ``below`` of its height."""
         points = self.outline()
         centre = (points.min(axis=0) + points.max(axis=0)) / 2
         d = np.array(VIEW) / np.linalg.norm(VIEW)
@@ -186,7 +186,7 @@ class Still:
         up = np.cross(d, right)
         across, along, towards = np.stack([right, up, d]) @ (points - centre).T
         half = math.tan(math.radians(FIELD_OF_VIEW) / 2)
-        fits = []  # a point is seen where low (D - z) <= x - s <= high (D - z): linear in the camera's shift s and distance D
+        fits = []  # visible: low (D - z) <= x - s <= high (D - z), linear in the camera's shift s and distance D
         for x, low, high in ((across, -aspect, aspect), (along, 2 * below - 1, 1 - 2 * above)):
             most, least = float((x + high * half * towards).max()), float((x + low * half * towards).min())
             fits.append(((most - least) / ((high - low) * half), most, least, low * half, high * half))
@@ -203,7 +203,7 @@ def ramp_colours(parts: Array) -> Array:
 
 
 def round_up(value: float) -> float:
-    """Return the smallest round number that is not below a value; 1e-6 for none, as the page does."""
+    """Return the smallest number of ROUND not below a value; 1e-6 for zero, as in the page."""
     if not value > 0:
         return 1e-6
     power = 10.0 ** math.floor(math.log10(value))
@@ -211,11 +211,11 @@ def round_up(value: float) -> float:
 
 
 def _corners(points: Array) -> Array:
-    """Return the corners (8, 3) of the box round points (n, 3)."""
+    """Return the corners (8, 3) of the bounding box of points (n, 3)."""
     ends = np.stack([points.min(axis=0), points.max(axis=0)])
     return np.stack([ends[[k & 1, k >> 1 & 1, k >> 2], range(3)] for k in range(8)])
 
 
 def _is_coloured(mesh: Mesh, root: str) -> bool:
-    """Tell whether a mesh shows the deflection."""
+    """Return whether a mesh is coloured by the deflection."""
     return root == "Deformed" and isinstance(mesh.colour, str) and mesh.colour == "deflection"

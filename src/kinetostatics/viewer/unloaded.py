@@ -1,4 +1,4 @@
-"""A robot as it stands, without loads, and the free motions of its platform: what is drawn where nothing can be analysed."""
+"""A robot without loads, and the free motions of its platform, for poses that are not or cannot be analysed."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from kinetostatics.robot import Robot, robot_of
 from kinetostatics.viewer.drawn_poses import moved
 from kinetostatics.viewer.standing import StandingPose
 
-#: Step of the difference quotient by which links follow a free motion [scaled m, rad].
+#: Step of the difference quotient for the twists of links in a free motion [scaled m, rad].
 STEP = 1e-5
 
 
 class UnloadedPose(StandingPose):
     """One pose of a robot, F = 1, or its tree as the file has it.
 
-    The contributions are the free motions of the platform with the actuators locked, each of any size.
+    The contributions are the free motions of the platform with locked actuators, of arbitrary magnitude.
 
     Args:
-        shown: a pose; or a robot, whose closed zero pose is shown, and where its loops cannot be closed all joints at zero.
-        message: why nothing can be analysed.
+        shown: a pose; or a robot, drawn at its zero pose, or with all joints at zero if its loops cannot be closed.
+        message: reason why the pose cannot be analysed.
     """
 
     def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
@@ -41,7 +41,7 @@ class UnloadedPose(StandingPose):
         self.sources = self.labels = self._names()
 
     def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
-        """Return frames of the bodies, the closed pose or None, and what is wrong with it or None."""
+        """Return frames of the bodies, the closed pose or None, and the reason for None."""
         if self.configuration is not None:
             return self.configuration.frames, self.configuration.poses, None
         try:
@@ -64,7 +64,7 @@ class UnloadedPose(StandingPose):
 
     @property
     def notes(self) -> list[str]:
-        """What the page says of the pose."""
+        """Notes of the page."""
         words = "; ".join(describe_twist(twist, self.robot.length) for twist in self._free_motions[0].T)
         if self.message is None and words:
             return [f"with the actuators locked the platform can still move: {words}"]
@@ -87,7 +87,7 @@ class UnloadedPose(StandingPose):
 
     @cached_property
     def _stepped(self) -> tuple[Frames, Frames]:
-        """The frames (k) a step along each free motion, and a step back."""
+        """The frames after a step along each of k free motions, and after a step backwards."""
         rates = self._free_motions[1]
         if self.poses is None or not rates.shape[1]:
             none = self.frames.take(slice(0, 0))

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 #: Colour of visuals without a material.
 GREY = (0.62, 0.65, 0.69)
-#: Edges sharper than this [rad] stay sharp.
+#: Angle between faces above which an edge is drawn sharp [rad].
 SHARP = 0.6
-#: Triangles of all links together that a page holds: more are drawn with fewer, but each mesh with as many as the second number.
+#: Largest number of triangles of all links together, to which meshes are decimated, and smallest number for a single mesh.
 MOST_FACES, FEW_FACES = 40_000, 300
-#: Bytes of a mesh file above which reading it would take minutes.
+#: Largest size of a mesh file [bytes]; reading a larger one takes minutes.
 LARGE_MESH = 40_000_000
 
 
@@ -39,9 +39,9 @@ class LinkVisual:
     """All visuals of one link in its own frame.
 
     Attributes:
-        surface: their triangles.
-        colours: (n, 3) colour of every vertex, 0 to 1.
-        read: how many triangles its meshes have; the surface may have fewer.
+        surface: triangles, possibly decimated.
+        colours: (n, 3) colours of the vertices, 0 to 1.
+        read: number of triangles of the meshes before decimation.
     """
 
     surface: Surface
@@ -50,13 +50,13 @@ class LinkVisual:
 
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
-    """Return the visuals of all links that have any; a mesh that cannot be read is left out with a warning."""
+    """Return the visuals of the links, by name; meshes that cannot be read are omitted with a warning."""
     import yourdfpy
 
     folder = os.path.dirname(description.path)
     logger = logging.getLogger("yourdfpy.urdf")
     level = logger.level
-    logger.setLevel(logging.CRITICAL)  # it complains of meshes that are not found as well, in its own words
+    logger.setLevel(logging.CRITICAL)  # it also warns of missing meshes
     missing: list[str] = []
     try:
         urdf = yourdfpy.URDF.load(
@@ -85,7 +85,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
 
 
 def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str]) -> list[Surface]:
-    """Return the triangles of a visual as they are, in the link's frame."""
+    """Return the triangles of a visual in the link's frame."""
     import trimesh
 
     geometry = visual.geometry
@@ -106,14 +106,14 @@ def _meshes(visual: yourdfpy.Visual, folder: str, link: str, missing: list[str])
 
 
 def _smooth(surface: Surface) -> Surface:
-    """Return a surface with one vertex for each face at sharp edges, so that they are drawn sharp."""
+    """Return a surface with separate vertices for the faces at sharp edges."""
     vertices, faces = np.ascontiguousarray(surface.vertices, float), np.ascontiguousarray(surface.faces, np.int64)
     return _smoothed(vertices.tobytes(), faces.tobytes())
 
 
-@lru_cache(maxsize=200)  # some of a few robots, which are drawn again and again
+@lru_cache(maxsize=200)  # meshes of a few robots that are drawn repeatedly
 def _smoothed(vertices: bytes, faces: bytes) -> Surface:
-    """Return the surface of vertices (n, 3) and faces (m, 3), likewise."""
+    """Return the surface of :func:`_smooth` for vertices (n, 3) and faces (m, 3) as bytes."""
     import trimesh
 
     surface = trimesh.Trimesh(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
@@ -122,7 +122,7 @@ def _smoothed(vertices: bytes, faces: bytes) -> Surface:
 
 
 def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) -> list[trimesh.Trimesh]:
-    """Return the triangles of a mesh file, or say in ``missing`` why there are none."""
+    """Return the triangles of a mesh file; if it cannot be read, append the reason to ``missing``."""
     import trimesh
 
     path = _mesh_path(mesh.filename, folder)
@@ -137,8 +137,8 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
         scene = trimesh.load(path, force="scene", skip_materials=True)
         pieces = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh) and len(item.faces)]
         if not pieces:
-            raise ValueError("it holds no triangles")
-    except Exception as error:  # every format has errors of its own, and a picture is not worth a crash
+            raise ValueError("it contains no triangles")
+    except Exception as error:  # readers of formats raise various errors
         cure = ": pip install pycollada" if path.lower().endswith(".dae") and isinstance(error, ImportError | ValueError) else ""
         missing.append(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}{cure}")
         return []
@@ -149,7 +149,7 @@ def _read_mesh(mesh: yourdfpy.Mesh, folder: str, link: str, missing: list[str]) 
 
 
 def _mesh_path(filename: str, folder: str) -> str | None:
-    """Return the path of a mesh: ``package://NAME/…`` in an installed package, else as yourdfpy finds it."""
+    """Return the path of a mesh: ``package://NAME/…`` in an installed package, else by yourdfpy's rules."""
     from yourdfpy.urdf import filename_handler_magic
 
     name, _, rest = filename.removeprefix("package://").partition("/")

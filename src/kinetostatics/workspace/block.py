@@ -34,11 +34,11 @@ def compute_block(plan: SweepPlan, labels: Labels, block: Block, q: Array | None
         plan: plan of the sweep.
         labels: labels of the Dataset.
         block: block of the grid, with one value of each parameter.
-        q: (N, nq) model coordinates of its poses, NaN where not reached; None: each is reached on the straight line from the
-            zero pose.
+        q: (N, nq) model coordinates of its poses, NaN where not reached; None: each pose is assembled on the straight line from
+            the zero pose.
 
     Raises:
-        RobotFileError: the file is wrong with these parameters.
+        RobotFileError: the file is invalid with these parameters.
         ArgumentError: the parameters change the structure of the robot.
     """
     cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
@@ -117,8 +117,8 @@ def _extract(
     if result.sources != labels.axes["source"] or robot.description.driven != labels.axes["actuator"]:
         values = ", ".join(f"{name} = {value}" for name, value in plan.parameters(combination).items()) or "these values"
         raise ArgumentError(
-            f"with {values} the robot has other limbs or actuators than with the first values of the parameters; sweep such "
-            "robots one by one"
+            f"with {values} the robot has other limbs or actuators than with the first values of the parameters; sweep these "
+            "robots separately"
         )
     reached = configuration.reached
     own: dict[str, Callable[[], object]] = {
@@ -145,7 +145,7 @@ def _extract(
 
 
 def _wrenches(result: Result, kind: str) -> list[str]:
-    """Return limb and label of each of a robot's constraint wrenches, or of its "attached_" ones."""
+    """Return limb and label of each constraint wrench of a robot, or of each attached wrench with ``kind`` "attached_"."""
     return [f"{name}: {label}" for name, limb in result.limbs.items() for label in numbered(getattr(limb, f"{kind}labels"))]
 
 
@@ -160,5 +160,5 @@ def _full(array: Values, entry: Entry, shape: tuple[int, ...]) -> Values:
     """Broadcast or reduce an array to the cases and poses along which its variable varies."""
     if entry.varies == POSES:
         return array[(0,) * (array.ndim - 1 - len(entry.dims))]
-    wanted = () if entry.varies == ROBOTS else shape
-    return array if array.shape[: len(wanted)] == wanted else np.broadcast_to(array, wanted + array.shape[len(wanted) :])
+    sizes = () if entry.varies == ROBOTS else shape
+    return array if array.shape[: len(sizes)] == sizes else np.broadcast_to(array, sizes + array.shape[len(sizes) :])

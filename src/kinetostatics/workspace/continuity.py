@@ -3,10 +3,10 @@
 A straight line may lead to another assembly mode if two modes are close, and it may leave the workspace although its end is
 inside. Both cases are detected by comparison with neighbouring poses:
 
-1. If the joints of two neighbours differ too much (:mod:`kinetostatics.workspace.edges`), the path from one to the other is
-followed. If it leads elsewhere, both are assembled again from the zero pose in small steps, and so are neighbours of poses that
-change.
-2. Neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
+1. If the joint coordinates of two neighbours differ too much (:mod:`kinetostatics.workspace.edges`), the path from one to the
+other is followed. If it ends at another pose, both are assembled again from the zero pose in small steps; so are neighbours of
+changed poses.
+2. Unreached neighbours of reached poses are assembled from these, ring by ring, until no more poses are reached.
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ from kinetostatics.workspace.sweep_plan import SweepPlan
 
 #: Numbers of small steps from the zero pose, and between neighbours, that distinguish assembly modes.
 STEPS, FINE = 48, 8
-#: Largest difference of equal poses reached on two paths [rad], also relative to the step between neighbours.
+#: Largest difference between equal poses that are reached on two paths: absolute [rad], and relative to the step between
+#: neighbours.
 ALIKE, ALIKE_PART = 1e-5, 0.02
 #: Largest number of rounds of retraction and continuation.
 ROUNDS = 5
@@ -63,7 +64,7 @@ def continued(plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: A
         robot: the robot.
         region: region of the coordinate axes.
         q: (…region, nq) model coordinates, NaN where not reached.
-        o: (…region, 3) position of o [m], which distinguishes poses with loose joints.
+        o: (…region, 3) position of o [m], compared in addition to q if some joints have local freedoms.
         reached: (…region) mask of reached poses.
     """
     front = _Front(plan, labels, robot, region, q, o, reached)
@@ -90,9 +91,9 @@ class _Front:
     """The poses of a region by flat index, and the state of their continuation.
 
     Attributes:
-        q: (N, nq) model coordinates where the pose is reached; and if some of them are loose, x, y, z of o behind them.
-        reached: (N,) whether the zero pose's mode reaches it.
-        retracted: (N,) whether it had been reached in another mode.
+        q: (N, nq) model coordinates of reached poses; if joints have local freedoms, followed by x, y, z of o.
+        reached: (N,) mask of poses reached in the assembly mode of the zero pose.
+        retracted: (N,) mask of poses that had been reached in another mode.
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, robot: Robot, region: Block, q: Array, o: Array, reached: Mask) -> None:
@@ -102,16 +103,16 @@ class _Front:
         self.q = np.concatenate([item.reshape(size, item.shape[-1]) for item in (q, *places)], axis=-1)
         self.reached = reached.flatten()
         self.retracted = np.zeros(size, dtype=bool)
-        units = np.array([*labels.said["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
+        units = np.array([*labels.auxiliary["joint_coordinate_unit"][1], *("m",) * (3 * len(places))])
         firm = np.array([*(not loose for loose in labels.loose), *(True,) * (3 * len(places))])
         self.scale = JointScale(firm * np.where(units == "m", 1 / robot.length, 1.0), (units == "rad") & firm)
-        self._sound = np.zeros(0, dtype=np.intp)  # edges that have been followed and are as they should be
-        self._source = np.full(size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
+        self._sound = np.zeros(0, dtype=np.intp)  # edges along which a path between both poses was followed
+        self._source = np.full(size, -1, dtype=np.intp)  # neighbour from which a pose has been reached; −1: from the zero pose
         self._tried = np.zeros((2 * reached.ndim, size), dtype=bool)
 
     @property
     def count(self) -> int:
-        """Number of poses that are reached."""
+        """Number of reached poses."""
         return int(np.sum(self.reached))
 
     @cached_property
@@ -124,7 +125,7 @@ class _Front:
         return {name: array[which] for name, array in self.values.items()}
 
     def set(self, which: Index, q: Array | None, source: Index | int = -1) -> None:
-        """Place poses, which have been reached from neighbours or not; without ``q`` they are reached no more."""
+        """Store poses reached from the neighbours ``source`` or the zero pose (−1); ``q`` None: they are not reached."""
         self.reached[which], self._source[which] = q is not None, source
         if q is not None:
             self.q[which] = q
@@ -185,7 +186,7 @@ class _Front:
         return found.where(~np.isin(found.first * self.reached.size + found.second, self._sound))
 
     def examine(self, edges: Edges) -> tuple[Edges, Mask]:
-        """Follow edges, in small steps if necessary; return the failing ones, and which of them lead elsewhere."""
+        """Follow edges, in small steps if necessary; return those that fail, and the mask of those that end at another pose."""
         elsewhere = np.zeros(0, dtype=bool)
         for steps in (1, FINE):
             if len(edges):
@@ -205,37 +206,37 @@ class _Front:
         """Retract poses that are not in the mode of the zero pose, and return their number.
 
         Poses reached on the straight line from the zero pose are followed again in small steps. Poses reached from neighbours are
-        retracted, with those reached from them, because the path may have passed a singular pose.
+        retracted, together with those reached from them, because the path may have passed a singular pose.
         """
         edges, elsewhere = self.examine(self.suspects())
         if not len(edges):
             return 0
         wrong = np.zeros(self.reached.size, dtype=bool)
         seen = self._source >= 0
-        ask = np.unique([edges.first, edges.second])
-        while (ask := ask[~seen[ask]]).size:
-            seen[ask] = True
-            ends, arrived = self.follow_from_zero(ask)
-            right = arrived & (self.scale.difference(ends, self.q[ask]) < ALIKE)
-            wrong[ask[~right]] = True
+        candidates = np.unique([edges.first, edges.second])
+        while (candidates := candidates[~seen[candidates]]).size:
+            seen[candidates] = True
+            ends, arrived = self.follow_from_zero(candidates)
+            right = arrived & (self.scale.difference(ends, self.q[candidates]) < ALIKE)
+            wrong[candidates[~right]] = True
             moved = arrived & ~right
-            self.set(ask[~right], None)
-            self.set(ask[moved], ends[moved])
-            ask = self._beside(ask[~right])
+            self.set(candidates[~right], None)
+            self.set(candidates[moved], ends[moved])
+            candidates = self._beside(candidates[~right])
         from_neighbours = self._source >= 0
         for this, other in ((edges.first, edges.second), (edges.second, edges.first)):
             wrong[this[from_neighbours[this] & elsewhere & ~wrong[other]]] = True
         while np.any(more := from_neighbours & wrong[self._source] & ~wrong):
             wrong |= more
         gone = np.flatnonzero(wrong & from_neighbours)
-        # a neighbour that stays must not mislead them again; those that go may be right the next time
+        # start again from retracted neighbours, not from those that remain
         self._tried[:, gone[wrong[self._source[gone]]]] = False
         self.set(gone, None)
         self.retracted |= wrong
         return int(wrong.sum())
 
     def _beside(self, which: Index) -> Index:
-        """Return the reached poses beside some."""
+        """Return the reached neighbours of poses."""
         there, found = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
         there.ravel()[which] = True
         for _, lower, upper in neighbours(self.shape):
@@ -243,29 +244,28 @@ class _Front:
             found[upper] |= there[lower]
         return np.flatnonzero(found.ravel() & self.reached)
 
-    # ---- 2: from neighbour to neighbour -----------------------------------------------------------------------------
+    # ---- 2: continuation from neighbours ----------------------------------------------------------------------------
 
     def probe(self) -> bool:
         """Try some poses from neighbours, and return whether any is reached."""
-        targets, starts, ways = self._ring()
+        targets, starts, directions = self._ring()
         if targets.size > PROBES:
             some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
-            targets, starts, ways = targets[some], starts[some], ways[some]
-        return self._try(targets, starts, ways)
+            targets, starts, directions = targets[some], starts[some], directions[some]
+        return self._try(targets, starts, directions)
 
     def spread(self, everywhere: bool = True) -> None:
-        """Reach neighbours of reached poses, ring by ring, and their neighbours; each from each of them once at most.
+        """Assemble neighbours of reached poses, ring by ring; each is tried at most once from each neighbour.
 
-        ``everywhere`` False: only those between two that are reached. That such a pose is out of reach is so unlikely that one
-        failure does not prove it.
+        With ``everywhere`` False, only poses between two reached ones are tried.
         """
         while (ring := self._ring(everywhere))[0].size:
             self._try(*ring)
 
-    def _try(self, targets: Index, starts: Index, ways: Index) -> bool:
-        """Try poses from neighbours, those that were taken back in small steps, and return whether any is reached."""
+    def _try(self, targets: Index, starts: Index, directions: Index) -> bool:
+        """Assemble poses from neighbours, in small steps if they were retracted, and return whether any is reached."""
         count = self.count
-        self._tried[ways, targets] = True
+        self._tried[directions, targets] = True
         for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
             if np.any(mine):
                 to, by = targets[mine], starts[mine]
@@ -274,16 +274,16 @@ class _Front:
         return self.count > count
 
     def _ring(self, everywhere: bool = True) -> tuple[Index, Index, Index]:
-        """Return poses beside reached ones, for each a reached neighbour, and which of its neighbours that is.
+        """Return neighbours of reached poses, a reached start for each, and the direction of this start, 2 axis + side.
 
-        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since,
-        and one between two reached ones from all its neighbours.
+        A pose that could not be reached from one neighbour is tried again only from neighbours that have been reached since then;
+        a pose between two reached ones is tried from all its neighbours.
         """
         numbers = np.arange(self.reached.size).reshape(self.shape)
         start = np.full(self.reached.size, -1, dtype=np.intp)
-        way = np.zeros(self.reached.size, dtype=np.intp)
+        direction = np.zeros(self.reached.size, dtype=np.intp)
         if self.reached.all():
-            return np.zeros(0, dtype=np.intp), start[:0], way[:0]
+            return np.zeros(0, dtype=np.intp), start[:0], direction[:0]
         new, there = self._source >= 0, self.reached
         between = np.zeros(self.reached.size, dtype=bool)
         for _, lower, upper in neighbours(self.shape):
@@ -294,6 +294,6 @@ class _Front:
                 target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
                 fit = ~there[target] & there[source] & ~self._tried[k, target] & (start[target] < 0)
                 fit &= again[target] | (new[source] & everywhere)
-                start[target[fit]], way[target[fit]] = source[fit], k
+                start[target[fit]], direction[target[fit]] = source[fit], k
         targets = np.flatnonzero(start >= 0)
-        return targets, start[targets], way[targets]
+        return targets, start[targets], direction[targets]

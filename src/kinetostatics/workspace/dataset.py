@@ -24,27 +24,27 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-#: A coordinate is loose if it changes by more than the second value when all are moved by the first and the loops closed again.
+#: A coordinate has a local freedom if it varies by more than CHANGED after random shifts up to MOVED and closure [m, rad].
 MOVED, CHANGED = 0.05, 1e-5
-#: ``mode``: the assembly mode of the zero pose reaches a pose, or none was found to.
+#: Values of ``mode``: a pose is reached in the assembly mode of the zero pose, or not reached.
 REACHED, NOT_REACHED = 0, -1
 
 
 @dataclass(frozen=True)
 class Labels:
-    """The labels of the Dataset's further dimensions; the same for all robots of a sweep.
+    """Labels of the Dataset's dimensions besides those of the grid; the same for all robots of a sweep.
 
     Attributes:
         robot: the robot's name.
         axes: labels by dimension, including unused dimensions.
-        said: dimensions and entries of auxiliary coordinates: units, limbs and their labels.
+        auxiliary: dimensions and entries of auxiliary coordinates: units, limbs and their labels.
         loose: mask of the model coordinates changed by local freedoms, which do not depend on the assembly mode.
         outputs: names of the variables.
     """
 
     robot: str
     axes: Mapping[str, tuple[str, ...]]
-    said: Mapping[str, tuple[tuple[str, ...], Sequence[object]]]
+    auxiliary: Mapping[str, tuple[tuple[str, ...], Sequence[object]]]
     loose: tuple[bool, ...]
     outputs: tuple[str, ...]
 
@@ -55,7 +55,7 @@ class Labels:
 
     @property
     def dims(self) -> set[str]:
-        """The dimensions that some variable has and the grid does not."""
+        """The dimensions of the variables besides those of the grid."""
         return {dim for item in self.variables.values() for dim in item.dims}
 
 
@@ -78,7 +78,7 @@ _AXES = {
     "spring": "spring",
     "natural_mode": "natural mode, by ascending frequency",
 }
-#: Attributes of variables whose numbers stand for words.
+#: Attributes of variables with coded values.
 FLAGS: Mapping[str, Mapping[str, object]] = {
     "status": _flags({int(item): item.name.lower() for item in Status}),
     "mode": _flags({NOT_REACHED: "none_found", REACHED: "mode_of_the_zero_pose"}),
@@ -86,14 +86,14 @@ FLAGS: Mapping[str, Mapping[str, object]] = {
 
 
 def attributes_of(name: str) -> dict[str, object]:
-    """Return the attributes of a variable: where units differ along a dimension, the name of the coordinate that tells them."""
+    """Return the attributes of a variable; where units differ along a dimension, the name of the coordinate with the units."""
     entry = VARIABLES[name]
     units = {"unit_coordinate" if entry.unit in UNITS else "units": entry.unit} if entry.unit else {}
     return {"long_name": entry.words, **units, **FLAGS.get(name, {})}
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
-    """Return labels, a second one of the same name called "… (2)"."""
+    """Return labels, with " (2)", " (3)", … appended to repeated ones."""
     seen: dict[str, int] = {}
     found = []
     for label in labels:
@@ -117,28 +117,28 @@ def labels_of(plan: SweepPlan, robot: Robot) -> Labels:
         "natural_mode": tuple(str(k + 1) for k in range(plan.modes)),
     }
     units = units_along(robot.statics)
-    said: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {}
-    for item in VARIABLES.values():  # the first that has a unit varies along nothing else
+    auxiliary: dict[str, tuple[tuple[str, ...], Sequence[object]]] = {}
+    for item in VARIABLES.values():  # the first variable with a unit has no other dimension
         if item.unit in units:
-            said.setdefault(item.unit, (item.dims, units[item.unit]))
+            auxiliary.setdefault(item.unit, (item.dims, units[item.unit]))
     for kind, names, columns in (("", "labels", "constraint_wrenches"), ("attached_", "attached_labels", "attached_wrenches")):
         found = [(limb.name, numbered(getattr(limb, names)), getattr(limb, columns)) for limb in result.limbs.values()]
         axes[f"{kind}wrench"] = tuple(f"{limb}: {label}" for limb, labels, _ in found for label in labels)
-        said[f"{kind}limb"] = (f"{kind}wrench",), [limb for limb, labels, _ in found for _ in labels]
-        said[f"{kind}label"] = (f"{kind}wrench",), [label for _, labels, _ in found for label in labels]
+        auxiliary[f"{kind}limb"] = (f"{kind}wrench",), [limb for limb, labels, _ in found for _ in labels]
+        auxiliary[f"{kind}label"] = (f"{kind}wrench",), [label for _, labels, _ in found for label in labels]
         units_of = [unit for _, labels, wrenches in found for unit in wrench_units(labels, wrenches)]
-        said[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
-    said["platform_coordinate_unit"] = ("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in pose]
-    said["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
+        auxiliary[f"{kind}wrench_unit"] = (f"{kind}wrench",), units_of
+    auxiliary["platform_coordinate_unit"] = ("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in pose]
+    auxiliary["joint_coordinate_unit"] = ("joint_coordinate",), [unit for _, unit in q]
     outputs = [name for name, item in VARIABLES.items() if item.group == "always" or name in plan.outputs]
     there = tuple(name for name in outputs if all(axes[dim] for dim in VARIABLES[name].dims))
-    return Labels(robot.name, axes, said, loose_coordinates(plan, robot), there)
+    return Labels(robot.name, axes, auxiliary, loose_coordinates(plan, robot), there)
 
 
 def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
-    """Return the mask of model coordinates changed by local freedoms, such as a rod that spins between two spherical joints.
+    """Return the mask of model coordinates changed by local freedoms, such as the spin of a rod between two spherical joints.
 
-    They are found at a generic pose that is disturbed and closed again with fixed coordinates.
+    A generic pose is disturbed at random, and its loops are closed again at constant prescribed coordinates.
     """
     if not robot.mobility.local:
         return (False,) * robot.mechanism.tree.nq
@@ -151,7 +151,7 @@ def loose_coordinates(plan: SweepPlan, robot: Robot) -> tuple[bool, ...]:
     near = robot.configuration(starts, closure_tolerance=np.inf, on_failure="nan")
     try:
         found = plan.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
-    except (KinetostaticsError, KeyError):  # somebody else will complain
+    except (KinetostaticsError, KeyError):  # reported by the checks of the plan
         return (False,) * robot.mechanism.tree.nq
     ends = found.q[found.status != Status.UNREACHABLE]
     if len(ends) < 2:
@@ -175,16 +175,18 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
 
 
 def _reported_names(labels: Labels) -> list[str]:
-    """Return the names of the coordinates that hold units, limbs and labels of dimensions that some variable has."""
+    """Return the names of the auxiliary coordinates (units, limbs, labels) along dimensions of the variables."""
     dims, units = labels.dims, {item.unit for item in labels.variables.values()}
-    return [name for name, (mine, _) in labels.said.items() if {*mine} <= dims and (name in units or not name.endswith("_unit"))]
+    return [
+        name for name, (own, _) in labels.auxiliary.items() if {*own} <= dims and (name in units or not name.endswith("_unit"))
+    ]
 
 
 def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> None:
-    """Check that no dimension or held value is called like something else in the Dataset, and that outputs ``named`` exist.
+    """Check that the names of dimensions and constants are unique in the Dataset, and that the outputs ``named`` exist.
 
     Raises:
-        ArgumentError: one is, or two are called alike.
+        ArgumentError: a name is used twice, or the robot has no such output.
     """
     for name in named:
         for dim in VARIABLES[name].dims if name in VARIABLES else ():
@@ -194,7 +196,7 @@ def check_names(plan: SweepPlan, labels: Labels, named: Iterable[str] = ()) -> N
     for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
         if name in taken:
             raise ArgumentError(
-                f"{name!r} cannot be the name of a dimension or coordinate here: the Dataset has that name already, "
+                f"{name!r} cannot be the name of a dimension or coordinate: the Dataset has that name already, "
                 "or it is given twice"
             )
         taken.add(name)
@@ -209,7 +211,7 @@ def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
         units = {"units": axis.units} if axis.units else {}
         found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
     dim, unit = ("platform_coordinate",) * 2 if plan.kind == "platform" else ("actuator", "actuator_position")
-    units_of_coordinates = dict(zip(labels.axes[dim], labels.said[f"{unit}_unit"][1], strict=True))
+    units_of_coordinates = dict(zip(labels.axes[dim], labels.auxiliary[f"{unit}_unit"][1], strict=True))
     for name, value in plan.held.items():
         held = {"long_name": f"{name}, the same at all poses", "units": units_of_coordinates[name]}
         found[name] = xr.Variable((), value, held)
@@ -219,15 +221,15 @@ def coordinates(plan: SweepPlan, labels: Labels) -> dict[str, xr.Variable]:
     for name in (name for name in _AXES if name in labels.dims):
         found[name] = xr.Variable((name,), np.array(labels.axes[name], dtype=object), {"long_name": _AXES[name]}, fastpath=True)
     for name in _reported_names(labels):
-        dims, values = labels.said[name]
+        dims, values = labels.auxiliary[name]
         texts = np.array(values, dtype=str)
         texts = np.char.replace(texts, "·", " ") if name in UNITS else texts
-        found[name] = xr.Variable(dims, texts.astype(object), fastpath=True)  # xarray need not look for dates among them
+        found[name] = xr.Variable(dims, texts.astype(object), fastpath=True)  # fastpath: no search for dates
     return found
 
 
 def _stored(values: Values) -> Values:
-    """Return an array as files can hold it: strings as objects, truth values as integers."""
+    """Return an array in a type that files support: strings as objects, truth values as integers."""
     if values.dtype.kind == "U":
         return values.astype(object)
     return values.astype(np.int8) if values.dtype.kind == "b" else values

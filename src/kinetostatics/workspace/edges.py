@@ -1,8 +1,7 @@
-"""Continuity between neighbours on the grid: an edge along which a joint jumps leads to another assembly mode.
+"""Candidates for jumps to another assembly mode: edges between neighbours on the grid with unusually large joint steps.
 
-Joint coordinates are continuous functions of the prescribed ones, so that steps between neighbours on the grid vary little. A
-step that is much larger than the adjacent ones is checked: the path from one of the two poses is followed in small steps, and
-either arrives at the other or not.
+Joint coordinates are continuous functions of the prescribed ones, so that steps between neighbours on the grid vary little.
+Edges with a much larger step than adjacent ones are then checked by :mod:`kinetostatics.workspace.continuity`.
 """
 
 from __future__ import annotations
@@ -17,9 +16,9 @@ from kinetostatics.math.arrays import Array, Index, Mask
 
 Single = NDArray[np.float32]
 
-#: A step is suspect if it differs from those before and behind it by that part of the smaller of these and of the usual step.
+#: A step is suspect if it differs from an adjacent one by more than BESIDE times the smaller of both plus USUAL times the median.
 BESIDE, USUAL = 0.5, 0.2
-#: A step so much larger than usual is suspect where there are none beside it.
+#: A step without adjacent steps is suspect if it exceeds LARGE times the median.
 LARGE = 4.0
 #: Scaled difference [rad] up to which two poses are the same.
 SAME = 1e-6
@@ -27,13 +26,18 @@ SAME = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class JointScale:
-    """How differences of model coordinates are measured: lengths by the characteristic length, angles without full turns."""
+    """Scale of differences between model coordinates: lengths are divided by the characteristic length, full turns are ignored.
+
+    Attributes:
+        weights: (nq,) factors.
+        angles: (nq,) mask of angles.
+    """
 
     weights: Array
     angles: Mask
 
     def difference(self, first: Array, second: Array) -> Array:
-        """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where there is none."""
+        """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where a pose is not reached."""
         gap = (second - first) * self.weights
         gap = np.abs(np.where(self.angles, gap - 2 * np.pi * np.round(gap / (2 * np.pi)), gap))
         return np.asarray(gap.max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
@@ -41,7 +45,7 @@ class JointScale:
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Pairs of neighbours on a grid, by their flat numbers."""
+    """Pairs of neighbours on a grid, by flat indices."""
 
     first: Index
     second: Index
@@ -50,7 +54,7 @@ class Edges:
         return len(self.first)
 
     def where(self, chosen: Mask) -> Edges:
-        """Return some of them."""
+        """Return the edges of a mask."""
         return Edges(self.first[chosen], self.second[chosen])
 
 
@@ -72,7 +76,7 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
         reached: (…grid) mask of reached poses.
         scale: scale of differences.
     """
-    # joints first, because a maximum over the last axis is slow; in single precision, which is enough to suspect
+    # coordinates along the first axis, for speed; single precision is enough here
     joints = np.ascontiguousarray(np.moveaxis(q, -1, 0), dtype=np.float32)
     numbers = np.arange(reached.size).reshape(reached.shape)
     firsts, seconds = [np.zeros(0, dtype=np.intp)], [np.zeros(0, dtype=np.intp)]
@@ -86,9 +90,9 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
 
 
 def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
-    """Return which steps (n − 1, …) of joints (nq, n, …) along the first axis are suspect; ``both`` tells where there are any."""
+    """Return the mask of suspect steps (n − 1, …) of joints (nq, n, …) along the first axis; ``both``: both poses are reached."""
     step = np.zeros(both.shape, dtype=np.float32)
-    turn = np.zeros((both.shape[0] - 1, *both.shape[1:]), dtype=np.float32)  # how much a step differs from the next
+    turn = np.zeros((both.shape[0] - 1, *both.shape[1:]), dtype=np.float32)  # difference between consecutive steps
     for row, weight, circular in zip(joints, scale.weights, scale.angles, strict=True):
         gap = (row[1:] - row[:-1]) * np.float32(weight)
         if circular:
@@ -102,7 +106,7 @@ def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
     suspect = both & (step > SAME)
     suspect[1:] &= odd
     suspect[:-1] &= odd
-    alone = both.copy()  # without a neighbour on its line
+    alone = both.copy()  # steps without adjacent steps
     alone[1:] &= ~pair
     alone[:-1] &= ~pair
     return np.asarray(suspect & ~(alone & (step <= LARGE * usual)))

@@ -29,7 +29,7 @@ class Axis:
     """One dimension of the grid.
 
     Attributes:
-        name: of the dimension.
+        name: name of the dimension.
         kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or
             actuators.
         values: (n,) numbers in SI, or strings.
@@ -48,7 +48,7 @@ class Axis:
 
     @property
     def long_name(self) -> str:
-        """What it is, in words."""
+        """Description for the attribute ``long_name``."""
         if self.kind == "parameter":
             return f"parameter {self.name} of the robot file"
         if self.kind == "case":
@@ -64,7 +64,7 @@ class Axis:
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A vector [f; m], gravity or a point, which may vary along axes of the grid.
+    """A load [f; m], gravity or a point, which may vary along axes of the grid.
 
     Attributes:
         dims: names of the axes along which it varies.
@@ -97,22 +97,22 @@ def sizes_of(block: Block) -> tuple[int, ...]:
     return tuple(piece.stop - piece.start for piece in block)
 
 
-# ---- what people give ------------------------------------------------------------------------------------------------
+# ---- axes and fields from arguments ----------------------------------------------------------------------------------
 
 
 def split_values(
     what: str, given: Mapping[str, object], kind: str, units: Mapping[str, str] | str = ""
 ) -> tuple[list[Axis], dict[str, float | str]]:
-    """Return the axes of one-dimensional arrays, and the constant values.
+    """Return the axes for one-dimensional arrays, and the constant values.
 
     Args:
         what: the argument's name, for messages.
         given: numbers and arrays by name; parameters may be strings too.
-        kind: of the axes.
-        units: by name, or of all.
+        kind: kind of the axes.
+        units: units by name, or one unit for all.
 
     Raises:
-        ArgumentError: an array has more dimensions, is empty, has a value twice, or one that is not finite.
+        ArgumentError: an array has more dimensions, is empty, or contains a value twice or one that is not finite.
     """
     check_mapping(what, given, '{"z": [0.4, 0.5, 0.6]}')
     axes: list[Axis] = []
@@ -199,9 +199,9 @@ def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str,
 
 
 def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
-    """Return the sizes of blocks of about so many poses: whole along the last axes, one along parameters.
+    """Return the sizes of blocks of about the given number of poses: undivided along the last axes, one along parameters.
 
-    Blocks of one robot only, because building a robot costs as much as thousands of poses.
+    A block contains one robot only, because building a robot takes as long as thousands of poses.
     """
     sizes = [1] * len(axes)
     left = max(poses, 1)
@@ -216,10 +216,10 @@ def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
 
 
 def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, int]) -> tuple[int, ...]:
-    """Return the sizes of blocks that ``chunks={"z": 5, …}`` asks for; what is not named is whole, −1 too.
+    """Return the block sizes of ``chunks={"z": 5, …}``; other dimensions, and those with −1, are undivided.
 
     Raises:
-        ArgumentError: an unknown name or an impossible size.
+        ArgumentError: a name is unknown, or a size is invalid.
     """
     names = [axis.name for axis in axes]
     check_mapping("chunks", chunks, '{"z": 10}')

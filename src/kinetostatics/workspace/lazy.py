@@ -13,7 +13,7 @@ from kinetostatics.workspace.sweep_plan import SweepPlan
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Poses of a chunk with chunks="auto".
+#: Number of poses in a chunk with chunks="auto".
 AUTO = 20_000
 
 
@@ -27,11 +27,11 @@ def lazy_dataset(
     """Return a Dataset of dask arrays.
 
     Args:
-        plan: of the sweep.
-        labels: of the Dataset.
+        plan: plan of the sweep.
+        labels: labels of the Dataset.
         chunks: sizes along dimensions, or "auto".
-        attributes: of the Dataset.
-        computed: returns the Dataset of a plan with labels, blocks of given sizes, attributes and so many threads.
+        attributes: attributes of the Dataset.
+        computed: function that returns the Dataset for a plan, labels, block sizes, attributes and a number of threads.
 
     Raises:
         ArgumentError: the chunks are invalid.

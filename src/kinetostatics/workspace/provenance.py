@@ -16,15 +16,15 @@ from kinetostatics.workspace.dataset import Labels
 from kinetostatics.workspace.sweep_plan import SweepPlan, as_text, sha256_of
 
 CONVENTIONS = "CF-1.11"
-#: Longer values are told by their first, last and number: what they are stands in the Dataset's coordinates.
+#: Longest list stored in an attribute; of longer ones only first, last and count (the Dataset's coordinates contain all values).
 LONGEST = 64
-#: Packages whose versions the numbers depend on.
+#: Packages on whose versions the numbers depend.
 PACKAGES = {"kinetostatics": "kinetostatics", "pinocchio": "pin", "numpy": "numpy"}
 
 
 @cache
 def versions() -> dict[str, str]:
-    """Return the versions of the packages that compute."""
+    """Return the versions of the packages on which the numbers depend."""
     found = {}
     for name, distribution in PACKAGES.items():
         try:
@@ -35,7 +35,7 @@ def versions() -> dict[str, str]:
 
 
 def files_of(description: RobotDescription) -> dict[str, str]:
-    """Return sha256 of a robot's file and of those that its elements stand in, by path."""
+    """Return the sha256 of a robot's file and of the files of its elements, by path."""
     tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
     places = [item.place.file for table in tables for item in getattr(description, table).values()]
     names = dict.fromkeys([description.path, description.platform_place.file, *places])
@@ -43,7 +43,7 @@ def files_of(description: RobotDescription) -> dict[str, str]:
 
 
 def text_digest(description: RobotDescription) -> str:
-    """Return the sha256 of the robot written as plain URDF: of everything that its files say."""
+    """Return the sha256 of the robot written as plain URDF, which contains all data of its files."""
     return hashlib.sha256(description.urdf.encode()).hexdigest()
 
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from kinetostatics.description.robot_description import RobotDescription
 
-#: Smallest and largest number of poses in a block; fewer for costly variables.
+#: Smallest and largest number of poses in a block; largest number with costly variables.
 LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
 #: Smallest number of blocks per thread, for load balance.
 SHARE = 4
@@ -110,16 +110,16 @@ def sweep(
         The Dataset (contents: see the page on workspace maps). With ``out`` it is read lazily from the file.
 
     Raises:
-        ArgumentError: an argument has an invalid value or shape, or ``out`` holds something else.
+        ArgumentError: an argument has an invalid value or shape, or ``out`` is not the map of this sweep.
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         RobotFileError: the robot's file is invalid.
-        KinetostaticsError: a package is missing; the message says how to install it.
+        KinetostaticsError: a package is missing.
     """
     need("xarray")
     if chunks is not None:
         need("dask", extra="dask")
         if out is not None:
-            raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
+            raise ArgumentError("give out= or chunks=, not both: save a Dataset of dask arrays with to_netcdf or to_zarr")
     if out is not None:
         out = path_name("out", out).rstrip("/")
         need(*packages_of(out))
@@ -171,9 +171,9 @@ def sweep(
 class _Progress:
     """Progress of a sweep, on a line of the terminal."""
 
-    def __init__(self, size: int, wanted: bool = False, shown: bool = False) -> None:
+    def __init__(self, size: int, enabled: bool = False, shown: bool = False) -> None:
         self.size, self.done, self.doing, self._lock = size, 0, "sweeping", threading.Lock()
-        self._line = waiting(lambda: f"{self.doing}, {self.done:,} of {self.size:,} poses done", wanted, shown)
+        self._line = waiting(lambda: f"{self.doing}, {self.done:,} of {self.size:,} poses done", enabled, shown)
 
     def __enter__(self) -> _Progress:
         self._line.__enter__()
@@ -231,7 +231,7 @@ def compute(arrays: Arrays, number: int | None, progress: _Progress) -> dict[str
 
 
 def _continue(arrays: Arrays, combination: Combination, region: Block, number: int | None) -> dict[str, int]:
-    """Correct the poses in a region of the coordinate axes by continuity, and return how many changed, by attribute."""
+    """Correct the poses in a region of the coordinate axes by continuity, and return the numbers of changes, by attribute."""
     plan, labels = arrays.plan, arrays.labels
     one = tuple(slice(k, k + 1) for k in combination)
     cases = tuple(slice(0, 1) for _ in plan.axes_of("case"))
@@ -272,7 +272,7 @@ def _continue(arrays: Arrays, combination: Combination, region: Block, number: i
 
 
 def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
-    """Return regions of the coordinate axes; each begins with the last layer of the one before."""
+    """Return regions of the coordinate axes; adjacent regions share one layer."""
     shape = tuple(axis.size for axis in plan.axes_of("coordinate"))
     if not shape:
         return [()]

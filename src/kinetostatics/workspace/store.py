@@ -1,7 +1,8 @@
 """Arrays of a sweep: in memory, or chunk by chunk in a zarr store, from which an interrupted sweep is resumed.
 
-The store is a folder beside the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written last for each
-block: a block is complete if its chunk of ``status`` exists.
+The store is a folder in the folder of the map, ``map.nc.part``. Its chunks are the blocks of the sweep. ``status`` is written
+last
+for each block: a block is complete if its chunk of ``status`` exists.
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ from kinetostatics.workspace.sweep_plan import SweepPlan, plain
 if TYPE_CHECKING:
     import xarray as xr
 
-Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf: their types have nothing in common
+Stored: TypeAlias = Any  # arrays and groups of NumPy, zarr and h5netcdf, without a common type
 
-#: Engines of xarray by the endings of files, and the packages that they need.
+#: By file extension: the engine of xarray, and the packages it needs.
 ENGINES = {".nc": ("h5netcdf", "h5py", "zarr"), ".nc4": ("h5netcdf", "h5py", "zarr"), ".zarr": ("zarr",)}
 #: Attribute of an unfinished store with the identity of its sweep, and prefix of its files with corrections by continuity.
 NOTES, CHANGES = "unfinished", ".continuity"
@@ -43,10 +44,10 @@ COMPARED = {
 
 
 def packages_of(path: str) -> tuple[str, ...]:
-    """Return the packages that a file needs; the first is xarray's engine.
+    """Return the packages needed for a file; the first is xarray's engine.
 
     Raises:
-        ArgumentError: its ending is unknown.
+        ArgumentError: the extension is unknown.
     """
     for ending, packages in ENGINES.items():
         if path.rstrip("/").lower().endswith(ending):
@@ -77,7 +78,7 @@ def is_there(path: str, identity: str, attributes: Mapping[str, object], restart
     except Exception:
         found = {}
     if "sweep_sha256" not in found:
-        raise ArgumentError(f"{path} is there already and is not the map of a sweep; choose another name")
+        raise ArgumentError(f"{path} exists and is not the map of a sweep; choose another name")
     if restart:
         return False
     if found["sweep_sha256"] == identity:
@@ -90,7 +91,7 @@ def is_there(path: str, identity: str, attributes: Mapping[str, object], restart
 
 
 def open_map(path: str) -> xr.Dataset:
-    """Open a stored map; its numbers are read when they are needed."""
+    """Open a stored map; its numbers are read on demand."""
     import xarray as xr
 
     return xr.open_dataset(path, engine=packages_of(path)[0])
@@ -100,8 +101,8 @@ class Arrays:
     """The variables of a sweep in memory.
 
     Attributes:
-        arrays: by name, NumPy's, or others that are read and written by slices.
-        sizes: of the blocks.
+        arrays: arrays by name, of NumPy or of zarr.
+        sizes: sizes of the blocks.
     """
 
     arrays: Mapping[str, Stored]
@@ -144,8 +145,8 @@ class Store(Arrays):
     """The variables of a sweep in a zarr store, from which the map ``out`` is written.
 
     Attributes:
-        path: of the map.
-        folder: of the store.
+        path: path of the map.
+        folder: folder of the store.
     """
 
     def __init__(self, plan: SweepPlan, labels: Labels, sizes: tuple[int, ...], path: str, restart: bool) -> None:
@@ -156,16 +157,16 @@ class Store(Arrays):
             KinetostaticsError: the store cannot be written.
         """
         self.path, self.folder, self._restart = path, f"{path}.part", restart
-        with self.telling():
+        with self.naming_the_file():
             super().__init__(plan, labels, sizes)
 
     @contextlib.contextmanager
-    def telling(self) -> Iterator[None]:
-        """Turn errors of the file system into one that names the file."""
+    def naming_the_file(self) -> Iterator[None]:
+        """Replace errors of the file system by one error with the name of the file."""
         try:
             yield
         except OSError as error:
-            begun = f"; what has been computed stays in {self.folder}, and the same call goes on with it"
+            begun = f"; the results so far are in {self.folder}, and the same call continues from there"
             stays = begun if hasattr(self, "arrays") else ""
             raise KinetostaticsError(f"{error.filename or self.folder}: {error.strerror or error}{stays}") from None
 
@@ -193,14 +194,14 @@ class Store(Arrays):
                     compressors=None,
                 )
             group.attrs[NOTES] = {"sizes": list(self.sizes), "facts": plain(self.plan.facts)}
-        with zarr.config.set({"array.write_empty_chunks": True}):  # zarr would leave out chunks that are zero, or NaN, throughout
+        with zarr.config.set({"array.write_empty_chunks": True}):  # otherwise zarr omits chunks of zeros or NaN
             self._group, self.arrays = group, {name: group[name] for name in self._items}
 
     def _interrupted(self) -> Stored | None:
         """Return the store of an interrupted sweep if there is one.
 
         Raises:
-            ArgumentError: it is of another sweep.
+            ArgumentError: the store belongs to another sweep, or cannot be read.
         """
         import zarr
 
@@ -209,20 +210,20 @@ class Store(Arrays):
         try:
             group = zarr.open_group(self.folder, mode="r+", zarr_format=2)
             notes: Any = group.attrs.get(NOTES)
-            if notes is None:  # it was interrupted when it had just begun
+            if notes is None:  # interrupted before the first block
                 return None
             known, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
             readable = len(sizes) == len(self.sizes) and all(name in group for name in self._items)
         except (OSError, ValueError, KeyError, TypeError):
             known, readable = {}, False
-        facts = json.loads(json.dumps(plain(self.plan.facts)))  # through JSON, as the others have come
+        facts = json.loads(json.dumps(plain(self.plan.facts)))  # converted through JSON like the stored ones
         differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
         if differ or not readable:
             robot = "robot, or its file has changed"
             named = dict.fromkeys(robot if key in ("robot", "robot's files") else key for key in differ)
             what = ", with another " + ", ".join(named) if known else ", which cannot be read"
             raise ArgumentError(
-                f"{self.folder} is the unfinished map of another sweep{what}; give its arguments to go on with it, choose "
+                f"{self.folder} is the unfinished map of another sweep{what}; give its arguments to continue it, choose "
                 "another name, or overwrite it (restart=True, --restart)"
             )
         self.sizes = sizes
@@ -230,7 +231,7 @@ class Store(Arrays):
 
     def write(self, block: Block, numbers: Mapping[str, Values]) -> None:
         """Write the variables of a block, its status last."""
-        with self.telling():
+        with self.naming_the_file():
             super().write(block, numbers)
 
     def is_done(self, block: Block) -> bool:
@@ -250,7 +251,7 @@ class Store(Arrays):
     def keep(self, region: str, changes: Mapping[str, Any]) -> None:
         """Store the corrections of a region by name, before they are applied."""
         path = os.path.join(self.folder, CHANGES + region)
-        with self.telling():
+        with self.naming_the_file():
             with open(f"{path}.partial", "wb") as file:
                 np.savez(file, **changes)
             os.replace(f"{path}.partial", path)
@@ -259,7 +260,7 @@ class Store(Arrays):
         """Convert the complete store to the map ``out``, with the attributes of the Dataset."""
         import zarr
 
-        with self.telling():
+        with self.naming_the_file():
             if packages_of(self.path)[0] == "zarr":
                 unfinished = (*glob.glob(f"{self.folder}/**/*.partial", recursive=True), *glob.glob(f"{self.folder}/{CHANGES}*"))
                 for leftover in unfinished:
@@ -282,7 +283,7 @@ class Store(Arrays):
         dataset(self.plan, self.labels, {}, attributes).to_netcdf(path, engine="h5netcdf", mode="w")
         with h5netcdf.File(path, "a") as file:
             for name, array in self.arrays.items():
-                # netCDF has no truth values: xarray's way to store them
+                # netCDF has no truth values: stored by the convention of xarray
                 dtype, more = (np.dtype(np.int8), {"dtype": "bool"}) if array.dtype == bool else (array.dtype, {})
                 fill = np.nan if dtype.kind == "f" else None
                 dims = array.attrs["_ARRAY_DIMENSIONS"]
@@ -297,7 +298,7 @@ def _plain_attributes(name: str) -> dict[str, object]:
 
 
 def size_of(plan: SweepPlan, labels: Labels) -> int:
-    """Return how many bytes the arrays of a map are."""
+    """Return the size of the arrays of a map in bytes."""
     items = labels.variables
     return sum(math.prod(shape) * np.dtype(items[name].dtype).itemsize for name, shape in shapes(plan, labels).items())
 
@@ -310,18 +311,18 @@ def check_memory(plan: SweepPlan, labels: Labels) -> None:
     """
     try:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, OSError, ValueError):  # no such machine
+    except (AttributeError, OSError, ValueError):  # not available on this system
         return
     needed = size_of(plan, labels)
     if needed > memory:
         raise ArgumentError(
             f"a map of {_poses(plan)} takes {_bytes(needed)}, and this machine has {_bytes(memory)} of memory: write it to a "
-            "file (out=, --out), make it lazy (chunks= in Python), or take a coarser grid"
+            "file (out=, --out), make it lazy (chunks= in Python), or use a coarser grid"
         )
 
 
 def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
-    """Check that a map, and if it is netCDF the store from which it is written, fit on the disk.
+    """Check that the disk has space for a map and, for netCDF, for the store from which it is written.
 
     Raises:
         ArgumentError: there is not enough space.
@@ -329,10 +330,10 @@ def _check_disk(plan: SweepPlan, labels: Labels, path: str) -> None:
     disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
     is_store = packages_of(path)[0] == "zarr"
     needed = size_of(plan, labels)
-    if disk.total and needed * (1 if is_store else 2) > disk.free:  # what is no disk will say why it cannot be written to
+    if disk.total and needed * (1 if is_store else 2) > disk.free:  # total 0: not a disk; writing raises its own error
         raise ArgumentError(
             f"a map of {_poses(plan)} takes {_bytes(needed)}{'' if is_store else ', twice that while it is written'}, and the "
-            f"disk of {path!r} has {_bytes(disk.free)} free: take a coarser grid or another disk"
+            f"disk of {path!r} has {_bytes(disk.free)} free: use a coarser grid or another disk"
         )
 
 
@@ -341,6 +342,6 @@ def _poses(plan: SweepPlan) -> str:
 
 
 def _bytes(size: float) -> str:
-    """Return a number of bytes in words."""
+    """Return a number of bytes as text with a decimal prefix."""
     power = min(int(math.log10(max(size, 1)) / 3), 5)
     return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB', 'PB')[power]}"

@@ -30,7 +30,7 @@ from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, saying
+from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, naming_parameters
 
 #: Largest number of robots that are built for checks before the computation.
 TRIED = 50
@@ -40,7 +40,7 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
     """Check that packages are installed.
 
     Raises:
-        KinetostaticsError: one is missing; the message says how to install it.
+        KinetostaticsError: a package is missing.
     """
     for name in (package, *more):
         if importlib.util.find_spec(name) is None:
@@ -67,32 +67,32 @@ def read_plan(
     payload: Payload | None = None,
     modes: int = 0,
 ) -> tuple[SweepPlan, Robot]:
-    """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+    """Return the plan of a sweep and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
-    ``links`` are the platform and the base if the caller names them.
+    ``links`` are the links of platform and base, if given.
 
     Raises:
-        ArgumentError: one is invalid.
-        RobotFileError: the robot's file is wrong.
+        ArgumentError: an argument is invalid.
+        RobotFileError: the robot's file is invalid.
     """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     check("frame", frame)
     engine = check_engine(engine)
-    wanted = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes) else [])]
+    requested = [*names_in("outputs", outputs, '["twist", "stiffness"]'), *(["modes"] if check("modes", modes) else [])]
     groups = dict.fromkeys(item.group for item in VARIABLES.values() if item.group != "always")
-    for name in wanted:
+    for name in requested:
         if name not in VARIABLES and name not in groups:
             raise ArgumentError(f"no output {name!r}: {near_names(name, [*groups, *VARIABLES])}")
         if not modes and "modes" in (name, name in VARIABLES and VARIABLES[name].group):
             raise ArgumentError(f"output {name!r} needs modes=, the number of natural frequencies")
-    variables = tuple(name for name, item in VARIABLES.items() if name in wanted or item.group in wanted)
+    variables = tuple(name for name, item in VARIABLES.items() if name in requested or item.group in requested)
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
     varying, constants = split_values("parameters", {} if parameters is None else parameters, "parameter")
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
-    with saying({axis.name: start[axis.name] for axis in varying}):
+    with naming_parameters({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying), links or {})
     varying = _with_units(varying, first, source.links, start, given_units)
     kind = "platform" if platform is not None else "actuators"
@@ -104,7 +104,7 @@ def read_plan(
     on_links = parse_link_loads(first.statics, loads, payload)
     if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
         raise ArgumentError(
-            "loads on links and the payload of a sweep are the same at all poses: they cannot be arrays of several"
+            "loads on links and the payload are constant in a sweep: give single vectors and numbers, not arrays over poses"
         )
     check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
     orientation_named(orientation)
@@ -142,7 +142,7 @@ def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str
     """Return the controlled coordinates for compensation: the given ones, or the best conditioned ones for actuators."""
     found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
     if not found:
-        raise ArgumentError(f"{robot.name!r} has no coordinates that actuators could correct")
+        raise ArgumentError(f"{robot.name!r} has no platform coordinates that its actuators can correct")
     return found
 
 
@@ -171,12 +171,12 @@ def _source(
         found = load_robot(path, parameters, **links)
     elif parameters:
         raise ArgumentError(
-            "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
-            "that are not the file's own in parameters="
+            "parameters need the robot's file: give its path instead of a loaded robot, with all values that differ from the "
+            "file's defaults in parameters="
         )
     elif any(links.values()):
         raise ArgumentError(
-            "platform_link and base_link are for a robot's file: give its path, or name them where the robot is loaded, "
+            "platform_link and base_link need the robot's file: give its path, or load the robot with "
             "load_robot(…, platform_link=…, base_link=…)"
         )
     else:
@@ -188,7 +188,7 @@ def _source(
 
 
 def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
-    """Return load, gravity and point, and the dimensions that they add to the grid."""
+    """Return load, gravity and point, and their dimensions that the grid does not have yet."""
     fields: dict[str, Field] = {}
     cases: list[Axis] = []
     for what, (value, size) in given.items():
@@ -200,7 +200,7 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
             if same is None:
                 cases.append(axis)
             elif not np.array_equal(same.values, axis.values):
-                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than the grid has there")
+                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than those of the grid")
     return fields, cases
 
 
@@ -219,10 +219,10 @@ def try_plan(plan: SweepPlan, first: Robot) -> None:
 
 
 def try_robots(plan: SweepPlan) -> None:
-    """Check the robot's file with all parameters, unless they are many.
+    """Check the robot's file with all combinations of parameters, if there are at most ``TRIED``.
 
     Raises:
-        RobotFileError: the file is wrong with some of them.
+        RobotFileError: the file is invalid with one of them.
     """
     combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
     if len(combinations) <= TRIED:

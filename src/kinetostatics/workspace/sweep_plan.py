@@ -32,7 +32,7 @@ from kinetostatics.workspace.grid import Axis, Block, Field, cut, sizes_of
 #: Values of the parameters: an index along each parameter axis.
 Combination = tuple[int, ...]
 
-#: Names of the platform's and the base's link, as ``platform`` and ``base``, None where the file says it.
+#: Names of the links of platform and base, by argument ``platform_link`` and ``base_link``; None: those of the file.
 Links = Mapping[str, str | None]
 
 #: Largest number of cached robots.
@@ -48,10 +48,10 @@ class Source:
 
     Attributes:
         path: the file as given, or "<python>".
-        description: of the only robot; None if parameters vary.
-        files: sha256 of the robot file and of those that it includes, by path.
-        text: sha256 of the robot written as plain URDF, that of the first combination of parameters.
-        links: platform and base, if the caller names them.
+        description: description of the only robot; None if parameters vary.
+        files: sha256 of the robot file and its included files, by path.
+        text: sha256 of the robot written as plain URDF, with the first combination of parameters.
+        links: links of platform and base, if given.
     """
 
     path: str
@@ -64,8 +64,8 @@ class Source:
         """Return a robot.
 
         Raises:
-            RobotFileError: the file is wrong.
-            ArgumentError: a file has changed since the sweep began.
+            RobotFileError: the file is invalid.
+            ArgumentError: a file has changed since the start of the sweep.
         """
         if self.description is not None:
             return Robot(self.description)
@@ -78,21 +78,21 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class SweepPlan:
-    """A sweep.
+    """All data of a sweep.
 
     Attributes:
-        source: of its robots.
-        kind: "platform" or "actuators": what the coordinates are.
-        axes: of the grid: parameters, then cases of loads, then coordinates.
-        held: coordinates that are the same everywhere [m, rad].
-        constants: parameters of the robot file that are the same everywhere.
+        source: source of its robots.
+        kind: kind of the coordinates, "platform" or "actuators".
+        axes: axes of the grid: parameters, then cases of loads, then coordinates.
+        held: constant coordinates [m, rad].
+        constants: constant parameters of the robot file.
         orientation: convention of the platform's orientation coordinates.
-        load, gravity, point, frame, assembly_errors, loads, payload: as :func:`kinetostatics.analyze` takes them.
-        closure_tolerance: how far loops may stay open [m, rad].
-        outputs: names of the variables, without those that every map has.
-        versions: of the packages that compute, by name.
-        engine: as :func:`kinetostatics.analyze` takes it.
-        compensated: coordinates of the platform for which actuators are corrected; empty: no corrections are among the outputs.
+        load, gravity, point, frame, assembly_errors, loads, payload: arguments of :func:`kinetostatics.analyze`.
+        closure_tolerance: largest gap of a closed loop [m, rad].
+        outputs: names of the requested variables.
+        versions: versions of the packages on which the numbers depend, by name.
+        engine: argument of :func:`kinetostatics.analyze`.
+        compensated: controlled platform coordinates, if corrections of actuators are among the outputs; else empty.
         modes: number of natural frequencies.
     """
 
@@ -118,7 +118,7 @@ class SweepPlan:
 
     @property
     def extras(self) -> dict[str, Keyword]:
-        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: assembly_errors, loads on links, payload."""
+        """Constant arguments of :func:`kinetostatics.analyze`: assembly_errors, loads on links, payload."""
         return {"assembly_errors": self.assembly_errors, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
@@ -130,7 +130,7 @@ class SweepPlan:
 
     @property
     def size(self) -> int:
-        """Number of poses, each case of loads counted."""
+        """Number of poses times number of load cases."""
         return math.prod(self.shape)
 
     def axes_of(self, *kinds: str) -> tuple[Axis, ...]:
@@ -155,7 +155,7 @@ class SweepPlan:
         yield from itertools.product(*(range(axis.size) for axis in self.axes_of("parameter")))
 
     def blocks(self, combination: Combination, sizes: Sequence[int], region: Block | None = None) -> Iterator[Block]:
-        """Yield the blocks of one robot, of given sizes; of those that share poses with a region of the coordinates."""
+        """Yield the blocks of one robot, of given sizes; with a region of coordinates, only the blocks that overlap it."""
         others = [axis.size for axis in self.axes if axis.kind != "parameter"]
         for block in cut(others, sizes[len(combination) :]):
             coordinates = block[len(others) - len(region) :] if region else ()
@@ -168,7 +168,7 @@ class SweepPlan:
         return {**self.constants, **varying}
 
     def coordinates(self, block: Block) -> dict[str, Array]:
-        """Return the coordinates (N,) of all poses in a block of coordinate axes, held ones too."""
+        """Return the coordinates (N,) of all poses in a block of coordinate axes, including constant ones."""
         axes = self.axes_of("coordinate")
         mesh = np.meshgrid(*(axis.values[piece] for axis, piece in zip(axes, block, strict=True)), indexing="ij")
         count = math.prod(sizes_of(block))
@@ -178,11 +178,11 @@ class SweepPlan:
     # ---- robots -----------------------------------------------------------------------------------------------------
 
     def robot(self, combination: Combination) -> Robot:
-        """Return a robot; the last few are kept, because they are costly to build."""
+        """Return a robot; the last ``KEPT`` robots are cached, because building one takes long."""
         with _lock:
             key, values = self._key(combination), self.parameters(combination)
             if key not in _kept:
-                with saying({axis.name: values[axis.name] for axis in self.axes_of("parameter")}):
+                with naming_parameters({axis.name: values[axis.name] for axis in self.axes_of("parameter")}):
                     _kept[key] = self.source.load(values)
             _kept.move_to_end(key)
             while len(_kept) > KEPT:
@@ -190,7 +190,7 @@ class SweepPlan:
             return _kept[key]
 
     def keep(self, combination: Combination, robot: Robot) -> None:
-        """Keep a robot that is already loaded."""
+        """Add a loaded robot to the cache."""
         with _lock:
             _kept[self._key(combination)] = robot
 
@@ -200,7 +200,7 @@ class SweepPlan:
         return self.source.path, self.source.text, files, links, tuple(self.parameters(combination).items())
 
     def assemble(self, robot: Robot, values: Mapping[str, ArrayLike], near: Configuration | None = None) -> Configuration:
-        """Return the poses (N,) at coordinates, followed along a line from the zero pose or ``near``; warnings came before."""
+        """Return the poses (N,) at coordinates, at the end of straight lines from the zero pose or ``near``."""
         actuators, platform = (None, values) if self.kind == "platform" else (values, None)
         orientation = None if platform is None else self.orientation
         return assemble(robot, actuators, platform, orientation, near, self.closure_tolerance, "nan", compiled_loops(self.engine))
@@ -229,13 +229,13 @@ class SweepPlan:
 
     @cached_property
     def facts(self) -> dict[str, object]:
-        """Everything that the numbers depend on, as plain values in one level."""
+        """All data on which the numbers depend, as plain values by name."""
         grid = {f"axis {axis.name}": axis.as_json() for axis in self.axes}
         return {
             **self.arguments,
             **grid,
             "robot": self.source.text,
-            # robots with other parameters than the first may need what it does not
+            # robots with other parameters may need further files
             "robot's files": {} if self.source.description is not None else dict(self.source.files),
             "order of dimensions": [axis.name for axis in self.axes],
             **{f"version of {name}": version for name, version in self.versions.items()},
@@ -248,15 +248,15 @@ class SweepPlan:
 
 
 @contextmanager
-def saying(parameters: Mapping[str, object]) -> Iterator[None]:
-    """Let errors of a robot's file name the parameters with which it was read."""
+def naming_parameters(parameters: Mapping[str, object]) -> Iterator[None]:
+    """Add the values of parameters to errors of a robot's file."""
     try:
         yield
     except RobotFileError as error:
         if not parameters:
             raise
-        said = ", ".join(f"{name} = {value}" for name, value in parameters.items())
-        raise RobotFileError(f"{error.reason} (with {said})", error.file, error.line) from None
+        values = ", ".join(f"{name} = {value}" for name, value in parameters.items())
+        raise RobotFileError(f"{error.reason} (with {values})", error.file, error.line) from None
 
 
 def plain(value: object) -> object:
@@ -271,7 +271,7 @@ def plain(value: object) -> object:
 
 
 def as_text(value: object) -> str:
-    """Return plain values as JSON, always the same for the same values."""
+    """Return plain values as JSON with sorted keys, so that equal values have equal text."""
     return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 
 

@@ -111,7 +111,7 @@ def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_p
     assert '<xacro:include filename="../arm.urdf"/>' in text and arm.read_text() == ARM
     assert analyzed(ks.load_robot(path)).twist == pytest.approx(analyzed(made).twist, rel=1e-14)
     assert made.description == ks.load_robot(path).description
-    with pytest.raises(ks.ArgumentError, match="is there already"):
+    with pytest.raises(ks.ArgumentError, match="exists and is not overwritten"):
         ks.extend_robot(arm, path, **EXAMPLE)
     assert made.description.driven == ("one", "two", "three")
     assert ks.extend_robot(arm, platform_link="tool", actuators=["two"]).description.driven == ("two",)

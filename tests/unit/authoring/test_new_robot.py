@@ -141,12 +141,12 @@ def test_what_is_given_comes_before_what_a_name_brings():
             'kinetostatics new "spherical 3-RRR" ('),
         ("tripod", 'new "Exechon"'),
         ("SCARA", "'SCARA' is a serial robot"),
-        ("cable robot", "only pull"),
-        ("Quattro", "whose parts move against each other"),
+        ("cable robot", "tension only"),
+        ("Quattro", "has an articulated platform"),
         ("Bonev", "no mechanism 'Bonev' is known"),
         ("6R", "no mechanism '6R' is known"),
         ("4-[P]RRR", "can still move: a translation along (0, 0, 1)"),
-        ("3-[C]RU", "has 5 freedoms as it stands here, which 3 actuators do not hold"),
+        ("3-[C]RU", "has 5 freedoms in this placement and only 3 actuators"),
     ],
 )  # fmt: skip
 def test_what_makes_no_single_robot_is_answered_in_a_sentence(name, words, tmp_path, capsys):

@@ -206,5 +206,5 @@ def test_a_sweep_takes_the_links_too(write, tmp_path) -> None:
         expected = ks.analyze(pose).actuator_forces["one"]
         value = float(found["actuator_force"].sel(length=length, one=0.1, actuator="one"))
         assert value == pytest.approx(expected, rel=1e-12)
-    with pytest.raises(ks.ArgumentError, match="platform_link and base_link are for a robot's file"):
+    with pytest.raises(ks.ArgumentError, match="platform_link and base_link need the robot's file"):
         ks.sweep(ks.load_robot(path, platform_link="tool"), actuators=fixed, platform_link="tool")

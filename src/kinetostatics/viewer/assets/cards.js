@@ -60,8 +60,8 @@ function writeCard() {
   const card = element("robot-card"), { robot, path } = selection;
   card.hidden = !robot;
   if (!robot) return;
-  const arrow = robot.arrows.get(path), told = robot.scene.cards[path];
-  const content = arrow ? arrowCard(robot, arrow) : told ? bodyCard(robot, path, told) : linkCard(robot, path);
+  const arrow = robot.arrows.get(path), details = robot.scene.cards[path];
+  const content = arrow ? arrowCard(robot, arrow) : details ? bodyCard(robot, path, details) : linkCard(robot, path);
   const partly = !arrow && shares(robot.scene).some((share) => share !== 1);
   card.innerHTML = `${content}${partly ? `<p class="note">Forces and stresses of all contributions in full.</p>` : ""}<button class="close" title="close (key Esc)">×</button>`;
   card.querySelector(".close").addEventListener("click", () => select(null));
@@ -81,11 +81,11 @@ function withUnit(values, scale) {
   return `${values.length > 1 ? `(${text})` : text}${scale.unit === "°" ? "" : " "}${scale.unit}`;
 }
 
-function bodyCard(robot, path, told) {
-  const rows = told.rows.map((row) => [row.words, withUnit(interpolated(robot.scene, row.values, row.width), row)]);
+function bodyCard(robot, path, details) {
+  const rows = details.rows.map((row) => [row.words, withUnit(interpolated(robot.scene, row.values, row.width), row)]);
   const moving = path.startsWith("joints/") ? motionRows(robot, path) : [];
-  return heading(path.replace(/^[^/]*\//, ""), told.kind) + tableOf([...rows, ...moving]) + (told.lines.M_y ? diagrams(robot, told) : "")
-    + (told.note ? `<p>${escape(told.note)}</p>` : "");
+  return heading(path.replace(/^[^/]*\//, ""), details.kind) + tableOf([...rows, ...moving]) + (details.lines.M_y ? diagrams(robot, details) : "")
+    + (details.note ? `<p>${escape(details.note)}</p>` : "");
 }
 
 /** Displacement and rotation of a station, with the shares. */

@@ -101,23 +101,23 @@ async function moveLive(name, value) {
   moved.value = held;
   for (const other of known) if (other !== name) known.delete(other);
   for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  const told = selection.path !== null || state.quantity !== "deflection";
+  const details = selection.path !== null || state.quantity !== "deflection";
   const seen = [...page.robots[0].arrows].filter(([, { object }]) => visible(object)).map(([path]) => path.split("/")[1]);
-  waiting.set(moved.kind, { kind: moved.kind, values, told, contributions, groups: told ? null : [...new Set(seen)] });
+  waiting.set(moved.kind, { kind: moved.kind, values, details, contributions, groups: details ? null : [...new Set(seen)] });
   wake();
   if (asking) return;
   asking = true;
   try {
     while (waiting.size || stale) {
       if (!waiting.size) await pause();
-      const [asked] = waiting.size ? waiting.values() : [{ kind: "told" }], question = JSON.stringify(asked), start = performance.now();
+      const [asked] = waiting.size ? waiting.values() : [{ kind: "details" }], question = JSON.stringify(asked), start = performance.now();
       waiting.delete(asked.kind);
-      stale = asked.kind !== "told" && !asked.told;
+      stale = asked.kind !== "details" && !asked.details;
       const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
       const body = await answer.json();
-      if (asked.kind !== "told") page.error = body.error || body.rim || null;
+      if (asked.kind !== "details") page.error = body.error || body.rim || null;
       if (body.error) refresh(); else showAnswer(body);
-      if (asked.kind === "told" && !waiting.size && stillFits() && !isInPicture()) fit();
+      if (asked.kind === "details" && !waiting.size && stillFits() && !isInPicture()) fit();
       page.answerTime = performance.now() - start;
     }
   } catch (error) {
