@@ -258,14 +258,14 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
     def begun(stands: Array, twist: Array) -> list[Array]:
         pose = _pose(stands)
-        asked, angles = wanted.of(pose), orientation.coordinates(pose[0])
-        error = wanted.of(loaded(*pose, twist), angles) - asked
-        return _flat(wanted, asked, angles, BroydenSearch.started(asked, np.eye(n)[:, :, None], error))
+        asked, angles = controlled.of(pose), orientation.coordinates(pose[0])
+        error = controlled.of(loaded(*pose, twist), angles) - asked
+        return _flat(controlled, asked, angles, BroydenSearch.started(asked, np.eye(n)[:, :, None], error))
 
     def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
         asked, angles, search = _unflat(now, n)
-        error = wanted.of(loaded(*_pose(stands), twist), angles) - asked
-        return _flat(wanted, asked, angles, search.updated(error, least))
+        error = controlled.of(loaded(*_pose(stands), twist), angles) - asked
+        return _flat(controlled, asked, angles, search.updated(error, least))
 
     def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
         return [pose_error(_pose(asked), loaded(*_pose(stands), twist))]
