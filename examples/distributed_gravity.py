@@ -1,4 +1,4 @@
-"""Why the weight of a rod is spread along it: the same robots with their rods' weight lumped, as simpler models have it.
+"""Why the weight of a rod is spread along it: the same robots with their rods' weight lumped, as in simpler models.
 
     python examples/distributed_gravity.py             print the table
     python examples/distributed_gravity.py --write     put table and figure into docs/

@@ -67,7 +67,7 @@ def compensated(poses: ks.Configuration, rounds: int = 2) -> ks.Configuration:
 
 
 def main() -> None:
-    """Print the story."""
+    """Print the results."""
     poses = path()
     result = analyze(poses)
     lift, elbow, wrist = (result.actuator_forces[f"{name}_joint"] for name in ("shoulder_lift", "elbow", "wrist_1"))

@@ -79,7 +79,7 @@ def draw_frequencies(path: Path) -> None:
 
 
 def draw_sensitivities(path: Path) -> None:
-    """Draw what one per cent more of each parameter does."""
+    """Draw the effect of one per cent more of each parameter."""
     ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
 
 
@@ -94,7 +94,7 @@ def draw_front(path: Path) -> None:
 
 
 def draw_calibration(path: Path) -> None:
-    """Draw the residuals of the readings, and the one that does not fit."""
+    """Draw the residuals of the readings, and the outlier."""
     ks.plot.save(ks.plot.calibration(page_names("calibrate")["found"]), path, dpi=200)
 
 

@@ -43,7 +43,7 @@ class Symbol:
 
 
 def seen(points: Array) -> Array:
-    """Return points (…, 3) as they are seen, (…, 2)."""
+    """Return the projection (…, 2) of points (…, 3)."""
     c, s = np.cos(TURNED), np.sin(TURNED)
     right, depth = c * points[..., 0] - s * points[..., 1], s * points[..., 0] + c * points[..., 1]
     return np.stack([right, np.cos(TILTED) * points[..., 2] + np.sin(TILTED) * depth], axis=-1)
@@ -179,7 +179,7 @@ def save(robot: ks.Robot, path: Path) -> None:
 
 
 def main() -> None:
-    """Draw what is asked for."""
+    """Draw the requested robots."""
     if sys.argv[1:] == ["--docs"]:
         DOCS.mkdir(exist_ok=True)
         for name in ks.robots():

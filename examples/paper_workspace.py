@@ -227,7 +227,7 @@ def map_of_figures(steps: int = 33) -> xr.Dataset:
 
 
 def caption(number: int) -> str:
-    """Return what has to be said of a figure, computed from the map that it shows."""
+    """Return the caption of a figure, with numbers of its map."""
     if number == 13:
         ds = map_of("2pru_upr", (0.3, 0.6), 10, False, False)
         rails = max(float(abs(ds["actuator_force"].sel(actuator=f"prismatic_{k}")).max()) for k in (1, 2))
@@ -250,7 +250,7 @@ def caption(number: int) -> str:
 
 
 def _reach(what: str, values: xr.DataArray, tilt: xr.DataArray, limit: float, unit: str, form: str) -> str:
-    """Say how far values go on our grid, and inside which tilt they stay below the paper's maximum."""
+    """Return the largest value on our grid, and the tilt up to which values are below the paper's maximum, in words."""
     most, nearest = float(values.max()), float(tilt.where(values > limit).min())
     if most <= limit:
         return f"On it {what} reaches {most:{form}}{unit}, nowhere the paper's {limit:g}{unit}."

@@ -534,7 +534,7 @@ def _split(freedoms: Array, size: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class SolidResult:
-    """What the solid model says. SI units, world axes.
+    """Results of the solid model. SI units, world axes.
 
     Attributes:
         twist: (6,) of the platform at o.

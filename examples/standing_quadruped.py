@@ -65,7 +65,7 @@ def print_feet(result: ks.Result) -> None:
 
 
 def main() -> None:
-    """Print the story."""
+    """Print the results."""
     result = ks.analyze(stand())
     mass = -result.base_wrench[2] / result.gravity[2]
     print(f"ANYmal, {mass:.2f} kg, on four feet, trunk {1e3 * HEIGHT:.0f} mm above the ground\n")
