@@ -44,7 +44,7 @@ print(", ".join(ds.data_vars))
 # %%
 total = ds["status"].size
 beyond = int(ds["limit_exceeded"].sum())
-assert (total, beyond) == (10368, 662)
+assert (total, beyond) == (10368, 732)
 assert int(ds["status"].max()) == ks.Status.LIMIT_EXCEEDED  # nothing worse
 f"{total} poses, {beyond} of them beyond a joint's limit"
 

@@ -57,8 +57,9 @@ class BucklingModes:
         twists = BucklingModes(ratios, shapes, self.robot).of_body(self.motions.structure.platform, self.motions.o)
         still = np.linalg.norm(twists, axis=-1) < _MOVES * np.linalg.norm(shapes, axis=-1)
         rows = np.where(still[..., None], shapes, np.concatenate([twists, np.zeros_like(shapes)], axis=2)[..., : shapes.shape[2]])
-        largest = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=2, keepdims=True), axis=2)
-        shapes = shapes * np.where(np.take_along_axis(rows, largest[..., None], axis=2) < 0, -1.0, 1.0)
+        if rows.size:
+            largest = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=2, keepdims=True), axis=2)
+            shapes = shapes * np.where(np.take_along_axis(rows, largest[..., None], axis=2) < 0, -1.0, 1.0)
         ratios = np.where(ratios < _NOTHING, 0.0, ratios)
         shapes = np.where(ratios[..., None] > 0, shapes, np.nan)
         missing = ((0, 0), (0, count - ratios.shape[1]))

@@ -165,6 +165,8 @@ def second_order_of(
     twist, compliance = linear[0] + moved(twist), linear[1] + moved(compliance, "compliance")
     loaded, rigid = (np.moveaxis(matrix.reshape(-1, 6, 6), 0, 2) for matrix in (compliance, linear[2]))
     stiffness = np.moveaxis(inverse(loaded, rigid, robot.length), 2, 0).reshape(compliance.shape)
-    largest = np.argmax(np.nan_to_num(np.abs(changes)), axis=-1)[..., None]
-    change = np.take_along_axis(changes, largest, axis=-1)[..., 0]
+    change = np.zeros(changes.shape[:-1])
+    if changes.size:
+        largest = np.argmax(np.nan_to_num(np.abs(changes)), axis=-1)[..., None]
+        change = np.take_along_axis(changes, largest, axis=-1)[..., 0]
     return SecondOrder(frozen(twist), frozen(compliance), frozen(stiffness), frozen(change))

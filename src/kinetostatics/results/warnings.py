@@ -93,6 +93,8 @@ def _changed_stiffness(result: Result) -> str:
     solution = result.solutions[chunk]
     at = np.array([solution.o.shape[1] + worst - int(ends[chunk])])
     *_, changes, motions = (array[..., 0] for array in result.robot.members.second_order(solution, at))
+    if not changes.size:
+        return ""
     largest = int(np.argmax(np.abs(np.nan_to_num(changes))))
     where = "" if result.shape == () else " at the pose that is softest under them"
     if sound[worst] and np.isnan(changes[largest]):
