@@ -232,7 +232,7 @@ def test_what_is_told_of_functions(derived, corrected):
     assert "checked by the status:\n *   lift: -0.2 to 0.1\n */" in second[0]
     assert "\nOutputs, besides" in first[1] and "\nOutputs at the corrected pose, besides" in second[1]
     assert "\nA call follows" in first[1] and "double twist_by_rz[6]; /* 6, row by row */" in first[0]
-    assert "at most 40 times such a line" in second[1] and "has the wanted z, rz, and" in second[0]
+    assert "at most 40 iterations" in second[1] and "has the given z, rz, and" in second[0]
     assert "ROBOT_5_TABLES_LIMIT_EXCEEDED = 1 /*" in second[0]
 
 
