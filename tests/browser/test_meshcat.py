@@ -272,7 +272,7 @@ def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
         ({"node": "/kinetostatics"}, "names joined by '/'"),
         ({"node": "a//b"}, "names joined by '/'"),
         ({"node": 3}, "names joined by '/'"),
-        ({"visualizer": None, "node": "here"}, "give visualizer too"),
+        ({"visualizer": None, "node": "here"}, "node= needs visualizer="),
         ({"exaggeration": 0}, "positive number"),
         ({"exaggeration": float("nan")}, "positive number"),
         ({"exaggeration": "much"}, "positive number"),

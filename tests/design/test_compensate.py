@@ -228,7 +228,9 @@ def test_actuators_that_lead_beyond_a_singular_pose_are_no_correction():
     pose = robot.assemble(actuators={"shoulder_1": 0.1, "shoulder_2": 0.2})
     load[0] = -800
     some = ks.compensate(pose, load)
-    assert some.warnings == some.result.warnings and "linear theory does not cover" in some.to_dict()["warnings"][0]
+    assert some.warnings == some.result.warnings and any(
+        "linear theory does not cover" in text for text in some.to_dict()["warnings"]
+    )
     for text in (str(some), str(ks.compensate(pose, [load, load]))):
         assert "which linear theory does not cover" in " ".join(text.split())
 

@@ -101,7 +101,7 @@ def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monk
     right = platform_equilibrium._RigidPart._by_singular_values
     monkeypatch.setattr(platform_equilibrium._RigidPart, "_by_singular_values", lambda *given: (calls.append(1), right(*given)))
     assert max(differences(solved(robot, x, *loads), outputs).values()) == 0 and not calls
-    for module, name in ((platform_equilibrium, "_INDEPENDENT"), (compliance, "_NOTHING_LEFT")):
+    for module, name in ((platform_equilibrium, "_INDEPENDENT"), (compliance, "_RESIDUE")):
         monkeypatch.setattr(module, name, np.inf if name == "_INDEPENDENT" else -1.0)
     careful = solve(robot.statics, *poses)
     assert calls

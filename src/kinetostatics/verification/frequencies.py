@@ -142,10 +142,11 @@ def relative_difference(some: Array, other: Array) -> float:
 def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elements: int) -> Frame:
     """Return the frame with masses, in units of the total mass."""
     frame = frame_of(model, scale, [], elements)
+    supports = frame["fixed"]
 
     def put(node: int, point: Array, mass: float) -> None:
         """Add a point mass on a rigid arm of a node."""
-        if mass and node not in frame["fixed"]:
+        if mass and node not in supports:
             frame["ties"].append([node, len(frame["nodes"])])
             frame["masses"].append((len(frame["nodes"]), mass / total))
             frame["nodes"].append((point / scale.length).tolist())

@@ -32,6 +32,7 @@ NAMED = {
     "files/foreign/onshape.py": {"revolute"},
     "checks/chains.py": {"fixed"},  # a word of reports
     "verification/worker.py": {"fixed"},  # nodes without displacement
+    "verification/frequencies.py": {"fixed"},
     "verification/opensees.py": {"fixed"},
 }
 

@@ -303,10 +303,10 @@ NAN, INF = math.nan, math.inf
         (whole(name=""), ["'name'", "empty"]),
         (whole(name=None), ["'name'"]),
         (whole(name=5), ["name of robot is 5", "text"]),
-        (whole(links={"a": Link("b")}), ["kept as 'a'", "'b'", "agree"]),
-        (whole(links={"a": "b"}), ["kept as 'a'"]),
+        (whole(links={"a": Link("b")}), ["the entry 'a'", "'b'", "agree"]),
+        (whole(links={"a": "b"}), ["the entry 'a'", "agree"]),
         # numbers
-        (joint(axis=(0, 0, 0)), ["zero", "somewhere"]),
+        (joint(axis=(0, 0, 0)), ["zero", "direction"]),
         (joint(axis=(0, 1)), ["three numbers, not 2"]),
         (joint(axis=1), ["axis of joint 'a' is 1", "three numbers"]),
         (joint(axis=(0, "up", 0)), ["axis of joint 'a' is 'up'", "number"]),

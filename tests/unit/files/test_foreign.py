@@ -806,7 +806,7 @@ def test_missing_files(tmp_path):
         described(tmp_path / "nowhere.urdf")
     with pytest.raises(RobotFileError, match=r"nowhere\.yaml: the file cannot be read: No such file"):
         described(GEPETTO[0], tmp_path / "nowhere.yaml")
-    with pytest.raises(ArgumentError, match=r"types and axes are of loops that another tool has written, and .* has none"):
+    with pytest.raises(ArgumentError, match=r"types= and axes= are for loops of another tool, and .* has none"):
         ks.extend_robot("3rps", types="revolute")
 
 

@@ -275,7 +275,7 @@ def test_maps_take_loads_and_payload():
     alone = ks.analyze(robot("2pru_upr").assemble(platform={**grid, "z": 0.6}), loads=loads, payload=tool)
     np.testing.assert_allclose(found.twist[1], alone.twist, rtol=1e-9)
     assert {"load on slider_1", "payload"} <= set(found.source.values.tolist())
-    with pytest.raises(ks.ArgumentError, match="are the same at all poses"):
+    with pytest.raises(ks.ArgumentError, match="are constant in a sweep"):
         ks.sweep(robot("2pru_upr"), platform=grid, payload=ks.Payload([1.0, 2.0]), progress=False)
 
 
