@@ -74,8 +74,10 @@ def draw_motion(path: Path) -> None:
 
 
 def draw_frequencies(path: Path) -> None:
-    """Draw the first natural frequency over the tilts."""
-    ks.plot.save(page_names("natural_frequencies")["figure"], path, dpi=200)
+    """Draw the first natural frequency over the tilts, and the compliance over the frequency."""
+    names = page_names("natural_frequencies")
+    ks.plot.save(names["figure"], path, dpi=200)
+    ks.plot.save(names["compliances"], path.with_name("response_3rps.png"), dpi=200)
 
 
 def draw_sensitivities(path: Path) -> None:

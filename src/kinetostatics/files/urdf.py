@@ -63,7 +63,8 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     if len(roots) > 1:
         listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
         raise links[roots[1]].place.error(
-            f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may"
+            f"{len(roots)} links have no parent joint ({listed}), and only one may: make every other link the child of one "
+            "<joint>, with <loop> for the joints that are left"
         )
     on_tree = set(roots)
     for start in links:
