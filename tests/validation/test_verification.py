@@ -20,6 +20,7 @@ import pinocchio as pin
 import pytest
 import small_robots as sr
 import sprung_robots
+import vibration_elements
 from hybrid_robots import as_arguments, random_hybrid, write_randomly
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
 from package_robots import robot
@@ -169,12 +170,20 @@ def test_natural_frequencies_of_every_robot(name):
 @pytest.mark.parametrize("seed", range(200))
 def test_natural_frequencies_of_random_robots(seed):
     """Rings, overconstraint, elastic joints, telescopes, spins, masses beside beams; soft ones leave OpenSees fewer digits."""
-    one = write_randomly(random_hybrid(seed), seed)[1].robot()
+    mechanism, written = write_randomly(random_hybrid(seed), seed)
+    try:
+        one = written.robot()
+    except ks.RobotFileError as error:  # its platform is rigidly fixed to the base
+        pytest.skip(str(error))
     at = one.configuration(pin.neutral(one.model))
     ours, theirs = ks.modes(at, 3), frequencies(build(at, np.zeros(6), np.zeros(3)), 3)
     if theirs.scatter > 5e-3:  # as where 0.04 Hz are lost in the stiffness of free directions
         pytest.skip(f"OpenSees is accurate to {theirs.scatter:.0e} here")
-    assert ours.zero_frequencies == theirs.zero
+    if ours.zero_frequencies != theirs.zero:  # a spin, too, may be lost there: other elements decide
+        expected, zero = vibration_elements.frequencies(mechanism, written, at, 3)
+        assert ours.zero_frequencies == zero
+        assert ours.frequencies == pytest.approx(expected, rel=2e-5)
+        return
     assert ours.frequencies == pytest.approx(theirs.values, rel=max(1e-5, 3 * theirs.scatter))
 
 
