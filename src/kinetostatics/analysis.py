@@ -148,7 +148,6 @@ def analyze(
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     flat_errors = None if errors is None else errors.map(flat)
     flat_loads = None if on_links is None else on_links.map(flat)
-    payload_inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
     moved = [] if motion is None else [np.array([np.broadcast_to(one, shape).ravel() for one in rate]) for rate in rates]
     engine = "numpy" if assembly_errors is not None else engine
 
@@ -166,7 +165,7 @@ def analyze(
                     "the loops cannot follow the motion: the pose is singular, or the rates of redundant actuators contradict "
                     "one another"
                 )
-            applied += (inertial_load(robot.statics, frames, *bodies, carried, payload_inertia),)
+            applied += (inertial_load(robot.statics, frames, *bodies, carried),)
 
         def solve(some: slice | Index) -> list[Solution]:
             mine = None if errors_here is None else errors_here.map(lambda array: array[:, some])

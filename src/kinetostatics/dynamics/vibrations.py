@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,9 +10,9 @@ from kinetostatics.arguments import check
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.mechanism.elastic_joints import Drive
-from kinetostatics.robot import Robot, robot_of
+from kinetostatics.math.arrays import Index, Mask
+from kinetostatics.mechanism.elastic_joints import drive_of
+from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
 from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, vibration_model
@@ -27,14 +26,12 @@ class Vibrations:
         configuration: the pose or poses.
         structure: the coordinates of small motions.
         loads: the payload, with the batch axis of its arrays last; None without payload.
-        inertia: (3, 3) inertia of the payload about its centre of mass, axes of its link [kg·m²].
         valid: (N,) mask of valid poses: reached, with positive lengths of all telescopic beams.
     """
 
     configuration: Configuration
     structure: SmallMotions
     loads: LinkLoads | None
-    inertia: Array
     valid: Mask
 
     @classmethod
@@ -48,7 +45,8 @@ class Vibrations:
             raise ArgumentError(f"{name} needs a Configuration, got {configuration!r}; create one with robot.assemble(…)")
         check("drives", drives)
         robot, shape = robot_of(configuration), configuration.shape
-        structure = SmallMotions(robot.statics, _free_drives(robot) if drives == "free" else None)
+        free = {name: drive_of(robot.mechanism, name, np.inf) for name in robot.description.driven}
+        structure = SmallMotions(robot.statics, free if drives == "free" else None)
         valid = np.array(configuration.reached)
         for beam in robot.beams.values():
             valid &= np.nan_to_num(beam.remaining_length(configuration.frames)) > 0
@@ -58,8 +56,7 @@ class Vibrations:
                 loads = loads.map(lambda array: np.broadcast_to(array, shape + array.shape[-1:]).reshape(-1, array.shape[-1]).T)
             except ValueError:
                 raise ArgumentError(f"the payload's arrays do not fit the poses, whose batch shape is {shape}") from None
-        inertia = np.zeros((3, 3)) if payload is None or payload.inertia is None else payload.inertia.matrix
-        return cls(configuration, structure, loads, inertia, valid)
+        return cls(configuration, structure, loads, valid)
 
     def chunks(self, most: int) -> list[Index]:
         """Return the indices of the valid poses in chunks of at most ``most``."""
@@ -74,25 +71,16 @@ class Vibrations:
         if self.loads is None:
             return motions, model
         loads = self.loads.map(lambda array: array[:, poses])
-        return motions, replace(model, masses={**model.masses, **_carried(loads, self.inertia, motions)})
+        return motions, replace(model, masses={**model.masses, **_carried(loads, motions)})
 
 
-def _free_drives(robot: Robot) -> Mapping[str, Drive]:
-    """Return the actuators as drives without stiffness."""
-    mimics = [(item.name, item.mimic) for item in robot.mechanism.connections.values() if item.mimic is not None]
-    return {
-        name: Drive(name, np.inf, ((name, 1.0), *((other, mimic.multiplier) for other, mimic in mimics if mimic.joint == name)))
-        for name in robot.description.driven
-    }
-
-
-def _carried(loads: LinkLoads, inertia: Array, motions: PlacedMotions) -> dict[str, Part]:
+def _carried(loads: LinkLoads, motions: PlacedMotions) -> dict[str, Part]:
     """Return the payload as parts, one for each place at which it is attached at some pose."""
     found = {}
-    for number, (place, _, point, mass, R) in enumerate(loads.masses(motions.frames)):
+    for number, (place, _, point, mass, R, inertia) in enumerate(loads.masses(motions.frames)):
         axes, matrix = R.transpose(2, 0, 1), np.zeros((len(mass), 6, 6))
         matrix[:, :3, :3] = mass[:, None, None] * np.eye(3)
-        matrix[:, 3:, 3:] = axes @ inertia @ np.swapaxes(axes, 1, 2) * (mass > 0)[:, None, None]
+        matrix[:, 3:, 3:] = axes @ inertia.transpose(2, 0, 1) @ np.swapaxes(axes, 1, 2)
         name = f"{PAYLOAD} on {place}" if number else PAYLOAD
         found[name] = mass_at(motions, motions.structure.body_at[place], point, matrix)
     return found

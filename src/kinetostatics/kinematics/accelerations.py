@@ -67,11 +67,11 @@ def moving_bodies(
         motions (6, B, k, N) of the bodies in the local freedoms, which change neither loops nor prescribed coordinates.
     """
     target = solver.values(prescribed, poses)
-    linear = _twists(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
+    rates = _rates(solver, prescribed, poses, target, np.stack([velocity, acceleration], axis=1))
+    linear = _of_bodies(solver, poses, rates)
     twists, derivative = linear[:, :, 0], np.array(linear[:, :, 1])
     scale = np.where(solver.tree.column_rotates, 1.0, 1 / solver.length)[:, None]
-    rates = _rates(solver, prescribed, poses, target, velocity[:, None])[:, 0]
-    fastest = np.max(np.abs(rates) * scale, axis=0, initial=0.0)
+    fastest = np.max(np.abs(rates[:, 0]) * scale, axis=0, initial=0.0)
     moves = fastest > 0
     step = _STEP / np.where(moves, fastest, 1.0) / max(_WEIGHTS)
     for k, weight in _WEIGHTS.items():

@@ -66,10 +66,15 @@ def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
     found = {}
     for name, stiffness in mechanism.description.joint_stiffness.items():
         if stiffness.drive is not None and stiffness.drive < np.inf:
-            followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
-            moves = tuple((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
-            found[name] = Drive(name, 1 / stiffness.drive, ((name, 1.0), *moves))
+            found[name] = drive_of(mechanism, name, 1 / stiffness.drive)
     return found
+
+
+def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
+    """Return the actuator of a joint with a compliance [m/N, rad/(N·m)]; infinite: it exerts no force."""
+    followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
+    moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
+    return Drive(name, compliance, ((name, 1.0), *moves))
 
 
 def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:

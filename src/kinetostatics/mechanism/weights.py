@@ -32,9 +32,10 @@ class Weights:
     Attributes:
         names: name of the rigid link, or ``beam:`` and the beam; weights of the limbs first, then of base and platform.
         owner: for each weight its limb, or ``base`` or ``platform``.
+        inertias: ``pin.Inertia`` of every rigid link that has a weight, in the frame of its body.
     """
 
-    NOT_RECORDED = ("_inertias", "_known")
+    NOT_RECORDED = ("inertias", "_known")
 
     def __init__(self, mechanism: Mechanism, topology: Topology, beams: Mapping[str, BeamModel]) -> None:
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
@@ -47,10 +48,10 @@ class Weights:
         self._known: dict[int, tuple[int, pin.Inertia]] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
         inertias = link_inertias(mechanism.model)
-        self._inertias = [inertias[name] for name in rigid]
-        self._mass = np.array([inertia.mass for inertia in self._inertias])
+        self.inertias = {name: inertias[name] for name in rigid}
+        self._mass = np.array([inertia.mass for inertia in self.inertias.values()])
         self._body = np.array([mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
-        self._centre = np.array([inertia.lever for inertia in self._inertias]).reshape(-1, 3).T
+        self._centre = np.array([inertia.lever for inertia in self.inertias.values()]).reshape(-1, 3).T
         self._beams = list(self._beam_of.values())
         spans = [beam.span for beam in self._beams]
         self._ends = [
@@ -104,7 +105,7 @@ class Weights:
         """Return body and ``pin.Inertia`` of every weight at one pose; constant ones are computed once."""
         if self._known is None:
             fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
-            rigid = zip(self._body.tolist(), self._inertias, strict=True)
+            rigid = zip(self._body.tolist(), self.inertias.values(), strict=True)
             self._known = {**dict(zip(np.flatnonzero(self._is_rigid).tolist(), rigid, strict=True)), **fixed}
         known = self._known
         return [known[k] if k in known else self._beam_of[k].rod(frames) for k in range(len(self.names))]

@@ -51,11 +51,6 @@ class Buckling(Shapes[BucklingModes], Reported, builder="reports.buckling:buckli
     valid: Mask
 
     @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return robot_of(self.configuration)
-
-    @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape of all results."""
         return self.batch_shape

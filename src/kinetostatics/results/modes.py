@@ -17,7 +17,6 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.shapes import Shapes
-from kinetostatics.robot import Robot, robot_of
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.mode_shapes import ModeShapes
@@ -45,11 +44,6 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
     payload: Payload | None
     chunks: tuple[ModeShapes, ...]
     valid: Mask
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return robot_of(self.configuration)
 
     @property
     def shape(self) -> tuple[int, ...]:

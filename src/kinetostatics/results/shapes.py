@@ -9,10 +9,11 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.mechanism.rigid_bodies import RigidBody
-from kinetostatics.robot import Robot
+from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.small_motions import PlacedMotions
 
 #: Number of stations along the centre line of a beam.
@@ -39,6 +40,7 @@ Chunk = TypeVar("Chunk", bound=ChunkOfModes)
 class Shapes(Generic[Chunk]):
     """Shapes of ``count`` modes of each pose, from ``chunks`` of those poses (N,) that are ``valid``."""
 
+    configuration: Configuration
     count: int
     chunks: Sequence[Chunk]
     valid: Mask
@@ -46,7 +48,7 @@ class Shapes(Generic[Chunk]):
     @property
     def robot(self) -> Robot:
         """The robot."""
-        raise NotImplementedError
+        return robot_of(self.configuration)
 
     @property
     def shape(self) -> tuple[int, ...]:

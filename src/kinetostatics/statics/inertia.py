@@ -17,7 +17,6 @@ from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.mechanism.weights import link_inertias
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads
 from kinetostatics.statics.robot_statics import RobotStatics
 
@@ -26,13 +25,7 @@ INERTIA = "inertia"
 
 
 def inertial_load(
-    robot: RobotStatics,
-    frames: Frames,
-    twists: Array,
-    rates: Array,
-    local: Array,
-    payload: LinkLoads | None,
-    payload_inertia: Array,
+    robot: RobotStatics, frames: Frames, twists: Array, rates: Array, local: Array, payload: LinkLoads | None
 ) -> AppliedLoad:
     """Return the inertial loads of a moving robot at N poses.
 
@@ -45,11 +38,10 @@ def inertial_load(
         rates: (6, B, N) time derivatives of the twists, with local freedoms at rest [m/s², rad/s²].
         local: (6, B, k, N) unit motions of the local freedoms.
         payload: loads on links, broadcast to the N poses; their masses are included.
-        payload_inertia: (3, 3) inertia of the payload about its centre of mass, in the axes of its link [kg·m²].
     """
 
     def moving(rates: Array) -> _Moving:
-        return _Moving(robot, frames, twists, rates, payload, payload_inertia)
+        return _Moving(robot, frames, twists, rates, payload)
 
     found, k = moving(rates), local.shape[2]
     if k:
@@ -63,24 +55,21 @@ def inertial_load(
 class _Moving:
     """Inertial wrenches (6, N) about o and their points of application (3, N) by place, and loads (12, N) along beams by name."""
 
-    def __init__(
-        self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None, payload_inertia: Array
-    ) -> None:
+    def __init__(self, robot: RobotStatics, frames: Frames, twists: Array, rates: Array, payload: LinkLoads | None) -> None:
         self.robot, self.frames, self.twists, self.rates = robot, frames, twists, rates
         _, self.o = robot.mechanism.platform_pose(frames)
         self.wrenches: dict[str, Array] = {}
         self.points: dict[str, Array] = {}
         self.lines: dict[str, Array] = {}
         self.by_body = np.zeros(twists.shape)  # about the world's origin
-        inertias = link_inertias(robot.mechanism.model)
         for name in robot.weights.names:
             if name.startswith("beam:"):
                 self._add_beam(name.removeprefix("beam:"))
             else:
-                body, own = robot.mechanism.body_of[name][0], inertias[name]
+                body, own = robot.mechanism.body_of[name][0], robot.weights.inertias[name]
                 self._add_mass(name, body, frames.rotation[:, :, body], frames.point(body, own.lever), own.mass, own.inertia)
-        for place, body, point, mass, R in payload.masses(frames) if payload is not None else ():
-            self._add_mass(place, body, R, point, mass, np.where(mass > 0, payload_inertia[:, :, None], 0.0))
+        for place, body, point, mass, R, inertia in payload.masses(frames) if payload is not None else ():
+            self._add_mass(place, body, R, point, mass, inertia)
 
     def _acceleration(self, body: int, point: Array) -> Array:
         """Return the acceleration (3, N) of a point of a body [m/s²]."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.description.elements import Inertia
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.limbs.group import LimbGroup
@@ -181,6 +182,7 @@ class _Load:
     wrench: Array | None = None  # (…, 6)
     in_link_frame: bool = False
     mass: Array | None = None  # (…, 1)
+    inertia: Inertia = field(default_factory=Inertia)
 
 
 @dataclass(frozen=True)
@@ -233,11 +235,11 @@ class LinkLoads:
                 points.setdefault(item.name, {}).setdefault(place, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
-    def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array]]:
+    def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array, Array]]:
         """Yield, for every mass and every place at which it acts at some poses, its inertial data at N poses.
 
-        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg], 0 at poses at which it acts at another
-        place; and the axes (3, 3, N) of its link.
+        These are the place; the body; the centre of mass (3, N) [m]; the mass (N,) [kg]; the axes (3, 3, N) of its link; and the
+        inertia (3, 3, N) about its centre in these axes [kg·m²]. Mass and inertia are 0 at poses at which it acts elsewhere.
 
         Raises:
             ArgumentError: as for :meth:`at`.
@@ -248,7 +250,8 @@ class LinkLoads:
                 point = origin + np.einsum("ijn,jn->in", R, item.point)
                 link = self.robot.description.platform if item.link is None else item.link
                 for place, where in places_at(self.robot, item.name, link, frames, point).items():
-                    yield place, self.robot.mechanism.body_of[link][0], point, np.where(where, item.mass[0], 0.0), R
+                    mass, body = np.where(where, item.mass[0], 0.0), self.robot.mechanism.body_of[link][0]
+                    yield place, body, point, mass, R, np.where(mass > 0, item.inertia.matrix[:, :, None], 0.0)
 
 
 def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
@@ -375,7 +378,7 @@ def _payload(robot: RobotStatics, payload: object) -> _Load:
     if np.any(mass < 0):
         raise ArgumentError(f"the payload's mass is {payload.mass!r}; it must be zero or more [kg]")
     center = _vector("the payload's center", payload.center, 3)
-    return _Load(PAYLOAD, payload.link, center, mass=mass[..., None])
+    return _Load(PAYLOAD, payload.link, center, mass=mass[..., None], inertia=payload.inertia or Inertia())
 
 
 def _check_link(robot: RobotStatics, what: str, link: object) -> None:

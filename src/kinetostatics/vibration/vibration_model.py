@@ -17,7 +17,6 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.rigid_bodies import RigidBody
-from kinetostatics.mechanism.weights import link_inertias
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.statics.springs import placed_springs
 from kinetostatics.vibration.rods import Numbers, Rod
@@ -267,9 +266,8 @@ class _Placement:
     def masses(self) -> Iterator[tuple[str, Part]]:
         structure, frames = self.motions.structure, self.motions.frames
         mechanism, names = structure.model.mechanism, structure.model.weights.names
-        inertias = link_inertias(mechanism.model)
         for body, number in structure.weights:
-            inertia, at = inertias[names[number]], mechanism.body_of[names[number]][0]
+            inertia, at = structure.model.weights.inertias[names[number]], mechanism.body_of[names[number]][0]
             R = frames.rotation[:, :, at].transpose(2, 0, 1)
             matrix = np.zeros((len(R), 6, 6))
             matrix[:, :3, :3] = inertia.mass * np.eye(3)
