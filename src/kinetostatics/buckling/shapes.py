@@ -15,7 +15,7 @@ from kinetostatics.buckling.stability import Forces, Stability
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.rigid_bodies import RigidBody
-from kinetostatics.statics.small_motions import PlacedMotions
+from kinetostatics.statics.small_motions import PlacedMotions, signs_of_modes
 
 #: Relative size of motions, and of components, below which they count as zero.
 _MOVES = 1e-3
@@ -55,11 +55,7 @@ class BucklingModes:
         """
         ratios, shapes = self.ratios[:, ::-1][:, :count], self.shapes[:, ::-1][:, :count]
         twists = BucklingModes(ratios, shapes, self.robot).of_body(self.motions.structure.platform, self.motions.o)
-        still = np.linalg.norm(twists, axis=-1) < _MOVES * np.linalg.norm(shapes, axis=-1)
-        rows = np.where(still[..., None], shapes, np.concatenate([twists, np.zeros_like(shapes)], axis=2)[..., : shapes.shape[2]])
-        if rows.size:
-            largest = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=2, keepdims=True), axis=2)
-            shapes = shapes * np.where(np.take_along_axis(rows, largest[..., None], axis=2) < 0, -1.0, 1.0)
+        shapes = shapes * signs_of_modes(shapes, twists, _MOVES)
         ratios = np.where(ratios < _NOTHING, 0.0, ratios)
         shapes = np.where(ratios[..., None] > 0, shapes, np.nan)
         missing = ((0, 0), (0, count - ratios.shape[1]))

@@ -239,3 +239,18 @@ class PlacedMotions:
         found[:] = np.eye(6)
         found[:, :3, 3:] = cross(np.eye(3)[:, :, None], (point - self.o)[:, None]).transpose(2, 0, 1)
         return found
+
+
+def signs_of_modes(shapes: Array, twists: Array, tolerance: float) -> Array:
+    """Return signs (N, m, 1) by which the largest component of the platform's twist, or of the coordinates, becomes positive.
+
+    Args:
+        shapes: (N, m, n) modes in coordinates.
+        twists: (N, m, 6) twists of the platform; where one is below ``tolerance`` times its mode, the coordinates count.
+        tolerance: relative size, and relative difference of components that count as equal, of which the first counts.
+    """
+    still = np.linalg.norm(twists, axis=-1) < tolerance * np.linalg.norm(shapes, axis=-1)
+    width = max(6, shapes.shape[2])
+    rows = np.where(still[..., None], *(np.pad(item, [(0, 0), (0, 0), (0, width - item.shape[2])]) for item in (shapes, twists)))
+    first = np.argmax(np.abs(rows) > (1 - tolerance) * np.abs(rows).max(axis=-1, keepdims=True), axis=-1)
+    return np.where(np.take_along_axis(rows, first[..., None], axis=-1) < 0, -1.0, 1.0)

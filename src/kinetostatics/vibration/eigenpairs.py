@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.statics.small_motions import signs_of_modes
 from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import VibrationModel
 
@@ -169,11 +170,7 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
                 turn = np.concatenate([turn, (rest / np.linalg.norm(rest))[:, None]], axis=1)
         shapes[pose, k] = space @ turn[:, free + k - mine[0]]
     twists = np.einsum("nik,nmk->nmi", platform, shapes[..., : platform.shape[2]])
-    still = np.linalg.norm(twists, axis=-1) < _MOVES * np.linalg.norm(shapes, axis=-1)
-    width = max(6, shapes.shape[2])
-    rows = np.where(still[..., None], *(np.pad(item, [(0, 0), (0, 0), (0, width - item.shape[2])]) for item in (shapes, twists)))
-    first = np.argmax(np.abs(rows) > (1 - _MOVES) * np.abs(rows).max(axis=-1, keepdims=True), axis=-1)
-    shapes *= np.where(np.take_along_axis(rows, first[..., None], axis=-1) < 0, -1.0, 1.0)
+    shapes *= signs_of_modes(shapes, twists, _MOVES)
 
 
 def _spaces(model: VibrationModel, K: Array, M: Array) -> Iterator[_Space]:
