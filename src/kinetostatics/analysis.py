@@ -14,8 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Motion, Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code

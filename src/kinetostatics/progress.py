@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 
 #: Delay before the line appears, and interval between updates [s].
 EVERY = 1.0

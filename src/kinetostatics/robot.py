@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import warn
+from kinetostatics.arguments import warn
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError

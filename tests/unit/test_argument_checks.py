@@ -6,7 +6,7 @@ from package_robots import robot
 from places import ROBOTS
 
 import kinetostatics as ks
-from kinetostatics.argument_checks import whole_number
+from kinetostatics.arguments import whole_number
 
 RPS, VARY, OVER = ROBOTS / "3rps.urdf.xacro", {"rod_diameter": "5cm:6cm"}, {"z": 0.5, "rx": 0.0, "ry": 0.0}
 

@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword, path_name
+from kinetostatics.arguments import Keyword, path_name
 from kinetostatics.authoring.designing import Design, design_robot
 from kinetostatics.authoring.file_text import file_text
 from kinetostatics.authoring.known_names import options_of

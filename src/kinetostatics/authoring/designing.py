@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice, warn
+from kinetostatics.arguments import check_choice, warn
 from kinetostatics.authoring.file_arguments import FileArguments, odd_lengths, rounded
 from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_mapping, path_name
+from kinetostatics.arguments import check_mapping, path_name
 from kinetostatics.authoring.by_name import write_new
 from kinetostatics.authoring.section_words import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans

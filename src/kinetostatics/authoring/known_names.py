@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.exceptions import ArgumentError
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.arguments import check_choice, finite_numbers
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
 from kinetostatics.description.units import parse_number

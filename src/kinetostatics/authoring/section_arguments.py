@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from kinetostatics.argument_checks import check_mapping
+from kinetostatics.arguments import check_mapping
 from kinetostatics.authoring.file_arguments import FileArguments, rounded
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, finite_numbers, need_scipy, warn
-from kinetostatics.arguments import check
+from kinetostatics.arguments import Keyword, check, finite_numbers, need_scipy, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
 from kinetostatics.calibration.gauge_readings import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable

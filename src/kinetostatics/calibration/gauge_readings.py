@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, finite_numbers, positive
+from kinetostatics.arguments import Keyword, check_choice, check_mapping, finite_numbers, positive
 from kinetostatics.description.gauges import COMPONENTS, Gauge
 from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import finite_numbers, names_in, whole_number
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check, finite_numbers, names_in, whole_number
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauge_readings import read_gauges

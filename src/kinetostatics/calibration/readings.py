@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.analysis import analyze, load_at_o
-from kinetostatics.argument_checks import Keyword, check_choice, finite_numbers
+from kinetostatics.arguments import Keyword, check_choice, finite_numbers
 from kinetostatics.calibration.gauge_readings import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.argument_checks import Keyword, names_in
+from kinetostatics.arguments import Keyword, names_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription

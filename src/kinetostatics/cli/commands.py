@@ -11,8 +11,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import ARGUMENTS, Argument
+from kinetostatics.arguments import ARGUMENTS, Argument, Keyword
 from kinetostatics.cli.options import Options
 
 #: Module of each command, in the order of the help.

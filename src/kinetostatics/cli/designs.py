@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.answers import answer, save_files
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, load_robot, loads_of, pose_of

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.cli.options import given_of, value_of
 from kinetostatics.cli.typed_values import number_of, parse_coordinates, parse_items, parse_parameters, parse_values, typed_units
 from kinetostatics.description.units import PLATFORM_KINDS

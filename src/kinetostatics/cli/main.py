@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Iterable, Sequence
 from typing import NoReturn
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.cli.answers import print_message
 from kinetostatics.cli.commands import COMMANDS, command
 from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError

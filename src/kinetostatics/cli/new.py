@@ -6,8 +6,7 @@ import argparse
 import os
 import sys
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import Argument
+from kinetostatics.arguments import Argument, Keyword
 from kinetostatics.authoring.file_arguments import odd_lengths
 from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.cli.answers import print_warnings

@@ -6,8 +6,7 @@ import argparse
 import os
 from collections.abc import Iterable
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import Argument
+from kinetostatics.arguments import Argument, Keyword
 from kinetostatics.cli.typed_values import number_of, parse_items, whole_number_of
 from kinetostatics.exceptions import ArgumentError
 

@@ -7,8 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import coordinate_kind, load_robot, loads_of, pose_of, swept_coordinates

@@ -8,7 +8,7 @@ import os
 import shlex
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.cli.inputs import pose_of
 from kinetostatics.cli.typed_values import parse_parameters
 from kinetostatics.exceptions import KinetostaticsError

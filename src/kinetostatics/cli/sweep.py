@@ -9,8 +9,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from kinetostatics.argument_checks import Keyword
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import grid_of, loads_of

@@ -7,7 +7,7 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 
-from kinetostatics.argument_checks import Keyword, whole_number
+from kinetostatics.arguments import Keyword, whole_number
 from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError
 

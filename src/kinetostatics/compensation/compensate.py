@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, names_in
-from kinetostatics.arguments import check
+from kinetostatics.arguments import Keyword, check, names_in
 from kinetostatics.compensation.broyden import MOST, BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import numbers_of
 from kinetostatics.engine.llvm import needed_by

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, need_scipy, warn, whole_number
+from kinetostatics.arguments import Keyword, need_scipy, warn, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Evaluation, Problem, assembled, grid_of, rank
 from kinetostatics.design.requirements import REQUIRABLE, parse_quantity, parse_requirement

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword, check_mapping
+from kinetostatics.arguments import Keyword, check_mapping
 from kinetostatics.design.requirements import REQUIRABLE, Requirement
 from kinetostatics.design.varied_numbers import VariedNumbers
 from kinetostatics.engine.programs import loops_for

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, names_in
+from kinetostatics.arguments import Keyword, check_choice, names_in
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, RobotFileError

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_choice, check_mapping, warn, whole_number
-from kinetostatics.arguments import check
+from kinetostatics.arguments import Keyword, check, check_choice, check_mapping, warn, whole_number
 from kinetostatics.description.units import parse_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
 from kinetostatics.design.requirements import typed_unit

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import Keyword, finite_numbers
+from kinetostatics.arguments import Keyword, finite_numbers
 from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.vibrations import Vibrations
 from kinetostatics.exceptions import ArgumentError

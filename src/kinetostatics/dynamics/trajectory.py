@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import Keyword, check_mapping, finite_numbers, positive, whole_number
+from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, positive, whole_number
 from kinetostatics.description.loads import Motion
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.accelerations import actuator_rates

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.arguments import check_choice
 from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics

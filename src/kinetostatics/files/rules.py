@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 from operator import mul
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Mimic, Origin, Spring, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot_description import by_name

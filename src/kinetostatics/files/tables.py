@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files import attribute_values as values

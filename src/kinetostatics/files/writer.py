@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import Protocol
 
-from kinetostatics.argument_checks import path_name
+from kinetostatics.arguments import path_name
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import validate

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice, path_name
+from kinetostatics.arguments import check_choice, path_name
 from kinetostatics.compensation.broyden import MOST, error_tolerance
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword, names_in
+from kinetostatics.arguments import Keyword, names_in
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.arguments import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from kinetostatics.argument_checks import warn
+from kinetostatics.arguments import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR, variable
 from kinetostatics.math.arrays import Array

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.loads import Motion
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.assembly import platform_coordinates

@@ -8,8 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.argument_checks import check_mapping, numbers
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check, check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import choices_text, prescribed_platform

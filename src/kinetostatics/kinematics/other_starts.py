@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from kinetostatics.argument_checks import numbers
+from kinetostatics.arguments import numbers
 from kinetostatics.exceptions import AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.coordinate_choices import best_choice, prescribed_platform
 from kinetostatics.kinematics.loop_gaps import CLOSED, close, gaps_at, worst_gaps_text

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
-from kinetostatics.argument_checks import path_name
+from kinetostatics.arguments import path_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text
 

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.arguments import check_choice
 from kinetostatics.description.units import sized_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array

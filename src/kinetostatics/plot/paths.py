@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.arguments import check_choice
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.numbers import NOISE
 from kinetostatics.plot.display_units import display_unit, label

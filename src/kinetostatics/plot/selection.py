@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import warn
+from kinetostatics.arguments import warn
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import check_choice, path_name
+from kinetostatics.arguments import check_choice, path_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported

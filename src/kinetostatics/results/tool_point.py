@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import finite_numbers, warn
+from kinetostatics.arguments import finite_numbers, warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.robot import Robot

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.arguments import finite_numbers
 from kinetostatics.description.elements import Beam
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.arguments import check_choice, finite_numbers
 from kinetostatics.description.elements import Inertia
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.exceptions import ArgumentError, near_names

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import positive
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check, positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.dynamics.modes import modes as modes_of
 from kinetostatics.exceptions import ArgumentError

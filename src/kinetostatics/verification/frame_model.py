@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.argument_checks import numbers
+from kinetostatics.arguments import numbers
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array

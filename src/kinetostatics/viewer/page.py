@@ -12,7 +12,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from kinetostatics.argument_checks import warn
+from kinetostatics.arguments import warn
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.packing import Packing, zipped

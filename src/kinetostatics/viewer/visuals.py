@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.argument_checks import warn
+from kinetostatics.arguments import warn
 from kinetostatics.files.bundled import PackageNotFound, package_folder
 from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.shapes import Surface, joined

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.dynamics.modes import modes
 from kinetostatics.exceptions import ArgumentError

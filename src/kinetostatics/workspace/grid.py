@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_mapping, numbers
+from kinetostatics.arguments import check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 

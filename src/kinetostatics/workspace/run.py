@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import path_name, warn, whole_number
+from kinetostatics.arguments import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.threads import in_threads, threads

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_mapping, names_in, warn
-from kinetostatics.arguments import check
+from kinetostatics.arguments import check, check_mapping, names_in, warn
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.description.units import find_unit

@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import Keyword
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.engine.programs import compiled_loops
