@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 import small_robots as sr
 import vibration_elements
-from mechanisms import Beam, Joint, Link
+from mechanisms import Beam, Joint, Link, Stiffness
 from places import CASES as FILES
 from small_robots import Limb
 
@@ -316,6 +316,29 @@ def test_two_masses_on_a_shaft():
         assert found.frequencies[turning] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-9)
 
 
+def test_a_symmetric_hexapod_on_springs():
+    """ω² = 6 k n_z²/m along z, 3 k (1 − n_z²)/m across, and 6 k r_z²/J about z: eigenvalues of k Σ $ $ᵀ in closed form."""
+    k, m, radius, lean = 4e5, 3.0, 0.3, 0.4
+    limbs = []
+    for number in range(6):
+        angle, side = np.pi / 3 * (number // 2 * 2), 1 - 2 * (number % 2)
+        top = radius * np.array([np.cos(angle), np.sin(angle), 0])
+        axis = np.array([-np.sin(angle) * side * np.sin(lean), np.cos(angle) * side * np.sin(lean), np.cos(lean)])
+        foot, names = top - axis, [f"{kind}{number}" for kind in ("foot", "leg", "ball")]
+        first, second = sr.across(axis)
+        joints = (
+            Joint(names[0], "U", tuple(foot), tuple(first), tuple(second)),
+            Joint(names[1], "P", tuple(top - axis / 2), tuple(axis), driven=True, stiffness=Stiffness(drive=k)),
+            Joint(names[2], "S", tuple(top)),
+        )
+        limbs.append(Limb(joints, (Link(f"cylinder{number}"), Link(f"piston{number}"))))
+    found = lowest(sr.Spec(tuple(limbs), (), mass=m), 6)
+    across, along = np.sin(lean), np.cos(lean)
+    squares = [6 * k * along**2 / m, 3 * k * across**2 / m, 3 * k * across**2 / m]
+    squares += [6 * k * (radius * across) ** 2, *[3 * k * (radius * along) ** 2] * 2]  # its moments of inertia are 1 kg m²
+    assert (2 * np.pi * found.frequencies) ** 2 == pytest.approx(sorted(squares), rel=1e-12)
+
+
 @pytest.mark.few(3)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("name", ["four_bar", "pru2_upr", "gough"])
@@ -329,6 +352,14 @@ def test_frequencies_do_not_depend_on_how_a_file_is_written(name, seed):
     assert found.frequencies == pytest.approx(expected.frequencies, rel=1e-8)
     sizes = np.linalg.norm(found.twists[:, :3], axis=1)
     assert sizes == pytest.approx(np.linalg.norm(expected.twists[:, :3], axis=1), rel=1e-5, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "planar_3rrr"])
+def test_millimetres_and_metres_have_the_same_frequencies(name):
+    file = sr.write(sr.in_millimetres(ROBOTS[name]))
+    file.text = file.text.replace('="1" i', '="1000" i').replace('izz="1"', 'izz="1000"')  # moments of inertia in t mm²
+    found = ks.modes(file.robot().assemble(closure_tolerance=1e-8), 4)
+    assert found.frequencies == pytest.approx(lowest(ROBOTS[name], 4).frequencies, rel=1e-8)
 
 
 @pytest.mark.parametrize("name", ["gough", "planar_3rrr"])
