@@ -7,9 +7,8 @@ from .compensation import compensate
 from .description.gauges import Gauge
 from .description.loads import LinkLoad, Motion, Payload
 from .design import optimize, pareto, sensitivities, tolerances
-from .dynamics.frequency_response import frequency_response
-from .dynamics.modes import modes
 from .dynamics.trajectory import trajectory
+from .dynamics.vibrations import frequency_response, modes
 from .exceptions import ArgumentError, AssemblyError, KinetostaticsError, RobotFileError, StaticsError
 from .files.bundled import robots
 from .files.writer import save_robot

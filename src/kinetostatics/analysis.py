@@ -33,10 +33,9 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.inertia import inertial_load
-from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
-from kinetostatics.statics.singularity import UNBALANCED
+from kinetostatics.statics.singularity import UNBALANCED, groups_of_poses
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import placed_springs, solve_with_springs, sources_of
 

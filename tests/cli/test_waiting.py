@@ -34,10 +34,10 @@ SLOW = {
     "sensitivities": (["five_bar", "--by", "tool_mass"], "kinetostatics.design.sensitivities", "changing parameters one by one"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer._page", "making the page"),
-    "modes": (["five_bar"], "kinetostatics.dynamics.modes.modes", "computing modes"),
+    "modes": (["five_bar"], "kinetostatics.dynamics.vibrations.modes", "computing modes"),
     "response": (
         ["five_bar", "--frequencies", "1:9:3"],
-        "kinetostatics.dynamics.frequency_response.frequency_response",
+        "kinetostatics.dynamics.vibrations.frequency_response",
         "computing the frequency response",
     ),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.description.joint_types import Axes
-from kinetostatics.verification.connections import joint_springs, releases
+from kinetostatics.verification.frame import joint_springs, releases
 from kinetostatics.verification.pieces import RigidPieces
 
 #: Singular values below this part of the largest are zero.

@@ -15,7 +15,7 @@ from places import CASES
 from small_robots import E
 
 import kinetostatics as ks
-from kinetostatics.buckling.shapes import BucklingModes
+from kinetostatics.buckling.members import BucklingModes
 from kinetostatics.buckling.stability import forces_of, stability
 from kinetostatics.mechanism import beam_model
 from kinetostatics.sections.kinds import beam_compliance_coefficients as coefficients

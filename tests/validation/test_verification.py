@@ -633,7 +633,7 @@ def test_the_frame_is_built_without_the_statics():
         r"kinetostatics\.(verification|description|exceptions|math\.(arrays|graphs|ordering)|layout\.mapping|arguments)\b"
         r"|kinetostatics\.(kinematics\.configuration|mechanism\.beam_geometry)$"
     )
-    for name in ("pieces", "connections", "frame", "frame_model", "opensees", "solve", "turning", "worker"):
+    for name in ("pieces", "frame", "frame_model", "opensees", "solve", "worker"):
         tree = ast.parse((Path(verification.__file__).parent / f"{name}.py").read_text())
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("kinetostatics"):

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tension, tension
-from kinetostatics.buckling.elimination import definite_in_order, fronts
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
-from kinetostatics.math.linalg import cross, dot
+from kinetostatics.math.linalg import cross, definite_in_order, dot, fronts
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.rigid_bodies import RigidBody
 from kinetostatics.mechanism.tree import Frames

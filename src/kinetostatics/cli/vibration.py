@@ -38,7 +38,7 @@ MODES = Command(
     ),
     arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "drives", "json"),
     own={"count": Argument("count", "number of modes (default: 6)", "N")},
-    function="dynamics.modes:modes",
+    function="dynamics.vibrations:modes",
     notes=VALUES_HELP,
     examples="""
 modes 3rps
@@ -85,7 +85,7 @@ RESPONSE = Command(
         "components": Argument("texts", "directions in a figure (default: x y z)", "NAME"),
         "out": Argument("texts", "write a figure (.svg, .pdf, .png) or a table (.csv)", "FILE"),
     },
-    function="dynamics.frequency_response:frequency_response",
+    function="dynamics.vibrations:frequency_response",
     required=("robot", "frequencies"),
     usage="ROBOT --frequencies FIRST:LAST[:COUNT] [options]",
     notes=VALUES_HELP,

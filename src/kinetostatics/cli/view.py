@@ -104,7 +104,7 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
 
 def _modes(robot: Robot, args: argparse.Namespace) -> tuple[Modes, list[str]]:
     """Return the modes of ``--modes``, and warnings."""
-    from kinetostatics.dynamics.modes import modes
+    from kinetostatics.dynamics.vibrations import modes
 
     pose, found = pose_of(robot, args)
     return modes(pose, value_of("modes", args), **payload_of(args)), found

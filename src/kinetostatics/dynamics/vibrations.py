@@ -1,21 +1,36 @@
-"""Data of small vibrations in chunks of poses: poses, actuators and payload."""
+"""Small vibrations about poses: natural frequencies, modes, and the platform's response to harmonic forces and floor motion."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from kinetostatics.arguments import check
+from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Index, Mask
+from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.elastic_joints import drive_of
+from kinetostatics.results.frequency_response import FrequencyResponse
+from kinetostatics.results.modes import Modes
+from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads
 from kinetostatics.statics.small_motions import PlacedMotions, SmallMotions
+from kinetostatics.vibration.eigenpairs import eigenpairs
+from kinetostatics.vibration.motions import Damping, ModeShapes, responses
+from kinetostatics.vibration.rods import Numbers
 from kinetostatics.vibration.vibration_model import Part, VibrationModel, mass_at, vibration_model
+
+#: Numbers of poses in a chunk, the unit of work of a thread: for modes and for responses.
+_MODES_OF, _RESPONSES_OF = 200, 50
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -58,10 +73,10 @@ class Vibrations:
                 raise ArgumentError(f"the payload's arrays do not fit the poses, whose batch shape is {shape}") from None
         return cls(configuration, structure, loads, valid)
 
-    def chunks(self, most: int) -> list[Index]:
-        """Return the indices of the valid poses in chunks of at most ``most``."""
+    def in_chunks(self, function: Callable[[Index], Found], most: int) -> list[Found]:
+        """Return a function's values for the indices of the valid poses, in chunks of at most ``most``, computed by threads."""
         poses = np.flatnonzero(self.valid)
-        return np.array_split(poses, -(-len(poses) // most)) if len(poses) else []
+        return in_threads(function, np.array_split(poses, -(-len(poses) // most)) if len(poses) else [])
 
     def placed(self, poses: Index) -> tuple[PlacedMotions, VibrationModel]:
         """Return motions, masses and elastic parts at some poses."""
@@ -84,3 +99,115 @@ def _carried(loads: LinkLoads, motions: PlacedMotions) -> dict[str, Part]:
         name = f"{PAYLOAD} on {place}" if number else PAYLOAD
         found[name] = mass_at(motions, motions.structure.body_at[place], point, matrix)
     return found
+
+
+def modes(configuration: Configuration, count: int = 6, *, drives: str = "locked", payload: Payload | None = None) -> Modes:
+    """Compute the lowest natural frequencies and modes of one pose or a batch of poses.
+
+    Links are rigid bodies with inertia, beams are continuous Timoshenko rods with rotary inertia, elastic joints and actuators
+    are springs. The dynamic stiffness of beams is exact, without discretization, and no mode is missed (see the page on natural
+    frequencies). The geometric stiffness of loads and weights is neglected; that of spring tensions is included.
+
+    Args:
+        configuration: the pose or poses.
+        count: number of modes.
+        drives: "locked": coordinates of actuators are fixed, or elastic with their stiffness; "free": actuators exert no force.
+        payload: a :class:`Payload` with its inertia.
+
+    Returns:
+        Frequencies, shapes, effective masses and shares of energy.
+
+    Raises:
+        ArgumentError: an argument has an invalid value.
+
+    Examples:
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+        >>> m = ks.modes(pose, count=3)
+        >>> [round(float(f), 1) for f in m.frequencies]  # [Hz]
+        [131.5, 131.5, 224.5]
+        >>> {name: round(float(part[2]), 2) for name, part in m.strain_energy_shares.items()}  # what to stiffen in mode 3
+        {'beam rod_1': 0.33, 'beam rod_2': 0.33, 'beam rod_3': 0.33}
+        >>> int(m.count_below(400.0))
+        3
+    """
+    number = whole_number("count", count, 1)
+    vibrations = Vibrations.of("modes", configuration, drives, payload)
+
+    def solved(poses: Index) -> ModeShapes:
+        motions, model = vibrations.placed(poses)
+        return ModeShapes(eigenpairs(model, number), motions)
+
+    return Modes(configuration, number, drives, payload, tuple(vibrations.in_chunks(solved, _MODES_OF)), vibrations.valid)
+
+
+def frequency_response(
+    configuration: Configuration,
+    frequencies: ArrayLike,
+    *,
+    damping: float | Mapping[str, float] = 0.02,
+    tool: ArrayLike | None = None,
+    drives: str = "locked",
+    payload: Payload | None = None,
+) -> FrequencyResponse:
+    """Compute the response of the platform to harmonic forces on it, and to harmonic motion of the floor.
+
+    The equations with the dynamic stiffness of the robot, whose beams are continuous rods, are solved at each frequency, without
+    truncation to a set of modes.
+
+    Args:
+        configuration: the pose or poses.
+        frequencies: (F,) frequencies [Hz].
+        damping: damping ratio ζ of all modes, as a loss factor 2ζ of the stiffness; or proportional damping
+            ``{"mass": α, "stiffness": β}`` [1/s, s] with α M + β K, of motions relative to the floor.
+        tool: (3,) point of the platform for forces and displacements, from o in platform axes [m]; default: o.
+        drives: "locked" or "free", see :func:`kinetostatics.modes`.
+        payload: a :class:`Payload` with its inertia.
+
+    Returns:
+        Compliance and transmissibility, complex.
+
+    Raises:
+        ArgumentError: an argument has an invalid value.
+
+    Examples:
+        The first resonance of a tripod, 131.5 Hz, amplifies motions of the floor along x:
+
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+        >>> r = ks.frequency_response(pose, [1.0, 131.465, 400.0], damping=0.02)
+        >>> [round(float(abs(h)), 2) for h in r.transmissibility[:, 0, 0]]
+        [1.0, 31.9, 0.49]
+    """
+    omega = 2 * np.pi * np.ravel(finite_numbers("frequencies", frequencies))
+    if not omega.size or np.any(omega <= 0):
+        raise ArgumentError(f"frequencies is {frequencies!r}; it must be positive numbers [Hz]")
+    losses = _damping(damping)
+    vibrations = Vibrations.of("frequency_response", configuration, drives, payload)
+    robot = robot_of(configuration)
+    place, body = tool_on_robot(tool, robot), vibrations.structure.platform
+
+    def solved(poses: Index) -> tuple[Numbers, Numbers]:
+        motions, model = vibrations.placed(poses)
+        R, o = robot.mechanism.platform_pose(motions.frames)
+        point = o if place is None else o + np.einsum("ijn,j->in", R, place)
+        return responses(model, *motions.at(body, point), omega, losses)
+
+    parts = vibrations.in_chunks(solved, _RESPONSES_OF)
+    found = np.full((2, len(vibrations.valid), len(omega), 6, 6), np.nan, dtype=complex)
+    if parts:
+        found[:, vibrations.valid] = np.concatenate(parts, axis=1)
+    compliance, transmissibility = found.reshape(2, *configuration.shape, len(omega), 6, 6)
+    return FrequencyResponse(configuration, omega / (2 * np.pi), compliance, transmissibility, damping, drives, payload, place)
+
+
+def _damping(damping: object) -> Damping:
+    """Return the checked damping."""
+    values: Mapping[str, Keyword] = damping if isinstance(damping, Mapping) else {"ratio": damping}
+    known = {"mass", "stiffness"} if isinstance(damping, Mapping) else {"ratio"}
+    good = set(values) <= known and all(isinstance(value, (int, float)) and value >= 0 for value in values.values())
+    if not good:
+        raise ArgumentError(
+            f'damping is {damping!r}; it must be a damping ratio, such as 0.02, or {{"mass": α, "stiffness": β}} [1/s, s]'
+        )
+    return Damping(2 * values.get("ratio", 0.0), values.get("mass", 0.0), values.get("stiffness", 0.0))

@@ -55,7 +55,7 @@ class LimbGroup:
         rigid_directions: number of rigid combinations of the constraint wrenches.
         soft: constraint wrenches that span the range of the compliance.
         at_one_pose: whether these decisions were made for a single pose with other ranks
-            (:mod:`kinetostatics.statics.limb_ranks`).
+            (:mod:`kinetostatics.statics.singularity`).
     """
 
     elimination: EliminationOrder | None = None

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.buckling.shapes import BucklingModes
+from kinetostatics.buckling.members import BucklingModes
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr

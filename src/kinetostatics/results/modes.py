@@ -19,7 +19,7 @@ from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.results.shapes import Shapes
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
-from kinetostatics.vibration.mode_shapes import ModeShapes
+from kinetostatics.vibration.motions import ModeShapes
 
 
 @dataclass(frozen=True, eq=False, repr=False)

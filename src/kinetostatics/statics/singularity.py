@@ -1,4 +1,12 @@
-"""Poses without equilibrium: a free motion of the platform, a limb that cannot carry its weight, a telescope without length."""
+"""Poses without equilibrium, and poses at which the rank of a limb changes.
+
+A pose is singular if the platform can still move, if a limb cannot carry its weight, or if a telescope has no length.
+
+Ranks and bases are normally decided once per robot (method page, section 2). If a limb is stretched, or if two of its axes
+coincide, its joint twists become dependent: its passive joints allow one motion less and it transmits one wrench more; its rank
+is then decided at that pose. The rank of the compliance may change too: if only the actuators of a limb are elastic, the limb is
+compliant in the directions in which they move it, and there are fewer of these where it is stretched.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +15,13 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs import force_method
+from kinetostatics.limbs.compliance import rigid_counts
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.grouping import decided_at
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import definite, normalize
+from kinetostatics.math.linalg import definite, normalize, numerical_rank
 from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
@@ -95,3 +107,94 @@ def _size(wrench: Array, length: float) -> Array:
     """Return the magnitude (N,) of wrenches (6, N) about o [N], moments divided by the length."""
     found: Array = np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length
     return found
+
+
+def groups_of_poses(
+    robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
+) -> dict[int, tuple[LimbGroup, ...]]:
+    """Return the groups of limbs for every pose at which the rank of a limb differs from that at generic poses.
+
+    Args:
+        robot: the robot.
+        frames, o: frames and reference points of N poses.
+        statics: results of the usual groups at these poses.
+    """
+    stiffening = [k for k, item in enumerate(statics) if item.group.only_springs]
+    stiffening = [k for k in stiffening if statics[k].may_stiffen.any()]
+    if not stiffening and not any([item.doubtful.any() for item in statics]):
+        return {}
+    doubtful = np.zeros(o.shape[1], dtype=bool)
+    for item in statics:
+        doubtful |= np.any(item.doubtful, axis=0)
+    rigid: dict[int, NDArray[np.intp]] = {}
+    for k in stiffening:
+        item = statics[k]
+        at = np.flatnonzero(np.any(item.may_stiffen, axis=0))
+        rigid[k] = np.full(item.may_stiffen.shape, item.group.rigid_directions)
+        rigid[k][:, at] = rigid_counts(item.C[..., at])
+        doubtful |= np.any(rigid[k] != item.group.rigid_directions, axis=0)
+    if not np.any(doubtful):
+        return {}
+    found = {}
+    for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
+        here = frames.take(np.array([pose]))
+        if not here.are_finite()[0]:
+            continue
+        changed = {number for item in statics for number in _changed(item, here, o[:, [pose]], pose)}
+        counts_of = {
+            number: int(count)
+            for k, counts in rigid.items()
+            for number, count in zip(statics[k].group.numbers, counts[:, pose], strict=True)
+            if count != statics[k].group.rigid_directions
+        }
+        if changed or counts_of:
+            found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, counts_of, here))
+    return found
+
+
+def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
+    """Return the positions in a group of the limbs whose ranks at one pose differ from those at generic poses."""
+    group, tolerance = item.group, item.group.model.rank_tolerance
+    places = np.flatnonzero(item.doubtful[:, pose]).tolist()
+    if not places:
+        return []
+    geometry = group.geometry(frames, o)
+    if group.is_serial:
+        usual = (6 - len(group.basis.constraint), len(group.basis.carried))
+    else:
+        assert group.elimination is not None
+        usual = (len(group.elimination.joints), len(group.elimination.platform))
+        A = group.joint_equations(geometry)
+    found = []
+    for place in places:
+        twists = group.even_twists(geometry)[:, :, place, 0]
+        if group.is_serial:
+            passive, carried = twists[:, group.passive], twists[:, group.platform_joint]
+            ranks = numerical_rank(passive, tolerance)[0], numerical_rank(carried, tolerance)[0]
+        else:
+            ranks = force_method.ranks(A[:, :, place], group.platform_sum, tolerance)
+        if ranks != usual:
+            found.append(group.numbers[place])
+    return found
+
+
+def _regrouped(
+    robot: RobotStatics, group: LimbGroup, changed: set[int], rigid: Mapping[int, int], frames: Frames
+) -> list[LimbGroup]:
+    """Return the limbs of a group as several groups, if decisions on some limbs change at one pose.
+
+    Args:
+        robot: the robot.
+        group: the group of limbs.
+        changed: indices of limbs whose ranks change; they get new bases.
+        rigid: number of rigid directions by index of the limb, where it changes.
+        frames: frames of the pose.
+    """
+    if not (changed | rigid.keys()).intersection(group.numbers):
+        return [group]
+    result = []
+    for place, number in enumerate(group.numbers):
+        alone = group.alone(place)
+        alone.rigid_directions = rigid.get(number, group.rigid_directions)
+        result.append(decided_at(robot, number, frames) if number in changed else alone)
+    return result

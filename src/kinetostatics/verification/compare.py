@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import check, positive
 from kinetostatics.description.loads import Payload
-from kinetostatics.dynamics.modes import modes as modes_of
+from kinetostatics.dynamics.vibrations import modes as modes_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.layout.report import Reported

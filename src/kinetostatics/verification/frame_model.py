@@ -16,8 +16,18 @@ from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
-from kinetostatics.verification.frame import Actuator, Coordinate, FrameBeam, FrameJoint, FrameMass, FrameModel, FrameTie
+from kinetostatics.verification.frame import (
+    Actuator,
+    Coordinate,
+    FrameBeam,
+    FrameJoint,
+    FrameMass,
+    FrameModel,
+    FrameTie,
+    joint_assembly_error,
+    joint_springs,
+    releases,
+)
 from kinetostatics.verification.pieces import JointedBodies, PlacedBeam, RigidPieces
 
 if TYPE_CHECKING:

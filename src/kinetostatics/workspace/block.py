@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword
 from kinetostatics.compensation import compensate
-from kinetostatics.dynamics.modes import modes
+from kinetostatics.dynamics.vibrations import modes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at

@@ -8,7 +8,7 @@ from simple_machines import CIRCLE, RHO, bar, joint, link, loop, mount, robot, t
 
 import kinetostatics as ks
 from kinetostatics.results.near_singular import near_singularity
-from kinetostatics.statics.limb_ranks import _changed
+from kinetostatics.statics.singularity import _changed
 
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
 CORNERS = {"base": (0, 0, 0), "n": (0.5, 0, 0.4), "m": (-0.5, 0.1, 0.4), "platform": (0.1, 0, 0.8)}
