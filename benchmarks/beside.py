@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import kinetostatics as ks
-from kinetostatics.kinematics.coordinate_choices import choices
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.kinematics.alternatives import choices
+from kinetostatics.math.rotations import orientation_named
 
 #: Poses of a map, and half its width along lengths, in characteristic lengths, and angles [rad].
 MANY, WIDE = 20_000, (0.05, 0.1)

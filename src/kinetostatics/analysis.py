@@ -19,8 +19,8 @@ from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Motion, Payload
 from kinetostatics.engine.programs import check_engine, engine_for, pose_code
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
-from kinetostatics.kinematics.accelerations import moving_bodies, prescribed_motion
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Index, chunks
 from kinetostatics.math.linalg import canonical_basis

@@ -17,9 +17,9 @@ from kinetostatics.files.parameter_units import parameter_hints
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.frame_corrections import with_wrong_parent
-from kinetostatics.kinematics.ordinary_poses import ordinary_poses
+from kinetostatics.kinematics.reach import ordinary_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.kinematics.zero_pose import with_wrong_parent
 from kinetostatics.layout.report import Reported, late
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.mechanism.mechanism import Mechanism

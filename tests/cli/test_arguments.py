@@ -9,8 +9,8 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.cli.main import main
 from kinetostatics.engine.engine_report import engine_report
-from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.kinematics.alternatives import choices, prescribed_platform
+from kinetostatics.math.rotations import orientation_named
 
 NAN, ONE_J = float("nan"), 1j
 WRONG = (

@@ -13,7 +13,7 @@ from simple_machines import two_columns
 
 import kinetostatics as ks
 from kinetostatics.compensation.broyden import BroydenSearch
-from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.kinematics.alternatives import best_choice
 from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
 
 LOAD = np.array([20.0, -30, -200, 4, -5, 6])

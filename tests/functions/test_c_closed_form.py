@@ -14,7 +14,7 @@ from mechanisms import write_mechanism
 import kinetostatics as ks
 from kinetostatics.engine import c_code
 from kinetostatics.functions.c_programs import search_programs
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 

@@ -14,7 +14,7 @@ from kinetostatics.engine import loops
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.functions.compiled import CompiledFunction
 from kinetostatics.kinematics.solver import SolverState
-from kinetostatics.math.orientation import Orientation
+from kinetostatics.math.rotations import Orientation
 
 OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
 #: Coordinates of the platform, None: the actuators; orientation, and how far poses are away from the zero pose [m, rad].

@@ -13,8 +13,7 @@ import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
-from kinetostatics.kinematics.frame_corrections import frame_corrections, other_links
-from kinetostatics.kinematics.loop_gaps import are_within, gaps_text
+from kinetostatics.kinematics.loop_gaps import are_within, frame_corrections, gaps_text, other_links
 from kinetostatics.math import rotations
 
 FRAME_OFF = TESTS / "cases" / "frame_off_by_100mm.urdf.xacro"

@@ -4,8 +4,8 @@ import numpy as np
 
 from kinetostatics.engine.pose_code import ANALYSIS, pose_model
 from kinetostatics.engine.pose_record import pose_record
-from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.kinematics.alternatives import choices, prescribed_platform
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.springs import solve_with_springs
 

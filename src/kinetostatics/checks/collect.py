@@ -14,7 +14,7 @@ from kinetostatics.checks.local_freedoms import Motions, actuators_of, coordinat
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings_of_statics import warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
-from kinetostatics.limbs.basis import Basis
+from kinetostatics.limbs.geometry import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
 from kinetostatics.robot import Robot
 

@@ -14,7 +14,7 @@ from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.layout.numbers import CLOSED, LENGTHS, join_words, quantity
 from kinetostatics.math.graphs import joined
-from kinetostatics.math.ordering import EQUAL
+from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody

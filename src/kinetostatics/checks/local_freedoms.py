@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined
-from kinetostatics.math.linalg import canonical_basis, null_space
-from kinetostatics.math.ordering import first_largest
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.linalg import canonical_basis, first_largest, null_space
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import move_twist
 from kinetostatics.robot import Robot
 

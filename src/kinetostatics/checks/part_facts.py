@@ -11,8 +11,8 @@ from kinetostatics.checks.chains import bodies_of, joint_string, joints_of
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.description.elements import Beam
-from kinetostatics.limbs.basis import Basis
-from kinetostatics.math.ordering import EQUAL
+from kinetostatics.limbs.geometry import Basis
+from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
 from kinetostatics.mechanism.limbs import Limb

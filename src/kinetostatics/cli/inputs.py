@@ -83,7 +83,7 @@ def near_pose(robot: Robot, near: Iterable[str], options: Mapping[str, Keyword])
     of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
     start = single_values(robot, f"--{of}", near, "--near")
     if any(name in robot.description.joints and name not in robot.description.driven for name in items):
-        from kinetostatics.kinematics.other_starts import closed_near
+        from kinetostatics.kinematics.alternatives import closed_near
 
         return robot.configuration(robot.model_q(closed_near(robot, start))[:, 0])
     try:

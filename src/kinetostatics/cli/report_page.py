@@ -46,7 +46,7 @@ def _report(args: argparse.Namespace) -> int:
 
 def _map(configuration: Configuration, args: argparse.Namespace, loads: dict[str, Keyword]) -> xr.Dataset:
     """Return the workspace map over the coordinates of ``--sweep``; the other coordinates are those of the pose."""
-    from kinetostatics.kinematics.coordinate_choices import choices
+    from kinetostatics.kinematics.alternatives import choices
     from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep
     from kinetostatics.workspace.sweep_arguments import need

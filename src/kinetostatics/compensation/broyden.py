@@ -18,7 +18,7 @@ import numpy as np
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.linalg import apply, dot
-from kinetostatics.math.orientation import Orientation
+from kinetostatics.math.rotations import Orientation
 
 #: Error [m, and rad times the characteristic length; relative for robots above 1 m] that counts as corrected, and the goal.
 CORRECTED, EXACT = 1e-12, 1e-15

@@ -13,12 +13,12 @@ from kinetostatics.arguments import Keyword, check, names_in
 from kinetostatics.compensation.broyden import MOST, BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
+from kinetostatics.kinematics.alternatives import best_choice
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
-from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask, frozen
-from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.math.rotations import Orientation, orientation_named
 from kinetostatics.results.compensation import Compensation, loaded_frame, target_frame
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import tool_on_robot

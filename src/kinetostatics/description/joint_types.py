@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import across
+from kinetostatics.math.linalg import across
 
 
 class Axes(Enum):

@@ -26,7 +26,7 @@ from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.math.ordering import first_largest, ranked
+from kinetostatics.math.linalg import first_largest, ranked
 from kinetostatics.parametric.errors import ErrorParameter, together
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
 from kinetostatics.parametric.robot_numbers import RobotNumber

@@ -13,8 +13,8 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check_mapping, finite_numbers, positive, whole_number
 from kinetostatics.description.loads import Motion
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.kinematics.accelerations import actuator_rates
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.rates import actuator_rates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.profiles import minimum_jerk, trapezoid_times, trapezoids

@@ -15,8 +15,8 @@ from kinetostatics.engine.recorder import recorded, recording
 from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
+from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.kinematics.velocities import freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 
@@ -115,7 +115,7 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
 
 
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.velocities`.
+    """Record the rates dx/dt for unit rates of each prescribed coordinate, see :mod:`kinetostatics.kinematics.rates`.
 
     Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; as truth value, the
     guards.

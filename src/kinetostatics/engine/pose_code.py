@@ -13,8 +13,7 @@ from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made
 from kinetostatics.engine.pose_record import Pose, PoseModel, outputs_at, pose_record
 from kinetostatics.engine.record import example_of
 from kinetostatics.engine.scalars import NotRecordedError, Number
-from kinetostatics.kinematics.joint_coordinates import JointCoordinates
-from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.kinematics.robot_kinematics import JointCoordinates, RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.quantities import OF_EQUILIBRIUM
 from kinetostatics.statics.link_loads import LoadedPlaces

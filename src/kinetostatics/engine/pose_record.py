@@ -18,9 +18,9 @@ from kinetostatics.engine.record import by_numpy, recorded_input, recording_equi
 from kinetostatics.engine.recorder import recording
 from kinetostatics.engine.scalars import Number, Tape
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.joint_coordinates import JointCoordinates
 from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.robot_kinematics import JointCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move

@@ -20,7 +20,7 @@ from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference, Va
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.

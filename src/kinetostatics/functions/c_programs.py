@@ -32,7 +32,7 @@ from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.math.rotations import Orientation, orientation_named
 from kinetostatics.mechanism.tree import TreeJoint
 from kinetostatics.results.compensation import loaded, pose_error, shift_of
 from kinetostatics.robot import Robot

@@ -26,7 +26,7 @@ from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 

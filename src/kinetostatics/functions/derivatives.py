@@ -21,10 +21,10 @@ from kinetostatics.engine.record import example_of
 from kinetostatics.engine.record_derivatives import gradients, values
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
-from kinetostatics.kinematics.velocities import freedom_rates, with_given
+from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.parametric.parametric_robot import alike
 from kinetostatics.parametric.rates import rates_of, varied

@@ -22,12 +22,12 @@ from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.inputs_outputs import PATHS, inputs_of, outputs_of
 from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values, flat_loads
 from kinetostatics.kinematics import assembly
+from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, batch_first, frozen
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.parametric.robot_numbers import RobotNumber, numbers_of_parts
 from kinetostatics.quantities import stacked, value_at
 from kinetostatics.results.compensation import Compensation

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
 

@@ -12,7 +12,7 @@ from kinetostatics.arguments import warn
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR, variable
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import Kind, move
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.tool_point import point_of_platform

@@ -13,7 +13,7 @@ from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
 from kinetostatics.layout.html import html_table
-from kinetostatics.math.ordering import EQUAL
+from kinetostatics.math.linalg import EQUAL
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.measures import MEASURES, Measure
 from kinetostatics.quantities import QUANTITIES, VARIABLES

@@ -16,7 +16,7 @@ from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, batch_first, frozen
-from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.math.rotations import Orientation, orientation_named
 from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.status import Status

@@ -17,8 +17,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
-from kinetostatics.math.linalg import cross, dot
-from kinetostatics.math.ordering import across
+from kinetostatics.math.linalg import across, cross, dot
 from kinetostatics.math.screws import wrench_of_force
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint

@@ -1,19 +1,37 @@
-"""Gaps of open loops, as numbers and as text, and the closure of loops from large gaps."""
+"""Gaps of open loops: as text, their closure by joints, and corrections of a single frame or its link that close all at zero.
+
+Candidates for corrections are the origins of all joints, and of all loops on both sides. Their displacements are found by
+Gauss–Newton steps of smallest norm for all candidates at once. The rows of the loop equations are constraint wrenches, as in
+:mod:`kinetostatics.kinematics.loop_constraints`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from kinetostatics.kinematics.loop_constraints import LoopEquations
+from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.kinematics.loop_constraints import Closures, LoopEquations
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import NOTHING, ranked
+from kinetostatics.math.linalg import NOTHING, ranked
+from kinetostatics.math.screws import move_wrench
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
 
 #: Gap [m, rad] below which a loop is closed.
 CLOSED = 1e-9
+#: Largest gap after a correction, relative to the robot's size or [rad], that counts as rounding of the file.
+CLOSES = 1e-5
+#: Largest step, relative to the robot's size or [rad], and number of steps.
+_LARGEST, _STEPS = 0.5, 40
+#: Relative singular value below which a displacement does not affect the loops.
+_NO_EFFECT = 1e-9
 
 
 def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[float, float]]:
@@ -113,3 +131,237 @@ def close(
         over = np.where(better, largest < 1e-15, (damping[active] > 1e6) | (largest < 1e-14))
         active = active[~over & (left[active] >= 1e-15)]
     return found, left
+
+
+@dataclass(frozen=True)
+class FrameCorrection:
+    """A frame and the displacement that closes all loops at zero.
+
+    Attributes:
+        joint: the joint or loop with this origin.
+        is_loop: whether ``joint`` is a loop.
+        link: the link in which the origin is given; ``shift`` and ``turn`` are in its axes.
+        shift: (3,) displacement of the origin [m].
+        turn: (3,) rotation vector of the frame about its origin [rad].
+    """
+
+    joint: str
+    is_loop: bool
+    link: str
+    shift: Array
+    turn: Array
+
+    def is_motion_of(self, mechanism: Mechanism) -> bool:
+        """Whether the correction is a motion along the joint's own freedom, so that it only changes the joint's zero."""
+        joint = mechanism.description.joints.get(self.joint)
+        if joint is None or not JOINT_TYPES[joint.type].is_single:
+            return False
+        moved, still = (self.shift, self.turn) if JOINT_TYPES[joint.type].is_slide else (self.turn, self.shift)
+        across = np.cross(joint.origin.matrix[:3, :3] @ np.array(joint.axis), moved)
+        return not np.any(still) and float(np.linalg.norm(across)) < CLOSES * float(np.linalg.norm(moved))
+
+    def __str__(self) -> str:
+        angle = float(np.linalg.norm(self.turn))
+        parts = [f"moving the {{}} by {_vector(self.shift)} m"] if np.any(self.shift) else []
+        parts += (
+            [f"turning {'it' if parts else 'the {}'} by {np.degrees(angle):.4g}° about {_vector(self.turn / angle)}"]
+            if angle
+            else []
+        )
+        return " and ".join(parts).format(f"origin of {'loop' if self.is_loop else 'joint'} {self.joint!r} on link {self.link!r}")
+
+
+def _vector(values: Array) -> str:
+    return f"({', '.join(f'{value:.4g}' for value in values)})"
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """N possibly wrong frames.
+
+    Attributes:
+        names: for each frame, name of the joint or loop, whether it is a loop, and the link in which the origin is given.
+        rotation: (3, 3, N) orientations of these links at zero, world axes.
+        origin: (3, N) origins of the frames [m].
+        carried: (2K, N) whether the frame on a side of a loop moves with the possibly wrong frame: K predecessors, K successors.
+    """
+
+    names: list[tuple[str, bool, str]]
+    rotation: Array
+    origin: Array
+    carried: NDArray[np.bool_]
+
+
+def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
+    """Return all corrections of single frames, smallest first; pure displacements or rotations if they suffice.
+
+    Args:
+        mechanism: the robot.
+        size: its size [m], the scale between rotations and displacements.
+    """
+    closures, sides, _, candidates = _at_zero(mechanism)
+    found: dict[int, FrameCorrection] = {}
+    for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
+        rotation, shift, closed = _closed(closures, sides, candidates, columns, size)
+        turn = rotations.logarithm(rotation)
+        for n in np.flatnonzero(closed):
+            if int(n) not in found:
+                back = candidates.rotation[:, :, n].T
+                moved, turned = back @ shift[:, n], back @ turn[:, n]
+                moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
+                found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
+    corrections = [found[n] for n in sorted(found)]
+    extents = [float(np.linalg.norm(item.shift)) / size + float(np.linalg.norm(item.turn)) for item in corrections]
+    return tuple(corrections[k] for k in np.argsort(np.round(extents, 6), kind="stable"))
+
+
+@dataclass(frozen=True)
+class OtherLink:
+    """A joint, or a side of a loop, that is probably attached to the wrong link.
+
+    With the same origin on one of ``others``, all loops would be closed at zero coordinates.
+
+    Attributes:
+        joint: the joint or loop.
+        is_loop: whether it is a loop.
+        link: the link in which the origin is.
+        others: the links on which the origin would close the loops; their frames coincide at zero coordinates.
+    """
+
+    joint: str
+    is_loop: bool
+    link: str
+    others: tuple[str, ...]
+
+    def __str__(self) -> str:
+        others = " or ".join(map(repr, self.others))
+        return f"{'loop' if self.is_loop else 'joint'} {self.joint!r} on link {others} instead of {self.link!r}"
+
+
+def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
+    """Return all joints and sides of loops that close all loops at zero if moved to another link with unchanged origins.
+
+    Args:
+        mechanism: the robot.
+        size: its size [m], the scale for gaps.
+    """
+    closures, sides, links, candidates = _at_zero(mechanism)
+    parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
+    found = []
+    for n, (name, is_loop, link) in enumerate(candidates.names):
+        child = None if is_loop else mechanism.description.joints[name].child
+        targets = [other for other in links if other != link and (child is None or not _descends_from(parents, other, child))]
+        moves = np.array([links[other] for other in targets]).reshape(-1, 4, 4) @ np.linalg.inv(links[link])
+        moved = np.where(candidates.carried[:, n, None, None], moves[:, None] @ sides, sides)
+        residual, _ = closures.evaluate(Frames(moved[..., :3, :3].transpose(2, 3, 1, 0), moved[..., :3, 3].transpose(2, 1, 0)))
+        closed = np.flatnonzero(_are_closed(closures, residual, size))
+        if closed.size:
+            found.append(OtherLink(name, is_loop, link, tuple(targets[k] for k in closed)))
+    return tuple(found)
+
+
+def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
+    """Whether all loops are closed with all joints at zero, within rounding for a robot of this size [m]."""
+    closures, sides, _, _ = _at_zero(mechanism)
+    frames = Frames(sides[:, None, :3, :3].transpose(2, 3, 0, 1), sides[:, None, :3, 3].transpose(2, 0, 1))
+    return bool(_are_closed(closures, closures.evaluate(frames)[0], size).all())
+
+
+def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
+    """Return the loops, the frames of their sides (2K, 4, 4) and of all links at zero, and the possibly wrong frames.
+
+    The sides are used as bodies of the loops: predecessors first.
+    """
+    loops = [item for item in mechanism.connections.values() if item.is_loop]
+    frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
+
+    sides = [frames.matrices(item.predecessor_body, item.predecessor_frame)[..., 0] for item in loops]
+    sides += [frames.matrices(item.successor_body, item.successor_frame)[..., 0] for item in loops]
+    links = {link: frames.matrices(*where)[..., 0] for link, where in mechanism.body_of.items()}
+    count, here = len(loops), np.eye(4)
+    free = [
+        replace(item, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)
+        for k, item in enumerate(loops)
+    ]
+    return Closures(free), np.array(sides), links, _candidates(mechanism, links, sides)
+
+
+def _descends_from(parents: dict[str, str], link: str, root: str) -> bool:
+    """Whether a link equals ``root`` or descends from it in the tree; ``parents`` maps each link to its parent."""
+    while link != root and link in parents:
+        link = parents[link]
+    return link == root
+
+
+def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array]) -> _Candidates:
+    """Return the frames that affect loops; frames of joints move all their descendants in the tree."""
+    description = mechanism.description
+    loops = list(description.loops.values())
+    at = [loop.predecessor for loop in loops] + [loop.successor for loop in loops]
+    parents = {joint.child: joint.parent for joint in description.joints.values()}
+    names: list[tuple[str, bool, str]] = []
+    origins, carried = [], []
+
+    for joint in description.joints.values():
+        names.append((joint.name, False, joint.parent))
+        origins.append((links[joint.parent] @ joint.origin.matrix)[:3, 3])
+        carried.append([_descends_from(parents, link, joint.child) for link in at])
+    for side in range(2):
+        for k, loop in enumerate(loops):
+            number = side * len(loops) + k
+            names.append((loop.name, True, at[number]))
+            origins.append(sides[number][:3, 3])
+            carried.append([other == number for other in range(len(at))])
+    both = np.array(carried, dtype=bool).reshape(len(names), 2, len(loops))
+    kept = np.flatnonzero(np.any(both[:, 0] != both[:, 1], axis=1))
+    return _Candidates(
+        [names[n] for n in kept],
+        np.array([links[names[n][2]][:3, :3] for n in kept]).reshape(-1, 3, 3).transpose(1, 2, 0),
+        np.array([origins[n] for n in kept]).reshape(-1, 3).T,
+        np.array([carried[n] for n in kept], dtype=bool).reshape(len(kept), len(at)).T,
+    )
+
+
+def _closed(
+    closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate with the smallest gaps, and the mask (N,) of closure.
+
+    Args:
+        closures: the loops.
+        sides: (2K, 4, 4) frames of both sides of the loops at zero.
+        candidates: the possibly wrong frames.
+        columns: components that may change: of the shift 0 to 2, of the rotation 3 to 5.
+        size: size of the robot [m].
+    """
+    N, count = candidates.origin.shape[1], len(closures.loops)
+    start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)
+    start_position = np.repeat(sides[:, :3, 3].T[..., None], N, axis=2)
+    sign = candidates.carried[count:].astype(float) - candidates.carried[:count]
+    sign = sign[closures.loop_of]
+    scale = np.where(closures.is_length, 1 / size, 1.0)[:, None]
+    rotation, shift = rotations.identity((N,)), np.zeros((3, N))
+    residual = np.empty((closures.closures, N))
+    for _ in range(_STEPS):
+        arm = start_position - candidates.origin[:, None]
+        moved = np.einsum("ijn,jkn->ikn", rotation, arm) + (candidates.origin + shift)[:, None]
+        turned = np.einsum("ijn,jlkn->ilkn", rotation, start_rotation)
+        frames = Frames(np.where(candidates.carried, turned, start_rotation), np.where(candidates.carried, moved, start_position))
+        residual, wrench = closures.evaluate(frames)
+        centre = candidates.origin + shift
+        gradient = move_wrench(wrench, centre) * np.repeat([size, 1.0], 3)[:, None, None] * (sign * scale)
+        used = np.moveaxis(gradient[columns], (0, 1, 2), (2, 1, 0))
+        step = np.zeros((6, N))
+        step[columns] = -np.einsum("nkm,mn->kn", np.linalg.pinv(used, rcond=_NO_EFFECT), residual * scale)
+        largest = np.max(np.abs(step), axis=0, initial=0.0)
+        step *= np.minimum(1.0, _LARGEST / np.maximum(largest, 1e-300))
+        if float(np.max(largest, initial=0.0)) < 1e-14:
+            break
+        shift = shift + size * step[:3]
+        rotation = np.einsum("ijn,jkn->ikn", rotations.exponential(step[3:]), rotation)
+    return rotation, shift, _are_closed(closures, residual, size)
+
+
+def _are_closed(closures: Closures, residual: Array, size: float) -> NDArray[np.bool_]:
+    """Return the mask (N,) of poses at which all loops are closed within :data:`CLOSES`."""
+    return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

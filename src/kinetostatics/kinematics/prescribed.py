@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.math.orientation import Orientation
+from kinetostatics.math.rotations import Orientation
 
 
 @dataclass(frozen=True)

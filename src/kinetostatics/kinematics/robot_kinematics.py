@@ -11,15 +11,17 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
-from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
-from kinetostatics.kinematics.characteristic_length import box_diagonal, characteristic_length
+from kinetostatics.kinematics import mobility, zero_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
 from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, gaps_at, worst_gaps_text
+from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.kinematics.zero_pose import box_diagonal, characteristic_length
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -29,6 +31,60 @@ from kinetostatics.unit_hints import largest, length_hint, turns_hint
 
 #: Residual of a loop [m, rad] above which a pose is corrected once more, for a robot whose loops close exactly.
 _ROUGH = 1e-13
+
+
+class JointCoordinates:
+    """The coordinates of all joints and loops with one freedom."""
+
+    def __init__(self, solver: Solver) -> None:
+        self.solver = solver
+        self._couplings = Couplings(solver.mechanism, solver.mechanism.tree)
+        items = solver.mechanism.connections.values()
+        cones = {item.name: _widened(0.0, item.cone.angle) for item in items if item.cone is not None}
+        self._limits = {item.name: _widened(item.lower, item.upper) for item in items if item.type.is_single} | cones
+
+    def at(self, q: Array, frames: Frames) -> dict[str, Array]:
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad].
+
+        Angles of continuous joints that others mimic include full turns.
+        """
+        result: dict[str, Array] = {}
+        by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
+        for name, body in self.solver.mechanism.body_of_joint.items():
+            joint = by_body[body]
+            if joint.nv == 1:
+                result[name] = self._couplings.coordinate(joint, q)
+        for number, loop in enumerate(self.solver.equations.loops):
+            if loop.type.is_single:
+                result[loop.name] = self.solver.loop_coordinate(number, frames)
+        return result
+
+    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
+        """Yield name, value (N,), limits, and mask (N,) within them, for every one-freedom joint or loop and every cone."""
+        coordinates = self.at(q, frames)
+        for item in self.solver.mechanism.connections.values():
+            if item.cone is not None:
+                u, v = (
+                    frames.direction(body, frame[:3, :3] @ np.array(axis))
+                    for body, frame, axis in (
+                        (item.predecessor_body, item.predecessor_frame, item.cone.predecessor_axis),
+                        (item.successor_body, item.successor_frame, item.cone.successor_axis),
+                    )
+                )
+                across = cross(u, v)
+                value, limits = np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), (0.0, item.cone.angle)
+            elif item.name in coordinates:
+                value, limits = coordinates[item.name], (item.lower, item.upper)
+            else:
+                continue
+            least, most = self._limits[item.name]
+            yield item.name, value, limits, (value >= least) & (value <= most)
+
+
+def _widened(lower: float, upper: float) -> Array:
+    """Return the limits (2,) [m, rad], each moved outwards by a margin for rounding."""
+    slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if math.isfinite(limit))])
+    return np.array([lower - slack, upper + slack])
 
 
 class RobotKinematics:
@@ -163,7 +219,7 @@ class RobotKinematics:
 
     @cached_property
     def _generic(self) -> tuple[SolverState, float]:
-        return generic_poses.generic_poses(self._solver(), *self._zero)
+        return mobility.generic_poses(self._solver(), *self._zero)
 
     @property
     def generic_poses(self) -> SolverState:
@@ -188,7 +244,7 @@ class RobotKinematics:
     @property
     def rank_tolerance(self) -> float:
         """Relative singular value below which a direction counts as dependent; above the rounding errors of the file."""
-        return generic_poses.rank_tolerance(self.closing_error)
+        return mobility.rank_tolerance(self.closing_error)
 
     @cached_property
     def solver(self) -> Solver:
@@ -254,8 +310,8 @@ class RobotKinematics:
         return self.frames_at(self.model_q(poses))
 
     @cached_property
-    def _coordinates(self) -> joint_coordinates.JointCoordinates:
-        return joint_coordinates.JointCoordinates(self.solver)
+    def _coordinates(self) -> JointCoordinates:
+        return JointCoordinates(self.solver)
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; see :meth:`JointCoordinates.at`."""

@@ -1,4 +1,4 @@
-"""The zero pose: with all joints at zero, and with closed loops; and errors of the file that prevent the closure."""
+"""The zero pose: the robot's size with all joints at zero, the closed pose near it, and errors of files without such a pose."""
 
 from __future__ import annotations
 
@@ -7,11 +7,23 @@ from collections.abc import Mapping
 import numpy as np
 
 from kinetostatics.description.elements import Joint, Loop
-from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.loop_gaps import CLOSED, are_within, close, gaps_text
+from kinetostatics.kinematics.loop_gaps import (
+    CLOSED,
+    FrameCorrection,
+    are_closed_at_zero,
+    are_within,
+    close,
+    frame_corrections,
+    gaps_text,
+    other_links,
+)
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
+from kinetostatics.mechanism.beam_geometry import ends_nowhere
+from kinetostatics.mechanism.limb_joints import compound_joints
+from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 
 #: Gap at zero, relative to the robot's size or [rad], up to which unclosable loops count as rounded; a larger one is an error.
@@ -26,6 +38,48 @@ OPEN = 1e-2
 _STARTS = 20
 #: Number of corrections in a message.
 _SHOWN = 6
+
+
+def box_diagonal(mechanism: Mechanism) -> float:
+    """Return the diagonal [m] of the box around all bodies, joints and the platform with all joints at zero."""
+    body, placement = mechanism.platform_frame
+    frames = mechanism.forward(mechanism.tree.neutral[:, None])
+    points = [frames.position[:, :, 0].T]
+    for item in mechanism.connections.values():
+        points.append(frames.point(item.predecessor_body, item.predecessor_frame[:3, 3]).T)
+    points.append(frames.point(body, placement[:3, 3]).T)
+    cloud = np.concatenate(points)
+    return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+
+
+def characteristic_length(mechanism: Mechanism, topology: Topology, size: float) -> float:
+    """Return the mean distance [m] of the limbs' outer joints from o, or a quarter of the robot's ``size`` [m]."""
+    body, placement = mechanism.platform_frame
+    frames = mechanism.forward(mechanism.tree.neutral[:, None])
+    o = frames.point(body, placement[:3, 3])[:, 0]
+    distances = []
+    for limb in topology.limbs:
+        compound_of = {name: compound for compound in compound_joints(mechanism, limb) for name in compound.joints}
+        for edge in limb.edges:
+            if edge.joint is None or len(edge.cut_joints) != 1 or not limb.to_platform[edge.cut_joints[0][0]]:
+                continue
+            connection = mechanism.connections[edge.joint]
+            for link, item_body, frame in (
+                (connection.successor, connection.successor_body, connection.successor_frame),
+                (connection.predecessor, connection.predecessor_body, connection.predecessor_frame),
+            ):
+                if link in topology.platform.links:  # may differ from the platform's body if fixed by a loop
+                    arm = frames.point(item_body, frame[:3, 3])[:, 0] - o
+                    if edge.joint in compound_of:
+                        compound = compound_of[edge.joint]
+                        along = frames.direction(item_body, frame[:3, :3] @ connection.axis)[:, 0]
+                        arm = arm + along * (compound.shift if compound.has_centre else -(along @ arm))
+                    distances.append(float(np.linalg.norm(arm)))
+                    break
+    mean = float(np.mean(distances)) if distances else 0.0
+    if mean > 1e-3 * size:
+        return mean
+    return size / 4 if size > 0 else 1.0
 
 
 def written_zero(equations: LoopEquations) -> SolverState:
@@ -146,3 +200,29 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
         return text
     child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frame of its child wrong
     return f"{text}. If such a joint is right, the bodies on its child (as {child!r}) are to be moved the opposite way"
+
+
+def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
+    """Return a more precise error if a joint, or a side of a loop, is probably on a wrong link.
+
+    Args:
+        error: an error of the robot.
+        mechanism: the joints.
+
+    Returns:
+        The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    """
+    size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
+    if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
+        return error
+    found = [(item, link) for item in other_links(mechanism, size) for link in item.others if link in empty]
+    if len(found) != 1:
+        return error
+    item, link = found[0]
+    description = mechanism.description
+    side = "<predecessor> or <successor>" if item.is_loop else "<parent>"
+    where = (description.loops if item.is_loop else description.joints)[item.joint].place
+    return where.error(
+        f"the {side} of {'loop' if item.is_loop else 'joint'} {item.joint!r} seems wrong: on link {link!r} instead of "
+        f"{item.link!r} it would close all loops at zero, and as it is {link!r} ends nowhere. (If it is right: {error.reason})"
+    )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.math.ordering import EQUAL
+from kinetostatics.math.linalg import EQUAL
 
 #: Part of the largest number of a kind below which a number is a rounding error and shown as 0.
 NOISE = 1e-9

@@ -15,12 +15,9 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs import force_method
-from kinetostatics.limbs.basis import Basis, Candidate
-from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.geometry import PARALLEL, Basis, Candidate, CandidateWrenches, LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrench_candidates import (
-    PARALLEL,
-    CandidateWrenches,
     as_component,
     attached_candidates,
     beam_candidates,
@@ -30,8 +27,7 @@ from kinetostatics.limbs.wrench_candidates import (
     further_candidates,
 )
 from kinetostatics.math.arrays import Array, Index, settles
-from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize, numerical_rank, step_across
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import canonical_basis, definite, dot, first_largest, normalize, numerical_rank, step_across
 
 #: Smallest singular value of the unit wrenches of a chosen basis, and smallest sine of the angle that determines a direction.
 MARGIN = 0.01

@@ -1,9 +1,10 @@
-"""A straight elastic beam: end compliance, sag under its own weight, and deflection line.
+"""A straight elastic beam: end compliance, sag under its own weight, deflection line, and reactions if clamped at both ends.
 
 All quantities are in beam axes: x along the beam from its clamped base end to its platform end; wrenches ``[f; m]`` and twists
 ``[d; r]`` are about the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
-the method page, section 5. Arrays are ``(6, …)``, batch axes last.
+the method page, section 5. Arrays are ``(6, …)``, batch axes last. Linearly
+varying loads (12, …) of clamped beams are force and moment per length at the base end, then at the platform end [N/m, N].
 """
 
 from __future__ import annotations
@@ -163,3 +164,55 @@ def of_arm(force: Array, arm: Array) -> Array:
     """Return the matrix (3, 3, N) of −f · (θ × (θ × r)), for a force f at an arm r."""
     product = arm[:, None] * force[None]
     return np.einsum("iin->n", product) * np.eye(3)[:, :, None] - (product + np.swapaxes(product, 0, 1)) / 2
+
+
+def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
+    """Return the wrench (6, …) about the section at ``s`` [m] of the load between it and the platform end."""
+    first, last, left = load[:6], load[6:], length - s
+    here = first + (last - first) * (s / length)
+    found = np.array((here + last) * left / 2)
+    moment = (here[:3] / 6 + last[:3] / 3) * left**2  # e_x × ∫ (σ − s) q dσ
+    found[4] -= moment[2]
+    found[5] += moment[1]
+    return found
+
+
+def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
+    """Return the wrench (6, …) of the clamp on the platform end.
+
+    Args:
+        c: (6, …) section compliances.
+        length: (…) length [m].
+        load: (12, …) force and moment per length at both ends [N/m, N].
+    """
+    free = _displacement(c, length, load, np.zeros_like(load[:6]), length)
+    units = np.broadcast_to(np.eye(6).reshape(6, 6, *(1,) * (load.ndim - 1)), (6, *free.shape))
+    compliance = end_displacement(c[:, None], length, units).reshape(6, 6, -1)
+    return -solve_by_elimination(compliance, free.reshape(6, 1, -1)).reshape(free.shape)
+
+
+def clamped_line(c: Array, length: Array, load: Array, s: Array) -> Array:
+    """Return displacement and rotation (6, …) of the section at ``s`` [m]."""
+    return _displacement(c, length, load, clamped_reaction(c, length, load), s)
+
+
+def clamped_section_wrench(c: Array, length: Array, load: Array, s: Array) -> Array:
+    """Return the section wrenches (6, …) at ``s``, of the outboard on the inboard part, about the section's centre."""
+    return _section(length, load, clamped_reaction(c, length, load), s)
+
+
+def _section(length: Array, load: Array, reaction: Array, s: Array) -> Array:
+    none = np.zeros((6, *(1,) * (load.ndim - 1)))
+    return section_wrench(length, reaction, none, s) + outboard_wrench(length, load, s)
+
+
+def _displacement(c: Array, length: Array, load: Array, reaction: Array, s: Array) -> Array:
+    """Return the twists (6, …) of the section at ``s`` of a beam clamped at its base end, by quadrature (exact: degree 4)."""
+    found = np.zeros(np.broadcast_shapes(load[:6].shape, s.shape))
+    for point, weight in zip(*_GAUSS, strict=True):
+        place = s * (1 + point) / 2
+        strain = c * _section(length, load, reaction, place) * (weight * s / 2)
+        found += strain
+        found[1] += (s - place) * strain[5]
+        found[2] -= (s - place) * strain[4]
+    return found

@@ -15,8 +15,7 @@ from kinetostatics.limbs import beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import Cholesky, correlation, cross, inverse_of
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import Cholesky, correlation, cross, first_largest, inverse_of
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
 #: Compliance, relative to the sum of absolute contributions, below which a limb or a self-stress counts as rigid.

@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import canonical_basis, numerical_rank
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import canonical_basis, first_largest, numerical_rank
 
 #: Smallest accepted pivot; otherwise the pose is solved by singular values.
 _SMALL_PIVOT = 1e-6

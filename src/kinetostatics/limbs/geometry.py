@@ -1,4 +1,4 @@
-"""Geometry of equal limbs at N poses: unit twists, centres, limb axes, beam axes.
+"""Geometry of equal limbs at N poses: unit twists, centres, limb axes, beam axes, and unit wrenches along these features.
 
 All are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,8 @@ from numpy.typing import NDArray
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, Index, zeros_for
-from kinetostatics.math.linalg import cross, dot, normalize
-from kinetostatics.math.ordering import axis_across
-from kinetostatics.math.screws import unit_twist
+from kinetostatics.math.linalg import axis_across, cross, dot, normalize
+from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.elastic_joints import ElasticJoint
 from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
@@ -25,8 +25,52 @@ from kinetostatics.mechanism.tree import Frames
 
 #: Cosine of the angle between axes that count as parallel.
 _ALIKE = 1 - 1e-6
+#: Sine of the angle below which two directions count as parallel; also a distance relative to the characteristic length.
+PARALLEL = 1e-6
+#: Sine of the angle below which two axes have no intersection.
+_MEETS_NOWHERE = 1e-3
 #: A component of a unit vector above this decides its sign.
 _CLEAR = 0.2
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A candidate wrench: a unit force through the centre of a joint, or a unit couple, along a direction.
+
+    Attributes:
+        direction: ``("limb", k)``: axis x, y or z of the limb; ``("beam", b)``: along the b-th beam, through its platform end;
+            ``("axis", f)``: axis of the f-th freedom; ``("cross", f, h)``: perpendicular to the axes of two freedoms;
+            ``("cross_limb", f, k)``: perpendicular to the axis of a freedom and a limb axis; ``("to", u)``: towards the centre of
+            the u-th joint; ``("meets", f, h)``: intersecting the axes of two freedoms; ``("complement", s)``: no direction, but
+            the s-th seed of the completion.
+        centre: the joint whose centre lies on the line of the force, or two freedoms whose axes intersect there; None for a
+            couple.
+        label: name in reports.
+    """
+
+    NOT_RECORDED: ClassVar = ("label",)
+
+    direction: tuple[str | int, ...]
+    centre: int | tuple[int, int] | None
+    label: str
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The candidates chosen for one limb.
+
+    Attributes:
+        constraint, attached: chosen candidates of J_ic and J_ig.
+        independent: indices of allowed twists that are independent at generic poses, for the completion of J_ic.
+        carried: likewise for the freedoms of the platform joint, for the completion of J_ig.
+        gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
+    """
+
+    constraint: tuple[Candidate, ...]
+    attached: tuple[Candidate, ...]
+    independent: tuple[int, ...]
+    carried: tuple[int, ...]
+    gap: float
 
 
 @dataclass(frozen=True)
@@ -236,3 +280,78 @@ def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
     connection = model.mechanism.connections[str(edge.joint)]
     body, frame = sides(edge, connection)[1]
     return body, frame[:3, 3]
+
+
+class CandidateWrenches:
+    """The wrenches of candidates; directions are computed once and used at all points of application."""
+
+    def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
+        """Set the geometry and the smallest angles.
+
+        Args:
+            geometry: geometry at these poses.
+            length: characteristic length [m].
+            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
+                that determine another direction.
+        """
+        self.geometry, self.length, self.least = geometry, length, least
+        self._known: dict[tuple[str | int, ...], Array] = {}
+
+    def of(self, candidate: Candidate) -> Array:
+        """Return the wrenches (6, g, N) of a candidate about o; NaN where its direction is undetermined."""
+        geometry = self.geometry
+        if candidate.direction[0] == "beam":
+            number = int(candidate.direction[1])
+            return wrench_of_force(geometry.beam_axes[:, 0, number], geometry.beam_ends[:, number])
+        if candidate.centre is None:
+            return wrench_of_couple(self._direction(candidate.direction, None))
+        if isinstance(candidate.centre, tuple):
+            point = meeting_point(*candidate.centre, geometry, self.least)
+        else:
+            point = geometry.centres[:, candidate.centre]
+        return wrench_of_force(self._direction(candidate.direction, point), point)
+
+    def _direction(self, direction: tuple[str | int, ...], point: Array | None) -> Array:
+        """Return a unit vector (3, g, N); ``point`` (3, g, N) is the point of application of a force, or None."""
+        if point is not None and direction[0] in ("to", "meets"):
+            return self._from(point, str(direction[0]), [int(number) for number in direction[1:]])
+        if direction not in self._known:
+            self._known[direction] = self._fixed(str(direction[0]), [int(number) for number in direction[1:]])
+        return self._known[direction]
+
+    def _fixed(self, kind: str, which: list[int]) -> Array:
+        geometry = self.geometry
+        if kind == "limb":
+            return geometry.limb_axes[:, which[0]]
+        if kind == "axis":
+            return geometry.axes[:, which[0]]
+        other = geometry.axes if kind == "cross" else geometry.limb_axes
+        return self._along(cross(geometry.axes[:, which[0]], other[:, which[1]]), 1.0)
+
+    def _from(self, point: Array, kind: str, which: list[int]) -> Array:
+        geometry = self.geometry
+        if kind == "to":
+            return self._along(geometry.centres[:, which[0]] - point, self.length)
+        # planes through the point and an axis each
+        planes = [self._along(cross(geometry.axes[:, f], point - foot(f, geometry)), self.length) for f in which]
+        return self._along(cross(planes[0], planes[1]), 1.0)
+
+    def _along(self, vector: Array, size: float) -> Array:
+        square = dot(vector, vector)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(square > (self.least * size) ** 2, vector / np.sqrt(square), np.nan)
+
+
+def foot(dof: int, geometry: LimbGeometry) -> Array:
+    """Return the arm (3, g, N) from o to the nearest point of a rotation axis."""
+    twist = geometry.twists[:, dof]
+    return cross(twist[3:], twist[:3])
+
+
+def meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
+    """Return the point (3, g, N) of one rotation axis nearest to another; NaN if they are parallel."""
+    a, b = geometry.axes[:, f], geometry.axes[:, h]
+    start, normal = foot(f, geometry), cross(a, b)
+    square = dot(normal, normal)
+    square = np.where(square > max(least, _MEETS_NOWHERE) ** 2, square, np.nan)
+    return np.asarray(start + a * dot(cross(foot(h, geometry) - start, b), normal) / square)

@@ -13,10 +13,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.drives import BranchJoint, limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
-from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
+from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.elastic_joints import drives_of, springs_of

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.limbs import force_method
-from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.basis_choice import choose_basis
 from kinetostatics.limbs.compliance import count_rigid, soft_wrenches
-from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.geometry import Basis, LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.limbs.statics import limb_statics

@@ -12,93 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.description.joint_types import Axes
-from kinetostatics.limbs.basis import Candidate
-from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.geometry import Candidate, LimbGeometry, foot, meeting_point
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross, dot
-from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
+from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.limb_joints import CompoundJoint
-
-#: Sine of the angle below which two directions count as parallel; also a distance relative to the characteristic length.
-PARALLEL = 1e-6
-#: Sine of the angle below which two axes have no intersection.
-_MEETS_NOWHERE = 1e-3
-
-
-class CandidateWrenches:
-    """The wrenches of candidates; directions are computed once and used at all points of application."""
-
-    def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
-        """Set the geometry and the smallest angles.
-
-        Args:
-            geometry: geometry at these poses.
-            length: characteristic length [m].
-            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
-                that determine another direction.
-        """
-        self.geometry, self.length, self.least = geometry, length, least
-        self._known: dict[tuple[str | int, ...], Array] = {}
-
-    def of(self, candidate: Candidate) -> Array:
-        """Return the wrenches (6, g, N) of a candidate about o; NaN where its direction is undetermined."""
-        geometry = self.geometry
-        if candidate.direction[0] == "beam":
-            number = int(candidate.direction[1])
-            return wrench_of_force(geometry.beam_axes[:, 0, number], geometry.beam_ends[:, number])
-        if candidate.centre is None:
-            return wrench_of_couple(self._direction(candidate.direction, None))
-        if isinstance(candidate.centre, tuple):
-            point = _meeting_point(*candidate.centre, geometry, self.least)
-        else:
-            point = geometry.centres[:, candidate.centre]
-        return wrench_of_force(self._direction(candidate.direction, point), point)
-
-    def _direction(self, direction: tuple[str | int, ...], point: Array | None) -> Array:
-        """Return a unit vector (3, g, N); ``point`` (3, g, N) is the point of application of a force, or None."""
-        if point is not None and direction[0] in ("to", "meets"):
-            return self._from(point, str(direction[0]), [int(number) for number in direction[1:]])
-        if direction not in self._known:
-            self._known[direction] = self._fixed(str(direction[0]), [int(number) for number in direction[1:]])
-        return self._known[direction]
-
-    def _fixed(self, kind: str, which: list[int]) -> Array:
-        geometry = self.geometry
-        if kind == "limb":
-            return geometry.limb_axes[:, which[0]]
-        if kind == "axis":
-            return geometry.axes[:, which[0]]
-        other = geometry.axes if kind == "cross" else geometry.limb_axes
-        return self._along(cross(geometry.axes[:, which[0]], other[:, which[1]]), 1.0)
-
-    def _from(self, point: Array, kind: str, which: list[int]) -> Array:
-        geometry = self.geometry
-        if kind == "to":
-            return self._along(geometry.centres[:, which[0]] - point, self.length)
-        # planes through the point and an axis each
-        planes = [self._along(cross(geometry.axes[:, f], point - _foot(f, geometry)), self.length) for f in which]
-        return self._along(cross(planes[0], planes[1]), 1.0)
-
-    def _along(self, vector: Array, size: float) -> Array:
-        square = dot(vector, vector)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(square > (self.least * size) ** 2, vector / np.sqrt(square), np.nan)
-
-
-def _foot(dof: int, geometry: LimbGeometry) -> Array:
-    """Return the arm (3, g, N) from o to the nearest point of a rotation axis."""
-    twist = geometry.twists[:, dof]
-    return cross(twist[3:], twist[:3])
-
-
-def _meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
-    """Return the point (3, g, N) of one rotation axis nearest to another; NaN if they are parallel."""
-    a, b = geometry.axes[:, f], geometry.axes[:, h]
-    start, normal = _foot(f, geometry), cross(a, b)
-    square = dot(normal, normal)
-    square = np.where(square > max(least, _MEETS_NOWHERE) ** 2, square, np.nan)
-    return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / square)
 
 
 def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
@@ -158,8 +75,8 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
     for f, h in itertools.combinations(named[::-1], 2):
         if group.compound_of[f] == group.compound_of[h]:
             continue
-        point = _meeting_point(f, h, geometry)
-        gaps = [cross(point - _foot(k, geometry), geometry.axes[:, k]) for k in free]
+        point = meeting_point(f, h, geometry)
+        gaps = [cross(point - foot(k, geometry), geometry.axes[:, k]) for k in free]
         if all(float(np.max(np.abs(gap))) < 1e-8 * group.model.length for gap in gaps):
             return f, h
     return None

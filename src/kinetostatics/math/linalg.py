@@ -1,7 +1,7 @@
 """Small dense linear algebra with the batch axes last; NumPy's own routines need them first.
 
 Matrices are ``(n, m, …)``. Thousands of small matrices are factorized column by column, in a few passes over contiguous memory
-instead of thousands of LAPACK calls.
+instead of thousands of LAPACK calls. Of numbers that are equal within rounding, as in symmetric robots, the first is chosen.
 """
 
 from __future__ import annotations
@@ -9,10 +9,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, settles
-from kinetostatics.math.ordering import first_largest
 
 #: Determinants of GᵀG, relative to the product of squared column norms, that count as rounding.
 SINGULAR = 1e-14
@@ -20,6 +19,10 @@ SINGULAR = 1e-14
 _SURE = 1e-8
 #: Smallest pivot relative to its row.
 _NO_PIVOT = 1e-5
+#: Relative difference up to which values count as equal: more than rounding errors of files.
+EQUAL = 1e-6
+#: Value, relative to the largest, that counts as rounding.
+NOTHING = 1e-9
 
 
 def matmul(a: Array, b: Array) -> Array:
@@ -342,3 +345,45 @@ def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
                 rest = front[p:, :p]
                 matrix[np.ix_(others, others)] = front[p:, p:] - np.einsum("ikn,jkn->ijn", rest, rest)
     return found
+
+
+def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
+    """Return the position of the first of the largest values, within a margin, of non-negative values (n,).
+
+    Args:
+        values: at least one value.
+        margin: relative difference up to which two are equal.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    return int(np.argmax(values >= np.max(values) * (1 - margin)))
+
+
+def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
+    """Return the positions of non-negative values (n,), from the largest to the smallest; equal values keep their order.
+
+    Values that are rounding errors relative to the largest count as equal.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)
+    order = np.argsort(-values, kind="stable").tolist()
+    result: list[int] = []
+    while len(result) < len(order):
+        rest = order[len(result) :]
+        alike = int(np.argmin([*(values[rest] >= values[rest[0]] * (1 - margin)), False]))
+        result += sorted(rest[: max(alike, 1)])
+    return result
+
+
+def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
+    """Return, for each unit vector (3, …), the axis x, y or z (3, …) with the largest angle to it; of equals, the first."""
+    sizes = np.abs(np.asarray(directions, dtype=np.float64))
+    with np.errstate(invalid="ignore"):
+        farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)
+    return np.moveaxis(np.eye(3)[farthest], -1, 0)
+
+
+def across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return two unit vectors that complete the unit vector ``axis`` (3,) to a right-handed frame; x and y for the axis z."""
+    second = np.cross(axis, axis_across(axis))
+    second /= np.linalg.norm(second)
+    return np.cross(second, axis), second

@@ -26,8 +26,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Mask, empty_for
-from kinetostatics.math.linalg import apply, cross, transpose
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import apply, cross, first_largest, transpose
 
 #: Names and units of the components of twists and wrenches at o.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

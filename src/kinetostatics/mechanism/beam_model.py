@@ -10,8 +10,7 @@ import numpy as np
 
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import dot
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.linalg import axis_across, dot
 from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames

@@ -12,8 +12,7 @@ import numpy as np
 from kinetostatics.description.elements import Origin
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.rotations import exponential
+from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Section

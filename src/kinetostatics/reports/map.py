@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinetostatics.layout.blocks import Block, ReportSection, Table, Text
 from kinetostatics.layout.numbers import MISSING, NOISE, largest
 from kinetostatics.layout.report import Report
-from kinetostatics.math.ordering import EQUAL, first_largest
+from kinetostatics.math.linalg import EQUAL, first_largest
 from kinetostatics.status import FACTS, Status, in_map
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.layout.blocks import Block, Column, Number, Table, Text
 from kinetostatics.layout.numbers import STIFFNESSES, TURNING_STIFFNESSES, NumberFormat, quantity
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import EQUAL, first_largest
+from kinetostatics.math.linalg import EQUAL, first_largest
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.results.result import Result
 

@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.layout.blocks import Facts
 from kinetostatics.layout.numbers import ANGLES, FORCE_KINDS, LENGTHS, NOISE, PER_CENT, STRESSES, NoiseFloor, quantity
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import first_largest
 from kinetostatics.reports.forces import force_formats
 from kinetostatics.reports.pose import actuator_unit
 from kinetostatics.reports.sources import parts_along, ranked, share, sources

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.limbs.line_loads import clamped_reaction, outboard_wrench
+from kinetostatics.limbs.beam_formulas import clamped_reaction, outboard_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, least_squares
 from kinetostatics.math.screws import move_wrench

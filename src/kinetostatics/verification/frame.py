@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import joined
-from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.linalg import first_largest
 from kinetostatics.verification.pieces import PlacedJoint
 
 if TYPE_CHECKING:

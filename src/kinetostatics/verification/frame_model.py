@@ -15,7 +15,7 @@ from kinetostatics.arguments import numbers
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.linalg import axis_across
 from kinetostatics.verification.frame import (
     Actuator,
     Coordinate,

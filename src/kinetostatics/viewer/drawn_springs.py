@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Spring
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.linalg import axis_across
 from kinetostatics.viewer.drawn_poses import DrawnPoses
 from kinetostatics.viewer.shapes import carried_along, crossed
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.linalg import axis_across, cross
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
 Integers = NDArray[np.int64]

@@ -11,12 +11,12 @@ import numpy as np
 
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.kinematics.alternatives import best_choice, choices
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.coordinate_choices import best_choice, choices
 from kinetostatics.kinematics.reach import End, find_ends
 from kinetostatics.layout.plain import Json
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot, robot_of
 

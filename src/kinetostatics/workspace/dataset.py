@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_along
 from kinetostatics.results.gravity_mechanisms import MECHANISMS
 from kinetostatics.results.limb import wrench_units

@@ -20,8 +20,8 @@ from kinetostatics.description.units import find_unit
 from kinetostatics.engine.programs import check_engine, engine_for
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.kinematics.alternatives import best_choice
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot

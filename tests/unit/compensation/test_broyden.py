@@ -14,7 +14,7 @@ from kinetostatics.compensation.broyden import (
     arrival_tolerance,
     error_tolerance,
 )
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 
 
 def test_what_counts_as_corrected_grows_with_robots_above_a_metre():

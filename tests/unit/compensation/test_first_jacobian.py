@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 
 compensate = importlib.import_module("kinetostatics.compensation.compensate")
 LENGTH = 5.0  # of the robot [m]

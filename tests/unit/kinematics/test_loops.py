@@ -9,8 +9,7 @@ import pytest
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.kinematics.assembly import closed_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
-from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.rotations import exponential
+from kinetostatics.math.rotations import exponential, orientation_named
 from kinetostatics.mechanism.mechanism import Mechanism
 
 FREEDOMS = {

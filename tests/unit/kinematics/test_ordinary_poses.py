@@ -3,7 +3,7 @@
 import numpy as np
 import package_robots
 
-from kinetostatics.kinematics.ordinary_poses import ordinary_poses
+from kinetostatics.kinematics.reach import ordinary_poses
 
 
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():

@@ -7,7 +7,7 @@ import pytest
 from simple_machines import joint, link, loop, parallelogram, robot
 
 import kinetostatics as ks
-from kinetostatics.kinematics.frame_corrections import FrameCorrection
+from kinetostatics.kinematics.loop_gaps import FrameCorrection
 
 #: The joints of a five-bar linkage in the plane of x and y, by their parents: name, parent, child and origin.
 JOINTS = {

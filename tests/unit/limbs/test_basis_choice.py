@@ -8,10 +8,10 @@ import numpy as np
 import package_robots
 import pytest
 
-from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.basis_choice import _regular, _with_own_label, evaluate_bases
+from kinetostatics.limbs.geometry import Candidate
+from kinetostatics.limbs.statics import _crossed
 from kinetostatics.limbs.wrench_candidates import common_point
-from kinetostatics.limbs.wrenches import _crossed
 from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.math.screws import unit_twist
 

@@ -16,7 +16,7 @@ from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.math import rotations
 from kinetostatics.math.linalg import Cholesky, least_squares, matmul
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import orientation_named
 from kinetostatics.mechanism.mechanism import Mechanism
 
 TREE = """<robot name="tree"><link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/>

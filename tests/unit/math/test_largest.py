@@ -5,8 +5,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.math.linalg import canonical_basis, null_space
-from kinetostatics.math.ordering import EQUAL, axis_across, first_largest, ranked
+from kinetostatics.math.linalg import EQUAL, axis_across, canonical_basis, first_largest, null_space, ranked
 from kinetostatics.reports.sources import ranked as ranked_sources
 
 NOISE = 1e-9

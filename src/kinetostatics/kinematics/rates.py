@@ -1,7 +1,7 @@
 """Velocities and accelerations of all bodies for given rates of the prescribed coordinates, with closed loops.
 
-Velocities follow from the gradients of the loop equations (:mod:`kinetostatics.kinematics.velocities`). Accelerations are linear
-in the accelerations of the coordinates, except for a part that is quadratic in their velocities. This part is the derivative of
+Velocities follow from the gradients of the loop equations by the implicit function theorem. Accelerations are linear in the
+accelerations of the coordinates, except for a part that is quadratic in their velocities. This part is the derivative of
 the velocities along a straight line of the coordinates: central differences of the eighth order between closed poses.
 """
 
@@ -17,14 +17,42 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.path_following import follow
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.kinematics.velocities import freedom_rates, with_given
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 
+#: Relative residual of the rates above which the loops cannot remain closed.
+_OPEN = 1e-6
 #: Largest motion of a freedom in the differences, in rad and characteristic lengths, and the weights of the differences.
 _STEP = 5e-3
 _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+
+
+def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
+    """Return the rates (nv, k, N) of the free freedoms; NaN where the residuals cannot remain zero.
+
+    Args:
+        solver: solver of the loops.
+        prescribed: prescribed coordinates.
+        gradient: (m, n, N) derivatives of scaled residuals with respect to scaled free steps.
+        rates: (m, k, N) partial rates of the residuals.
+        step: (n, k, N) steps that compensate them in the least-squares sense.
+    """
+    left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
+    stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12
+    free = solver.free_columns(prescribed)
+    v = zeros_for((solver.tree.nv, *step.shape[1:]), step)
+    v[free] = step[: free.size] * solver.column_scale[free, None, None]
+    return np.where(stays_open, np.nan, v)
+
+
+def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> Array:
+    """Return the rates (nv, n, N) per prescribed coordinate, including prescribed freedoms and their followers."""
+    found = np.array(v, subok=True)
+    for k, column in enumerate(prescribed.columns):
+        for moved, by in solver.equations.couplings.moving_with(column):
+            found[moved, k] += by
+    return found
 
 
 def prescribed_motion(configuration: Configuration, motion: Motion) -> tuple[PrescribedCoordinates, Array, Array]:
