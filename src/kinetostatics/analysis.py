@@ -28,7 +28,7 @@ from kinetostatics.math.screws import describe_twist, move_wrench, rotate
 from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.results.chunk import Chunk, CompiledChunk
+from kinetostatics.results.pose_arrays import Chunk, CompiledChunk
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors

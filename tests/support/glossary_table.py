@@ -24,7 +24,7 @@ CODE = {
     "limbs.attached_wrenches": "limbs.statics.limb_wrenches",
     "limbs.attached_intensities": "limbs.statics.limb_wrenches",
     "limbs.compliance": "limbs.compliance.strains",
-    "limbs.stiffness": "results.limb.LimbResult.stiffness",
+    "limbs.stiffness": "results.parts.LimbResult.stiffness",
     "limbs.sag": "limbs.compliance.strains",
 }
 

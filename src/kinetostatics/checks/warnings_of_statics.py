@@ -10,9 +10,8 @@ from kinetostatics.exceptions import StaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.layout.numbers import join_words
-from kinetostatics.results.near_singular import near_singular_message
 from kinetostatics.results.result import Result
-from kinetostatics.results.warnings import undetermined_parts
+from kinetostatics.results.warnings import near_singular_message, undetermined_parts
 from kinetostatics.robot import Robot
 
 #: Ratio of the smallest nonzero to the largest zero singular value below which a count is doubtful.

@@ -25,7 +25,7 @@ from kinetostatics.progress import pausing, waiting
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
-    from kinetostatics.results.modes import Modes
+    from kinetostatics.results.dynamics import Modes
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer

@@ -16,8 +16,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Index, Mask
 from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.elastic_joints import drive_of
-from kinetostatics.results.frequency_response import FrequencyResponse
-from kinetostatics.results.modes import Modes
+from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of
 from kinetostatics.statics.link_loads import PAYLOAD, LinkLoads, parse_link_loads

@@ -1,17 +1,23 @@
-"""Writing of robots to files, from which they are read with exactly equal numbers."""
+"""Writing of files: robots, read again with exactly equal numbers, and CSV tables of results."""
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Protocol
+
+import numpy as np
 
 from kinetostatics.arguments import path_name
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.reader import validate
 from kinetostatics.files.robot_element import robot_text
+from kinetostatics.math.arrays import Array
 
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
 #: Attributes with names of files, relative to the robot file.
@@ -62,6 +68,24 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
         raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
     except ValueError as error:  # a path with a null character
         raise ArgumentError(f"{name!r} cannot be written: {error}") from None
+
+
+def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:
+    """Write columns, by title, as a CSV file; an existing file is replaced.
+
+    Raises:
+        ArgumentError: the file cannot be written.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    write_text(path, text.getvalue())
+
+
+def cells(values: Array) -> list[str]:
+    """Return numbers as texts of a column, empty if they are not finite."""
+    return [f"{value:.15g}" if np.isfinite(value) else "" for value in np.ravel(values)]
 
 
 def _uses_xacro(name: str) -> bool:

@@ -16,7 +16,7 @@ from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.plot.display_units import display_unit, label
 from kinetostatics.plot.style import COLOURS, DASHES, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.results.calibration import Calibration
-from kinetostatics.results.frequency_response import FrequencyResponse
+from kinetostatics.results.dynamics import FrequencyResponse
 from kinetostatics.results.optimum import ParetoFront
 from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tolerances import LENGTHS, Tolerances

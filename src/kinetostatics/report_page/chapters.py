@@ -13,7 +13,7 @@ from kinetostatics.exceptions import ArgumentError, CoordinatesError, Kinetostat
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array
 from kinetostatics.report_page.bars import contribution_bars, source_bars
-from kinetostatics.reports.batch import magnitudes
+from kinetostatics.reports.result import magnitudes
 from kinetostatics.results.result import Result
 from kinetostatics.verification import verify
 from kinetostatics.viewer.page import iframe_html, page_html

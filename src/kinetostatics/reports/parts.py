@@ -1,18 +1,225 @@
-"""Reports of single limbs and beams."""
+"""Tables of the forces at one pose (actuators, limbs, joints, ground, beams), and reports of single limbs and beams."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from kinetostatics.layout.blocks import Facts, Number, ReportSection, Table
-from kinetostatics.layout.numbers import FORCES, LENGTHS, MASSES, MILLIMETRES, NOISE, PER_CENT, STRESSES, UNITS_OF, largest
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.layout.blocks import Block, Column, Facts, Number, ReportSection, Table, Text, once
+from kinetostatics.layout.numbers import (
+    FORCE_KINDS,
+    FORCES,
+    LENGTHS,
+    MASSES,
+    MILLIMETRES,
+    MISSING,
+    NOISE,
+    PER_CENT,
+    STRESSES,
+    UNITS_OF,
+    NoiseFloor,
+    NumberFormat,
+    join_words,
+    largest,
+    vector,
+)
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.limb_joints import compound_joints
 from kinetostatics.quantities import reported_names
-from kinetostatics.results.beam import BeamResult
-from kinetostatics.results.limb import LimbResult, wrench_units
+from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, at_pose
+from kinetostatics.reports.sources import actuator_parts
+from kinetostatics.results.parts import BeamResult, LimbResult, wrench_units
+from kinetostatics.results.result import Result
+from kinetostatics.sections.kinds import Section as BeamSection
+
+
+def force_sections(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[ReportSection]:
+    """Return the tables of all forces."""
+    force, moment = result.base_wrench[:3], result.base_wrench[3:]
+    ground = [("force", vector(force, noise.format("force", force))), ("moment", vector(moment, noise.format("moment", moment)))]
+    magnitudes = "magnitudes about the joint's centre"
+    found: dict[tuple[str, str], list[Block]] = {
+        ("forces", "Actuators, positive along the joint's positive direction"): _actuators(result, noise),
+        ("limbs", "Limbs: wrenches of the platform acting on the limb"): _limbs(result, noise, hinge_axes),
+        ("limbs", "Limbs that are networks: forces in their beams and in their joints to the platform"): _networks(result, noise),
+        ("joints", f"Joints: wrench of the base side acting on the platform side, {magnitudes}"): _joints(result, noise),
+        ("ground", "Ground: reaction on the robot, about the base link's origin"): [Facts(ground)],
+        ("beams", "Beams"): _beams(result, noise),
+    }
+    return [ReportSection(title, blocks, key, detail=True) for (key, title), blocks in found.items()]
+
+
+def sizes(wrenches: Iterable[Array]) -> Array:
+    """Return the magnitudes (2, n) of the forces and of the moments of n wrenches (6,)."""
+    return np.linalg.norm(np.reshape([*wrenches], (-1, 2, 3)), axis=2).T
+
+
+def force_formats(values: Iterable[ArrayLike], units: Iterable[str], noise: NoiseFloor) -> list[NumberFormat]:
+    """Return the format of each value: one for all forces, one for all moments."""
+    pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
+    found = {unit: noise.format(kind, [v for v, u in pairs if u == unit]) for unit, kind in FORCE_KINDS.items()}
+    return [found[unit] for _, unit in pairs]
+
+
+def _actuators(result: Result, noise: NoiseFloor) -> list[Block]:
+    forces = result.actuator_forces
+    if not forces:
+        return []
+    units = [actuator_unit(result.robot, name) for name in forces]
+    formats = force_formats(forces.values(), units, noise)
+    places = [at_pose(item) for item in actuator_coordinates(result.configuration).values()]
+
+    def column(title: str, values: Iterable[Array]) -> Column:
+        return Column(title, [Number(float(v), form, with_unit=False) for form, v in zip(formats, values, strict=True)], "r")
+
+    first = [Column("joint", list(forces)), Column("position", places, "r"), column("force", forces.values()), Column("", units)]
+    return [Table([*first, *(column(name, part) for name, part in actuator_parts(result).items())])]
+
+
+# ---- limbs and joints ----------------------------------------------------------------------------------------------
+
+
+def checked_axes(hinge_axes: Mapping[str, str], limbs: Iterable[str]) -> Mapping[str, str]:
+    """Check the axes of limb frames along the first hinges, and return them.
+
+    Raises:
+        ArgumentError: there is no such limb, or the axis is neither x nor y.
+    """
+    known = list(limbs)
+    for limb, axis in hinge_axes.items():
+        if limb not in known:
+            raise ArgumentError(f"there is no limb {limb!r}: {near_names(limb, known)}")
+        if axis not in ("x", "y"):
+            raise ArgumentError(f"the axis of {limb} along its first hinge is {axis!r}; it must be 'x' or 'y'")
+    return hinge_axes
+
+
+def _named(label: str, intensity: Array, axis: str) -> tuple[str, Array]:
+    """Return label and intensity of a wrench in a limb frame with ``axis``, "x" or "y", along the limb's first hinge.
+
+    Labels and intensities are given for y along the hinge. With x along the hinge, the new y axis is opposite to the old x axis.
+    """
+    if axis == "y":
+        return label, intensity
+    if "limb x" in label:
+        return label.replace("limb x", "limb y"), -intensity
+    return label.replace("limb y", "limb x"), intensity
+
+
+def _limbs(result: Result, noise: NoiseFloor, hinge_axes: Mapping[str, str]) -> list[Block]:
+    entries: list[tuple[str, str, str, Array, str]] = []
+    for limb in result.limbs.values():
+        for kind, labels, wrenches, intensities in (
+            ("constraint", limb.labels, limb.constraint_wrenches, limb.intensities),
+            ("attached", limb.attached_labels, limb.attached_wrenches, limb.attached_intensities),
+        ):
+            for label, value, unit in zip(labels, intensities, wrench_units(labels, wrenches), strict=True):
+                words, number = _named(label, value, hinge_axes.get(limb.name, "y"))
+                entries.append((limb.name, words, kind, number, unit))
+    names, labels, kinds, values, units = zip(*entries, strict=True) if entries else ((),) * 5
+    cells = [Number(float(v), form, with_unit=False) for form, v in zip(force_formats(values, units, noise), values, strict=True)]
+    columns = [Column("limb", once(names)), Column("wrench", labels), Column("", kinds), Column("intensity", cells, "r")]
+    found: list[Block] = [Table([*columns, Column("", units)])]
+    networks = [limb.name for limb in result.limbs.values() if limb.is_network]
+    if networks:
+        verb = "are networks: their" if networks[1:] else "is a network: its"
+        found.append(Text(f"{join_words(networks)} {verb} components are coordinates in a basis, not forces in beams or joints"))
+    return found
+
+
+def _networks(result: Result, noise: NoiseFloor) -> list[Block]:
+    """Return a table for limbs that are networks: axial forces of beams, and magnitudes of joint wrenches at the platform."""
+    entries: list[tuple[str, str, str, ArrayLike, ArrayLike | None]] = []
+    for limb in result.limbs.values():
+        if limb.is_network:
+            for name in limb.beams:
+                axial = result.beams[name].section_wrenches[-1, 0]
+                entries.append((limb.name, name, "axial force at the platform end", axial, None))
+            both = sizes(result.joint_wrenches[name] for name in limb.platform_joints).T
+            for name, (force, moment) in zip(limb.platform_joints, both, strict=True):
+                entries.append((limb.name, name, "joint to the platform", force, moment))
+    if not entries:
+        return []
+    names, parts, kinds, forces, moments = zip(*entries, strict=True)
+    columns = [Column("limb", once(names)), Column("part", parts), Column("", kinds)]
+    columns.append(Column.of("force", forces, noise.format("force", forces)))
+    columns.append(Column.of("moment", moments, noise.format("moment", np.array([m for m in moments if m is not None]))))
+    return [Table(columns)]
+
+
+def _joints(result: Result, noise: NoiseFloor) -> list[Block]:
+    """Return a table of the magnitudes of all joint wrenches; revolutes of one universal or spherical joint share a row."""
+    mechanism, wrenches = result.robot.mechanism, result.joint_wrenches
+    compounds = [item for limb in result.robot.topology.all_limbs for item in compound_joints(mechanism, limb)]
+    whole = {item.joints[0]: item for item in compounds if len(item.joints) > 1 and _carry_alike(item.joints, wrenches, noise)}
+    inner = {name for item in whole.values() for name in item.joints[1:]}
+    names = [name for name in wrenches if name not in inner]
+    forces, moments = sizes(wrenches[name] for name in names)
+    kinds = [
+        f"{whole[name].type.name}, {len(whole[name].joints)} revolutes"
+        if name in whole
+        else mechanism.connections[name].type.name + ", driven" * mechanism.connections[name].driven
+        for name in names
+    ]
+    return [
+        Table(
+            [
+                Column("joint", [whole[name].label if name in whole else name for name in names]),
+                Column("kind", kinds),
+                Column.of("force", forces, noise.format("force", forces)),
+                Column.of("moment", moments, noise.format("moment", moments)),
+            ]
+        )
+    ]
+
+
+def _carry_alike(joints: Sequence[str], wrenches: Mapping[str, Array], noise: NoiseFloor) -> bool:
+    """Return whether concentric joints carry the same wrench, as they do without weight between them."""
+    if not all(name in wrenches for name in joints):
+        return False
+    gaps = np.abs(np.array([wrenches[name] - wrenches[joints[0]] for name in joints]))
+    return bool(np.all(gaps[:, :3] <= noise.force) and np.all(gaps[:, 3:] <= noise.moment))
+
+
+# ---- beams ---------------------------------------------------------------------------------------------------------
+
+
+def _per_cent(ratio: float) -> str:
+    return MISSING if not np.isfinite(ratio) else "0" if abs(ratio) <= NOISE else f"{100 * ratio:.3g}"
+
+
+def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
+    beams = list(result.beams.values())
+    if not beams:
+        return []
+    axial = [beam.section_wrenches[..., 0] for beam in beams]
+    ends: list[ArrayLike] = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
+    most: list[ArrayLike] = [beam.deflection for beam in beams]
+    force, shift = noise.format("force", axial), noise.format("displacement", np.array([*ends, *most]))
+    ratios = [_per_cent(float(beam.euler_ratio)) for beam in beams]
+    columns = [
+        Column("beam", list(result.beams)),
+        Column.of("length", [beam.length for beam in beams], MILLIMETRES, digits=5),
+        Column.of("mass", [beam.mass for beam in beams], MASSES, digits=5),
+        Column.of("N base end", [forces[0] for forces in axial], force),
+        Column.of("N platform end", [forces[-1] for forces in axial], force),
+        Column.of("stress", [beam.stress for beam in beams], STRESSES),
+        Column("N/N_Euler [%]", ratios, "r"),
+        Column.of("end displacement", ends, shift),
+        Column.of("largest", most, shift),
+    ]
+    notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
+    if any(type(beam.description.section) is BeamSection for beam in beams):
+        notes.append(f"stress {MISSING}: the outline of <section> is unknown; give a circle, tube, rectangle or rectangular_tube")
+    notes.append("N/N_Euler: forces relative to those at which the beam buckles, alone or with others")
+    return [Table(columns), *map(Text, notes)]
+
 
 #: Data of a beam.
 BEAM_DATA = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]

@@ -1,4 +1,4 @@
-"""Report of an analysis: a summary of one pose with tables in detail, or the extremes over a batch."""
+"""Report of an analysis: summary and tables of one pose, or extremes over a batch; all quantities as data."""
 
 from __future__ import annotations
 
@@ -7,35 +7,159 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kinetostatics.analysis import free_twists
-from kinetostatics.layout.blocks import Block, Facts, Number, ReportSection, Text, warning_section
+from kinetostatics.layout.blocks import Block, Facts, Number, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import (
     CLOSED,
     ENERGIES,
+    FORCE_KINDS,
     FORCES,
     KINDS,
     MASSES,
     MILLIMETRES,
     MOMENTS,
+    NOISE,
+    PER_CENT,
+    STIFFNESSES,
+    STRESSES,
     NoiseFloor,
     NumberFormat,
+    Units,
     quantity,
     vector,
 )
+from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import describe_twist
-from kinetostatics.reports.batch import batch_sections, magnitudes
+from kinetostatics.quantities import QUANTITIES, reported_names
 from kinetostatics.reports.buckling import TITLE, buckling_blocks
-from kinetostatics.reports.forces import checked_axes, force_sections
-from kinetostatics.reports.pose import facts_of, pose_facts, state_title, statuses_of
-from kinetostatics.reports.result_data import result_data
+from kinetostatics.reports.parts import BEAM_DATA, beam_data, checked_axes, force_sections, limb_data
+from kinetostatics.reports.pose import (
+    actuator_coordinates,
+    actuator_unit,
+    configuration_data,
+    facts_of,
+    platform_coordinates,
+    pose_facts,
+    state_title,
+    status_names,
+    statuses_of,
+)
 from kinetostatics.reports.sources import gravity_twists, source_table
-from kinetostatics.reports.stiffness import component_table, stiffness_blocks
-from kinetostatics.reports.summary import summary_facts
+from kinetostatics.reports.summary import component_table, stiffness_blocks, summary_facts
 from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
+
+#: Units and meaning of the numbers; batch axes come first.
+UNITS = {
+    "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
+    "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
+    "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: effect per kg and per kg·m of its "
+    "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",
+    "limbs": "wrenches acting on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
+    "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
+    "`section_wrenches` of its `beams`",
+    "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
+    **{name: QUANTITIES[name].description for name in reported_names("")},
+    **{name: QUANTITIES[f"beams.{name}"].description for name in reported_names("beams") if name in BEAM_DATA},
+}
+
+
+def result_data(tip: Result) -> dict[str, object]:
+    """Return all results of an analysis, about o, and the displacement of a tool's tip; batch axes come first."""
+    result = tip.seen_from(None)
+    payload = result.payload and {
+        **attributes(result.payload, ("mass", "center", "link")),
+        "coefficients": result.payload_coefficients,
+    }
+    found: dict[str, object] = {
+        "robot": result.robot.name,
+        "file": result.robot.description.path,
+        "units": UNITS,
+        "shape": result.shape,
+        "status": status_names(result.status),
+        **result.facts,
+        "warnings": result.warnings,
+        "configuration": configuration_data(result.configuration),
+        "payload": payload,
+        **attributes(result, reported_names("")),
+        "actuator_units": {name: actuator_unit(result.robot, name) for name in result.actuator_forces},
+        "limbs": {name: limb_data(limb) for name, limb in result.limbs.items()},
+        "beams": {name: beam_data(beam) for name, beam in result.beams.items()},
+    }
+    tool = {"point": tip.point, **attributes(tip, ("twist", "stiffness", "compliance"))} if tip.point is not None else None
+    return found if tool is None else {**found, "tool": tool}
+
+
+def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
+    """Return units and meaning of numbers about o or the tool's tip, and the position of the tip."""
+    if tool is None:
+        return {"units": units}
+    texts = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
+    return {"units": {**texts, "tool": "the tip, from o in the platform's axes [m]"}, "tool": tool}
+
+
+def batch_sections(result: Result) -> list[ReportSection]:
+    """Return the sections of the report: number of poses in each state, extremes of the quantities, and warnings."""
+    known = not np.all(np.isin(result.status, WITHOUT_NUMBERS))
+    header = ("quantity", "unit", "smallest", "at", "largest", "at")
+    rows = [_row(result, *item) for item in _quantities(result)] if known else []
+    title = "Extremes over the valid poses, and their batch indices"
+    return [
+        ReportSection("Status", _states(result) if result.status.size else [Text("no poses")], "status"),
+        ReportSection(title, [Table.of_rows(header, rows, "llrlrl")] if known else [], "extremes"),
+        warning_section(result.warnings if result.status.size else ()),
+    ]
+
+
+def _states(result: Result) -> list[Table | Text]:
+    """Return the number of poses in each state; a pose can be in several states."""
+    ok, *without_numbers = statuses_of(result)
+    found = [ok, *facts_of(result), *without_numbers]
+    rows = [(word, f"{int(np.sum(where))}", words) for word, where, words in found if np.any(where)]
+    several = int(np.sum(np.sum([where for _, where, _ in found], axis=0) > 1))
+    table = Table.of_rows(("status", "poses", ""), rows, "lrl")
+    return [table, Text(f"{several} of them counted more than once")] if several else [table]
+
+
+def magnitudes(result: Result) -> NoiseFloor:
+    """Return the limits of rounding noise for a result."""
+    wrenches = [*result.joint_wrenches.values(), result.platform_wrench]
+    return NoiseFloor.of(result.contributions.values(), wrenches, result.robot.length)
+
+
+def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
+    """Return name, values, units and noise of the quantities of the table of extremes."""
+    twist, noise = result.twist, magnitudes(result)
+    found = [(f"platform {name}", *item) for name, item in platform_coordinates(result.configuration).items()]
+    found += [(f"position of {name}", *item) for name, item in actuator_coordinates(result.configuration).items()]
+    for name, part, kind in (("displacement of o", slice(3), "displacement"), ("rotation", slice(3, 6), "rotation")):
+        found.append((name, np.linalg.norm(twist[..., part], axis=-1), KINDS[kind], getattr(noise, kind)))
+    known = np.where(np.isfinite(result.compliance), result.compliance, 0.0)
+    with np.errstate(divide="ignore"):
+        stiffness = np.where(np.isnan(twist[..., 0]), np.nan, 1 / np.linalg.eigvalsh(known[..., :3, :3])[..., -1])
+    found.append(("softest stiffness at o", stiffness, STIFFNESSES, 0.0))
+    for name, value in result.actuator_forces.items():
+        kind = FORCE_KINDS[actuator_unit(result.robot, name)]
+        found.append((f"force of {name}", value, KINDS[kind], getattr(noise, kind)))
+    for name, beam in result.beams.items():
+        found += [(f"stress in {name}", beam.stress, STRESSES, 0.0), (f"N/N_Euler of {name}", beam.euler_ratio, PER_CENT, NOISE)]
+    if result.beams:
+        found.append(("strain energy", result.strain_energy, ENERGIES, 0.0))
+    return found
+
+
+def _row(result: Result, name: str, values: Array, units: Units, noise: float) -> tuple[str | Number, ...]:
+    flat = np.broadcast_to(values, result.shape).ravel()
+    form = NumberFormat.of(flat, units, noise)
+    missing = np.all(np.isnan(flat))
+    cells: list[str | Number] = [name, form.unit]
+    for number in (0, 0) if missing else (int(np.nanargmin(flat)), int(np.nanargmax(flat))):
+        where = np.unravel_index(number, result.shape)
+        cells += [Number(float(flat[number]), form, with_unit=False), "" if missing else f"[{', '.join(map(str, where))}]"]
+    return tuple(cells)
 
 
 def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> Report:

@@ -10,7 +10,7 @@ from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Tex
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
 from kinetostatics.layout.plain import plain
 from kinetostatics.layout.report import Report
-from kinetostatics.reports.result_data import units_at
+from kinetostatics.reports.result import units_at
 from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
 from kinetostatics.results.tool_point import point_name
 

@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.layout.blocks import Block, Column, Table
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, NoiseFloor, NumberFormat
 from kinetostatics.math.arrays import Array
-from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
+from kinetostatics.results.contributions import by_mechanism_of_gravity
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 
@@ -113,7 +113,8 @@ WORDS = {"attached": "attached wrenches"}
 
 def gravity_twists(result: Result) -> dict[str, Array]:
     """Return the twists (6,) due to gravity by mechanism, and their sum."""
-    found = {WORDS.get(name, name): twist for name, twist in gravity_mechanisms(result).items()}
+    parts = by_mechanism_of_gravity(result.contributions["platform_weight"], result.mechanism_contributions)
+    found = {WORDS.get(name, name): twist for name, twist in parts.items()}
     return {**found, "all of gravity": np.sum(list(found.values()), axis=0)}
 
 
@@ -122,10 +123,12 @@ def actuator_parts(result: Result) -> dict[str, list[Array]]:
     names = [limb.name for limb in result.robot.topology.limbs]
     limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
-    for actuator, mechanisms in actuator_gravity_mechanisms(result).items():
-        whole = {name: part for name, part in result.actuator_contributions[actuator].items() if name not in limbs}
+    for actuator, mechanisms in result.actuator_mechanism_contributions.items():
+        own = result.actuator_contributions[actuator]
+        whole = {name: part for name, part in own.items() if name not in limbs}
         if limbs:
-            whole |= {WORDS.get(name, name): part for name, part in mechanisms.items()}
+            by_mechanism = by_mechanism_of_gravity(own["platform_weight"], mechanisms)
+            whole |= {WORDS.get(name, name): part for name, part in by_mechanism.items()}
         for name, part in whole.items():
             parts.setdefault(name, []).append(part)
     return parts

@@ -26,8 +26,7 @@ from kinetostatics.layout.numbers import (
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.math.screws import COMPONENTS
-from kinetostatics.reports.batch import magnitudes
-from kinetostatics.reports.result_data import units_at
+from kinetostatics.reports.result import magnitudes, units_at
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import point_name
 

@@ -13,8 +13,8 @@ from kinetostatics.layout.report import Report
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.quantities import QUANTITIES
-from kinetostatics.reports.forces import sizes
-from kinetostatics.reports.modes import HERTZ
+from kinetostatics.reports.dynamics import HERTZ
+from kinetostatics.reports.parts import sizes
 from kinetostatics.reports.pose import pose_facts
 from kinetostatics.verification.compare import Verification
 

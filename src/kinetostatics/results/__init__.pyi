@@ -1,11 +1,9 @@
-from .beam import BeamResult
 from .buckling import Buckling, SecondOrder
 from .calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
 from .compensation import Compensation
-from .frequency_response import FrequencyResponse
-from .limb import LimbResult
-from .modes import Modes
+from .dynamics import FrequencyResponse, Modes
 from .optimum import CheckedRequirement, Optimum, ParetoFront
+from .parts import BeamResult, LimbResult
 from .path import PathResult
 from .payload import PayloadCoefficients
 from .result import Result

@@ -15,8 +15,8 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping, ShortRepr
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Mask, frozen
-from kinetostatics.results.batch import Batch
-from kinetostatics.results.shapes import Shapes
+from kinetostatics.results.mode_arrays import Shapes
+from kinetostatics.results.pose_arrays import Batch
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import inverse

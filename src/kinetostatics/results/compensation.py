@@ -1,9 +1,9 @@
-"""Corrected actuator positions and feedforward forces, and pose errors before and after the correction."""
+"""Corrected actuator positions and feedforward forces, pose errors, and the twists that the actuators cannot produce."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,17 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.arguments import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.files.writer import cells, write_table
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
-from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.math.arrays import Array, batch_first, chunks, frozen
 from kinetostatics.math.linalg import matmul
 from kinetostatics.math.rotations import exponential, logarithm
-from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, move_twist
 from kinetostatics.quantities import VARIABLES
 from kinetostatics.results.result import Result
-from kinetostatics.results.tables import cells, unit_of_coordinate, write_table
-from kinetostatics.results.uncorrectable import uncorrectable_directions
+from kinetostatics.robot import robot_of
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             raise ArgumentError(
                 f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {self.shape}"
             )
-        grid, units = tuple(axes), _actuator_units(self)
-        names, platform = list(self.actuators), list(self.target.platform)
+        grid, units = tuple(axes), _units(self)
+        connections, names, platform = self.target.robot.mechanism.connections, list(self.actuators), list(self.target.platform)
 
         def stacked(values: Mapping[str, Array], dim: str, unit: str, long_name: str) -> tuple[object, ...]:
             return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name, "unit_coordinate": unit}
@@ -98,14 +98,16 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
             words = {"long_name": "component of the residual error along each of these twists"}
             data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
         coords: dict[str, object] = {
-            **{name: (name, np.asarray(values), _axis_units(name, platform, units)) for name, values in axes.items()},
+            **{
+                name: (name, np.asarray(values), {"units": units[name]} if name in units else {}) for name, values in axes.items()
+            },
             "actuator": names,
             "component": list(COMPONENTS),
             "component_unit": ("component", list(TWIST_UNITS)),
             "platform_coordinate": platform,
-            "platform_coordinate_unit": ("platform_coordinate", [unit_of_coordinate(name) for name in platform]),
-            "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
-            "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
+            "platform_coordinate_unit": ("platform_coordinate", [units[name] for name in platform]),
+            "actuator_position_unit": ("actuator", [units[name] for name in names]),
+            "actuator_force_unit": ("actuator", [connections[name].type.force_unit.replace("·", " ") for name in names]),
         }
         about: dict[str, object] = {"robot": self.target.robot.name, "controlled": " ".join(self.controlled)}
         about |= {} if self.tool is None else {"tool": self.tool.tolist()}
@@ -276,25 +278,66 @@ def pose_error_from(target: Configuration, result: Result, tool: Array | None = 
 
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
     """Return the columns of the table by title, with a row for each pose; cells without a correction are empty."""
-    columns = {f"{name} [{unit_of_coordinate(name)}]": cells(value) for name, value in found.target.platform.items()}
+    connections, units = found.target.robot.mechanism.connections, _units(found)
+    columns = {f"{name} [{units[name]}]": cells(value) for name, value in found.target.platform.items()}
     columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
-    for name, (position, force) in _actuator_units(found).items():
-        columns[f"{name} [{position}]"] = cells(found.actuators[name])
-        columns[f"correction of {name} [{position}]"] = cells(found.corrections[name])
-        columns[f"force of {name} [{force}]"] = cells(found.actuator_forces[name])
+    for name, force in found.actuator_forces.items():
+        columns[f"{name} [{units[name]}]"] = cells(found.actuators[name])
+        columns[f"correction of {name} [{units[name]}]"] = cells(found.corrections[name])
+        columns[f"force of {name} [{connections[name].type.force_unit}]"] = cells(force)
     for k, name in enumerate(COMPONENTS):
         columns[f"residual_error {name} [{TWIST_UNITS[k]}]"] = cells(found.residual_error[..., k])
     return columns
 
 
-def _actuator_units(found: Compensation) -> dict[str, tuple[str, str]]:
-    """Return the units of position and force of every actuator."""
+def _units(found: Compensation) -> dict[str, str]:
+    """Return the units of the coordinates of platform and actuators."""
     connections = found.target.robot.mechanism.connections
-    return {name: (connections[name].type.unit, connections[name].type.force_unit) for name in found.actuators}
+    units = {name: "m" if name in "xyz" else "rad" for name in found.target.platform}
+    return units | {name: connections[name].type.unit for name in found.actuators}
 
 
-def _axis_units(name: str, platform: Sequence[str], units: Mapping[str, tuple[str, str]]) -> dict[str, str]:
-    """Return the unit of a Dataset's axis as its attributes; empty if the axis is no coordinate of platform or actuators."""
-    if name in units:
-        return {"units": units[name][0]}
-    return {"units": unit_of_coordinate(name)} if name in platform else {}
+#: Smallest singular value of the projection on the chosen coordinate axes; below it, other axes are chosen for a pose.
+ASKEW = 0.1
+
+
+def uncorrectable_directions(configuration: Configuration, tool: Array | None) -> Array:
+    """Return the twists (6, k, N) [m, rad] of :attr:`Compensation.uncorrectable_directions`; NaN where no pose was found.
+
+    The free twists of the platform, with unlocked actuators, are moved to the reference point, with displacements divided by the
+    characteristic length; the result spans their orthogonal complement. Of its orthonormal bases, the one nearest to coordinate
+    axes is chosen, with the same axes along a batch.
+    """
+    robot = robot_of(configuration)
+    n, length = robot.mobility.platform, robot.length
+    R, _ = robot.mechanism.platform_pose(configuration.frames)
+    found = np.full((R.shape[2], 6, 6 - n), np.nan)
+    reached = np.flatnonzero(configuration.reached)
+    for part in chunks(reached.size):
+        which = reached[part]
+        moves = robot.mobility_analysis.motions_at(configuration.poses.take(which))
+        if tool is not None:
+            arms = np.einsum("ijn,j->in", R[:, :, which], tool / length)
+            moves = np.moveaxis(move_twist(np.moveaxis(moves, 0, 2), arms), 2, 0)
+        regular = np.all(np.isfinite(moves), axis=(1, 2))
+        found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
+    left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))
+    while n < 6 and left.size:
+        axes = _nearest_axes(found[left[0]])
+        U, sizes, V = np.linalg.svd(np.swapaxes(found[left][:, axes], 1, 2))
+        distinct = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
+        found[left[distinct]] = (found[left] @ U @ V)[distinct]
+        left = left[~distinct]
+    found[:, :3] *= length
+    return np.moveaxis(found, 0, 2)
+
+
+def _nearest_axes(basis: Array) -> list[int]:
+    """Return the k coordinate axes nearest to the span of a basis (6, k), by Gram-Schmidt elimination with pivoting."""
+    left, axes = np.array(basis), []
+    for _ in range(basis.shape[1]):
+        sizes = np.linalg.norm(left, axis=1)
+        axes.append(int(np.argmax(sizes > sizes.max() - 1e-6)))  # of nearly equal ones, the first
+        along = left[axes[-1]] / sizes[axes[-1]]
+        left = left - np.outer(left @ along, along)
+    return sorted(axes)

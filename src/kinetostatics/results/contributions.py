@@ -1,7 +1,4 @@
-"""Displacements of beams and links by contribution to the twist, and the twist by elastic part.
-
-Arrays are in the public layout: batch axes first, world axes.
-"""
+"""Displacements of beams and links by contribution to the twist, the twist by elastic part, and gravity by mechanism."""
 
 from __future__ import annotations
 
@@ -14,8 +11,8 @@ from kinetostatics.limbs.group import carried_wrench
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.limbs import LimbSegment
-from kinetostatics.results.batch import Batch
-from kinetostatics.results.beam import FRACTIONS
+from kinetostatics.results.parts import FRACTIONS
+from kinetostatics.results.pose_arrays import Batch
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
@@ -104,3 +101,13 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
 
     limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]
     return ResultMapping({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})
+
+
+#: The mechanisms by which gravity acts, Eq. (12).
+MECHANISMS = ("platform_weight", "attached", "deformation")
+
+
+def by_mechanism_of_gravity(platform_weight: Array, limbs: Mapping[str, Mapping[str, Array]]) -> dict[str, Array]:
+    """Return the parts of a quantity due to gravity by mechanism; those of the limbs, by limb and mechanism, are summed."""
+    sums = {name: sum((parts[name] for parts in limbs.values()), np.zeros_like(platform_weight)) for name in MECHANISMS[1:]}
+    return {"platform_weight": platform_weight, **sums}

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.arguments import check_choice, path_name
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.writer import cells, write_table
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.results.result import Result
-from kinetostatics.results.tables import cells, unit_of_coordinate, write_table
 from kinetostatics.status import Status
 
 
@@ -103,7 +103,7 @@ class PathResult(Reported, builder="reports.path:path_report"):
             raise ArgumentError(f"{file!r} does not end in .csv (a table)")
         pose, connections = self.result.configuration, self.result.robot.mechanism.connections
         columns = {"time [s]": cells(self.times)}
-        columns |= {f"{name} [{unit_of_coordinate(name)}]": cells(values) for name, values in pose.platform.items()}
+        columns |= {f"{name} [{'m' if name in 'xyz' else 'rad'}]": cells(values) for name, values in pose.platform.items()}
         columns["status"] = [Status(int(item)).name for item in self.result.status]
         for name, force in self.result.actuator_forces.items():
             kind = connections[name].type

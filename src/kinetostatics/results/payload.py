@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.results.batch import Batch
+from kinetostatics.results.pose_arrays import Batch
 from kinetostatics.statics.joint_wrenches import actuator_forces_from, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, AppliedLoad, link_frame
 from kinetostatics.statics.robot_statics import RobotStatics

@@ -18,13 +18,10 @@ from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Report, Reported, late
 from kinetostatics.math.arrays import Array, Index, frozen
 from kinetostatics.results import contributions
-from kinetostatics.results.batch import Batch
-from kinetostatics.results.beam import BeamResult, beam_results, centre_lines
 from kinetostatics.results.buckling import Buckling, SecondOrder, buckling_of, second_order_of
-from kinetostatics.results.chunk import Chunk
-from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.parts import BeamResult, LimbResult, beam_results, centre_lines
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.pose_arrays import PoseArrays
+from kinetostatics.results.pose_arrays import Batch, Chunk, PoseArrays
 from kinetostatics.results.tool_point import point_on_robot
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints

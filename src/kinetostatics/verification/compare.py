@@ -25,7 +25,7 @@ from kinetostatics.verification.solve import solve
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
-    from kinetostatics.results.beam import BeamResult
+    from kinetostatics.results.parts import BeamResult
     from kinetostatics.results.result import Result
 
 #: Largest difference with which a robot counts as verified.

@@ -18,7 +18,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.html import html_path
 from kinetostatics.progress import in_notebook, pausing, waiting
-from kinetostatics.results.modes import Modes
+from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.viewer.description import Scene

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.limbs import Limb
-from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.parts import LimbResult
 from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.drawn_poses import moved

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.layout.numbers import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, NumberFormat, Units
 from kinetostatics.math.arrays import Array
-from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
-from kinetostatics.results.beam import BeamResult
+from kinetostatics.reports.result import magnitudes
+from kinetostatics.results.parts import BeamResult
 from kinetostatics.viewer.drawn_springs import DrawnSpring
 from kinetostatics.viewer.joints import DrawnJoint
 from kinetostatics.viewer.packing import Packing, plain_scale

@@ -11,9 +11,9 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import taken
 from kinetostatics.layout.numbers import NumberFormat
 from kinetostatics.math.arrays import Array
-from kinetostatics.reports.modes import HERTZ, NONE, per_cent
+from kinetostatics.reports.dynamics import HERTZ, NONE, per_cent
 from kinetostatics.reports.pose import count as counted
-from kinetostatics.results.modes import Modes
+from kinetostatics.results.dynamics import Modes
 from kinetostatics.viewer.shown_poses import place_of
 from kinetostatics.viewer.standing import StandingPose
 

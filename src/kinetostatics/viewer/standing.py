@@ -11,7 +11,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import make_beam_models
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.results.beam import FRACTIONS
+from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.viewer.drawn_poses import DrawnPoses
 
 

@@ -13,7 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import logarithm
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.results.beam import FRACTIONS
+from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.viewer.drawn_poses import moved
 from kinetostatics.viewer.standing import StandingPose

@@ -15,7 +15,7 @@ from kinetostatics.dynamics.vibrations import modes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.quantities import POSES, QUANTITIES, ROBOTS, Entry, stacked, value_at
-from kinetostatics.results.gravity_mechanisms import actuator_gravity_mechanisms, gravity_mechanisms
+from kinetostatics.results.contributions import by_mechanism_of_gravity
 from kinetostatics.status import REPORTED, WITHOUT_NUMBERS, status_of
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, Labels, numbered
 from kinetostatics.workspace.grid import Block, sizes_of
@@ -125,8 +125,13 @@ def _extract(
         "mode": lambda: np.where(reached, REACHED, NOT_REACHED).astype(np.int8),
         "platform_pose": lambda: configuration.platform_coordinates(plan.orientation),
         "actuator_position": lambda: {name: np.where(reached, x, np.nan) for name, x in configuration.actuators.items()},
-        "gravity_mechanism": lambda: gravity_mechanisms(result),
-        "actuator_gravity_mechanism": lambda: actuator_gravity_mechanisms(result),
+        "gravity_mechanism": lambda: by_mechanism_of_gravity(
+            result.contributions["platform_weight"], result.mechanism_contributions
+        ),
+        "actuator_gravity_mechanism": lambda: {
+            name: by_mechanism_of_gravity(result.actuator_contributions[name]["platform_weight"], limbs)
+            for name, limbs in result.actuator_mechanism_contributions.items()
+        },
         "intensity": lambda: _intensities(result, labels, "", shape),
         "attached_intensity": lambda: _intensities(result, labels, "attached_", shape),
     }

@@ -13,8 +13,8 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Values
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import UNITS, VARIABLES, Entry, axes_of, units_along
-from kinetostatics.results.gravity_mechanisms import MECHANISMS
-from kinetostatics.results.limb import wrench_units
+from kinetostatics.results.contributions import MECHANISMS
+from kinetostatics.results.parts import wrench_units
 from kinetostatics.status import Status
 from kinetostatics.workspace.grid import LENGTHS
 from kinetostatics.workspace.sweep_plan import SweepPlan

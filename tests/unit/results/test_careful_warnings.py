@@ -12,8 +12,7 @@ from swinging_plate import STEEL, Y, parallelogram
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Origin, RobotDescription
-from kinetostatics.results.near_singular import LEAST_CONSTRAINT, near_singularity
-from kinetostatics.results.warnings import _large_motions, _open_loops
+from kinetostatics.results.warnings import LEAST_CONSTRAINT, _large_motions, _open_loops, near_singularity
 from kinetostatics.sections import Tube
 
 RIGID = "bearings and actuators count as rigid"

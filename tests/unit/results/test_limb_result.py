@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinetostatics.results.chunk import Chunk
-from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.parts import LimbResult
+from kinetostatics.results.pose_arrays import Chunk
 
 N_C, N_G, N = 2, 1, 3
 SHAPES = {

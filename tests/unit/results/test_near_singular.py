@@ -7,7 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.results.near_singular import NearSingularity, _bases, _joint_forces
+from kinetostatics.results.warnings import NearSingularity, _bases, _joint_forces
 
 
 def network(**changes):

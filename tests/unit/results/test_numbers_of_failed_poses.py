@@ -7,8 +7,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.results.beam import BeamResult
-from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.parts import BeamResult, LimbResult
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
 #: What belongs to the robot or to how a batch is kept, not to its poses.

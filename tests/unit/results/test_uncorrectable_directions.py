@@ -4,7 +4,7 @@ import numpy as np
 from swinging_plate import parallelogram
 
 import kinetostatics as ks
-from kinetostatics.results.uncorrectable import uncorrectable_directions
+from kinetostatics.results.compensation import uncorrectable_directions
 
 
 def test_axes_that_tell_little_are_chosen_anew():

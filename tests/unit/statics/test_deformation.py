@@ -7,7 +7,7 @@ import pytest
 from simple_machines import CIRCLE, RHO, bar, joint, link, loop, mount, robot, truss
 
 import kinetostatics as ks
-from kinetostatics.results.near_singular import near_singularity
+from kinetostatics.results.warnings import near_singularity
 from kinetostatics.statics.singularity import _changed
 
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])

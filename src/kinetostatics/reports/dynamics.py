@@ -1,4 +1,4 @@
-"""Report of natural frequencies and modes."""
+"""Reports of natural frequencies, modes of vibration, and frequency response."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from kinetostatics.layout.numbers import MISSING, NumberFormat, Units
 from kinetostatics.layout.plain import attributes
 from kinetostatics.layout.report import Report
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.screws import COMPONENTS
+from kinetostatics.math.screws import COMPONENTS, WRENCH_COMPONENTS
 from kinetostatics.reports.pose import actuator_coordinates, at_pose, count, platform_coordinates, state_title, status_names
 from kinetostatics.reports.sources import share as share_of
-from kinetostatics.results.modes import Modes
+from kinetostatics.results.dynamics import FrequencyResponse, Modes
+from kinetostatics.results.tool_point import point_name
 
 HERTZ: Units = (("Hz", 1.0),)
 #: Parts of a table of energies, the largest first.
@@ -22,7 +23,7 @@ MOST = 8
 #: Share of the energy below which a part has none.
 NONE = 5e-4
 
-UNITS = {
+UNITS_OF_MODES = {
     "general": "SI: m, rad, Hz, kg; world axes, modal masses of 1 kg; null: no number, or fewer modes",
     "twists": "[displacement m; rotation rad] of the platform at o",
     "participation_factors": "translations [kg], rotations about o [kg·m]",
@@ -37,7 +38,7 @@ def modes_report(modes: Modes) -> Report:
         title += [*state_title(modes.configuration), "; " + _frequencies(modes)]
     else:
         title += state_title(modes.configuration)
-    return Report(title, lambda: list(_sections(modes)), lambda: _data(modes))
+    return Report(title, lambda: list(_mode_sections(modes)), lambda: _mode_data(modes))
 
 
 def _frequencies(modes: Modes) -> str:
@@ -49,7 +50,7 @@ def _frequencies(modes: Modes) -> str:
     return ", ".join(form(value) for value in modes.frequencies[:3]) + f"{', …' if modes.count > 3 else ''} {form.unit}"
 
 
-def _sections(modes: Modes) -> Iterator[ReportSection]:
+def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
     if not np.any(np.isfinite(modes.frequencies)):
         return
     if modes.shape:
@@ -97,13 +98,66 @@ def per_cent(share: float) -> str:
     return f"{share_of(share, 1.0):.1f}" if np.isfinite(share) else MISSING
 
 
-def _data(modes: Modes) -> dict[str, object]:
+def _mode_data(modes: Modes) -> dict[str, object]:
     return {
         "robot": modes.robot.name,
-        "units": UNITS,
+        "units": UNITS_OF_MODES,
         "shape": modes.shape,
         "status": status_names(modes.status),
         **attributes(modes.configuration, ("platform", "actuators")),
         **attributes(modes, ("drives", "frequencies", "zero_frequencies", "twists")),
         **attributes(modes, ("participation_factors", "effective_masses", "strain_energy_shares", "kinetic_energy_shares")),
+    }
+
+
+UNITS_OF_RESPONSE = {
+    "general": "SI: m, rad, N, N·m, Hz; world axes; last axes: twist, and wrench or motion of the floor; null: no number",
+    "compliance": "twist of the platform per wrench on it, magnitude; phases in rad; transmissibility: per motion of the floor",
+}
+
+
+def frequency_response_report(found: FrequencyResponse) -> Report:
+    """Return the report of the frequency response of a pose, or of the largest over a batch."""
+    f = found.frequencies
+    title = [f"Frequency response of {found.robot.name!r} at {point_name(found.tool)}: ", *state_title(found.configuration)]
+    title.append(f"; {f.min():.4g} to {f.max():.4g} Hz, {len(f)} frequencies")
+    return Report(title, lambda: list(_response_sections(found)), lambda: _response_data(found))
+
+
+def _response_sections(found: FrequencyResponse) -> Iterator[ReportSection]:
+    if not np.any(np.isfinite(found.compliance)):
+        return
+    units = ["m/N"] * 3 + ["rad/(N·m)"] * 3
+    for title, key, array, along in (
+        (
+            "Compliance: largest twist per wrench in the same direction",
+            "compliance",
+            found.compliance,
+            WRENCH_COMPONENTS,
+        ),
+        ("Transmissibility: largest motion per motion of the floor", "transmissibility", found.transmissibility, COMPONENTS),
+    ):
+        size = np.abs(np.einsum("...ii->...i", array)).reshape(-1, len(found.frequencies), 6)
+        peak = np.nanmax(size, axis=0)
+        at = np.argmax(peak, axis=0)
+        names = [f"{name} per {other}" for name, other in zip(COMPONENTS, along, strict=True)]
+        largest = [f"{peak[at[k], k]:.3e} {units[k]}" if key == "compliance" else f"{peak[at[k], k]:.3f}" for k in range(6)]
+        columns = [Column("", names), Column("largest", largest, "r")]
+        columns.append(Column("at [Hz]", [f"{found.frequencies[k]:.5g}" for k in at], "r"))
+        yield ReportSection(title, [Table(columns)], key)
+    ratio = found.damping
+    words = ", ".join(f"{name} {value:g}" for name, value in ratio.items()) if isinstance(ratio, Mapping) else f"ratio {ratio:g}"
+    yield ReportSection("", [Text(f"Damping: {words}.")])
+
+
+def _response_data(found: FrequencyResponse) -> dict[str, object]:
+    return {
+        "robot": found.robot.name,
+        "units": UNITS_OF_RESPONSE,
+        "shape": found.shape,
+        **attributes(found, ("damping", "drives", "tool", "frequencies")),
+        "compliance": np.abs(found.compliance),
+        "compliance_phase": np.angle(found.compliance),
+        "transmissibility": np.abs(found.transmissibility),
+        "transmissibility_phase": np.angle(found.transmissibility),
     }

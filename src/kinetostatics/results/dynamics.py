@@ -1,29 +1,34 @@
-"""Natural frequencies and modes: shapes, participation by direction, shares of energy by part."""
+"""Natural frequencies, modes of vibration, and frequency response of the platform."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.arguments import finite_numbers
+from kinetostatics.arguments import finite_numbers, path_name
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.writer import cells, write_table
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.results.shapes import Shapes
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS, WRENCH_COMPONENTS, WRENCH_UNITS
+from kinetostatics.results.mode_arrays import Shapes
+from kinetostatics.robot import Robot, robot_of
 from kinetostatics.status import Status
 from kinetostatics.vibration.eigenpairs import modes_below
 from kinetostatics.vibration.motions import ModeShapes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
+class Modes(Shapes[ModeShapes], Reported, builder="reports.dynamics:modes_report"):
     """The lowest natural frequencies and modes of one pose or a batch of poses; see :func:`kinetostatics.modes`.
 
     Arrays are read-only, batch axes first, then the mode; NaN where a pose has no numbers. Every mode has a modal mass of 1 kg,
@@ -121,3 +126,70 @@ class Modes(Shapes[ModeShapes], Reported, builder="reports.modes:modes_report"):
         return ResultMapping(
             {name: self._array((self.count,), lambda chunk, name=name: of(chunk)[name]) for name in names}  # type: ignore[misc]
         )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FrequencyResponse(Reported, builder="reports.dynamics:frequency_response_report"):
+    """Response of the platform at o, or at a tool, world axes; see :func:`kinetostatics.frequency_response`.
+
+    Arrays are read-only, batch axes first; NaN where a pose has no numbers. The time factor is exp(iωt).
+
+    Attributes:
+        configuration: the pose or poses.
+        frequencies: (F,) frequencies [Hz].
+        compliance: (…, F, 6, 6) complex twist per wrench on the platform [m/N, rad/(N·m)].
+        transmissibility: (…, F, 6, 6) complex twist of the platform per twist of the floor about o.
+        damping: the given damping.
+        drives: whether the actuators are "locked" or "free".
+        payload: the payload, or None.
+        tool: (3,) reference point, from o in platform axes [m]; None: o.
+    """
+
+    configuration: Configuration
+    frequencies: Array
+    compliance: NDArray[Any]
+    transmissibility: NDArray[Any]
+    damping: float | Mapping[str, float]
+    drives: str
+    payload: Payload | None
+    tool: Array | None
+
+    def __post_init__(self) -> None:
+        for array in (self.frequencies, self.compliance, self.transmissibility):
+            array.setflags(write=False)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return robot_of(self.configuration)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        return self.configuration.shape
+
+    @cached_property
+    def stiffness(self) -> NDArray[Any]:
+        """(…, F, 6, 6) complex dynamic stiffness at the point, the inverse of the compliance [N/m, N·m/rad]."""
+        return np.linalg.inv(self.compliance)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write magnitudes and phases of one pose as a table.
+
+        Args:
+            path: name ending in ``.csv``; an existing file is replaced.
+
+        Raises:
+            ArgumentError: the name has another ending, or this is a batch.
+        """
+        name = path_name("path", path)
+        if not name.endswith(".csv") or self.shape:
+            raise ArgumentError(f"{name} cannot be written: the frequency response of one pose goes into a .csv file")
+        columns = {"frequency [Hz]": self.frequencies}
+        for what, array, per in (("compliance", self.compliance, True), ("transmissibility", self.transmissibility, False)):
+            for i, row in enumerate(COMPONENTS):
+                for j, column in enumerate(WRENCH_COMPONENTS if per else COMPONENTS):
+                    unit = f"{TWIST_UNITS[i]}/({WRENCH_UNITS[j]})" if per else f"{TWIST_UNITS[i]}/{TWIST_UNITS[j]}"
+                    columns[f"|{what} {row} {column}| [{unit}]"] = np.abs(array[:, i, j])
+                    columns[f"phase of {what} {row} {column} [rad]"] = np.angle(array[:, i, j])
+        write_table(name, {title: cells(column) for title, column in columns.items()})
