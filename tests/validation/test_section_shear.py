@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.sections.kinds import _rectangle_forms
-from kinetostatics.sections.shear import shear_functions
+from kinetostatics.sections.stresses import shear_functions
 
 #: J [mm⁴], τ_xz [MPa] under V_z = 1 N at the outer face, in the middle of the wall and at the inner face of the web at z = 0, and
 #: the shear stress under T = 1 N·mm at the outer faces (y = b/2, z = 0) and (y = 0, z = h/2), from sectionproperties 3.10.2:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword, path_name
 from kinetostatics.authoring.designing import Design, design_robot
-from kinetostatics.authoring.file_text import file_text
+from kinetostatics.authoring.file_arguments import SectionText
 from kinetostatics.authoring.known_names import options_of
-from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.authoring.placement import SYMMETRIC
+from kinetostatics.authoring.limb_text import limb_macro
+from kinetostatics.authoring.notation import JOINTS, parse_architecture
+from kinetostatics.authoring.placement import SYMMETRIC, direction
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.robot import Robot
@@ -135,3 +138,144 @@ def write_new(text: str, path: str | os.PathLike[str]) -> None:
         raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
     except OSError as error:
         raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
+
+
+# ---- text of the file -------------------------------------------------------------------------------------------------
+
+#: Largest length of lines [letters].
+WIDTH = 125
+
+
+def _ruler(title: str) -> str:
+    return f"  <!-- {'=' * 44} {title} {'=' * (60 - len(title))} -->"
+
+
+def _wrapped(line: str) -> list[str]:
+    """Return an element wrapped before attributes, with aligned continuation lines."""
+    found = []
+    element = re.match(r"\s*<[\w:]+ ", line)
+    while element is not None and len(line) > WIDTH:
+        breaks = [match.start() for match in re.finditer(r' (?=\w+="[^"]*")', line[:WIDTH]) if match.start() > element.end()]
+        if not breaks:
+            break
+        found.append(line[: breaks[-1]])
+        line = " " * element.end() + line[breaks[-1] + 1 :]
+    return [*found, line]
+
+
+def file_text(design: Design) -> str:
+    """Return the text of a robot file."""
+    macros = dict.fromkeys(
+        limb_macro(skeleton, options) for skeleton, options in zip(design.skeletons, design.options, strict=True)
+    )
+    beams = [
+        _beam(prefix, section, design.shared_material, design.arguments.texts) for prefix, section in design.sections.items()
+    ]
+    calls = "\n".join(_call(design, k) for k in range(len(design.skeletons)))
+    limbs = "\n".join(part for line in "\n\n".join((*macros, calls)).split("\n") for part in _wrapped(line))
+    base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
+    height = design.arguments.texts.get("height", "")
+    lowest = min(place.base[2] for place in design.places)
+    below = "0.8" if not height else "0.06" if float(height) else "1.3" if lowest < 0 else "0.3"
+    plate = 'length="${platform_thickness}"'
+    if not height:  # the joints at the platform of a spherical robot are above o
+        plate += ' xyz="0 0 ${platform_radius * cos(platform_cone)}"'
+    elif "platform_radius" in design.places[-1].platform_text:  # a cartesian one has them on X, Y and Z
+        plate = 'length="${2 * platform_radius}"'
+    base = base.replace("BELOW", below).replace("HEIGHT", "${height}" if height else "0").replace("PLATE", plate)
+    rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
+    head = [
+        '<?xml version="1.0"?>',
+        _about(design),
+        f'<robot name="{design.name}" xmlns:xacro="http://www.ros.org/wiki/xacro">',
+        '  <xacro:include filename="$(find kinetostatics)/library/limbs.xacro"/>',
+        "",
+        _ruler("values to choose"),
+        "",
+        *design.arguments.lines("\n".join(rest)),
+    ]
+    return "\n\n".join(("\n".join(head), *rest)) + "\n</robot>\n"
+
+
+_BASE = """\
+  <!-- frame at O: X to the right, Z up -->
+  <link name="base">
+    <xacro:draw_cylinder diameter="${2.3 * BASE_RADIUS}" length="0.01" material="graphite" xyz="0 0 ${-BELOW * BASE_RADIUS}"/>
+  </link>
+
+  <!-- leaves the platform all freedoms and is no limb: all limbs are alike, each closed by a loop at the platform -->
+  <joint name="platform_pose" type="floating">
+    <parent link="base"/>
+    <child link="platform"/>
+    <origin xyz="0 0 HEIGHT"/>
+  </joint>
+
+  <!-- frame at o, parallel to the base's where all joints read zero -->
+  <link name="platform">
+    <xacro:disc_inertial mass="${platform_mass}" radius="${platform_radius}" thickness="${platform_thickness}"
+                         xyz="$(arg platform_center)"/>
+    <xacro:draw_cylinder diameter="${2 * platform_radius}" PLATE material="teal"/>
+  </link>
+
+  <!-- results refer to o and the axes of this link -->
+  <platform link="platform"/>"""
+
+
+def _about(design: Design) -> str:
+    architecture = design.architecture
+    limbs = []
+    number = 1
+    for group in architecture.groups:
+        numbers = f"limb {number}" if group.count == 1 else f"limbs {number} to {number + group.count - 1}"
+        names = ", ".join(
+            JOINTS[joint.kind][0]
+            + (" (driven)" if joint.driven and joint.kind != "C" else " (slide driven)" if joint.driven else "")
+            for joint in group.joints
+        )
+        limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")
+        number += group.count
+    note = "  The notation marked no actuator: these are the usual ones.\n" if architecture.actuators_chosen else ""
+    return (
+        "<!--\n"
+        f"  {architecture.text}, built by name. Actuators stand in brackets.\n" + "\n".join(limbs) + "\n" + note + "\n"
+        "  Units: m, kg, N, rad. All joints at zero closes the loops exactly, also after a value was changed.\n"
+        "  Change a value here, or without editing the file: ks.load_robot(FILE, parameters={'platform_mass': 5})\n"
+        "-->"
+    )
+
+
+def _beam(prefix: str, section: SectionText, shared: bool, names: Mapping[str, str]) -> str:
+    start = "" if shared else f"{prefix}_"
+    attributes = [("density", "density"), ("youngs_modulus", "youngs_modulus")]
+    attributes += [
+        (key, key) for key in ("poisson_ratio", "shear_modulus", "shear_coefficient", "thermal_expansion") if start + key in names
+    ]
+    values = [f'{name}="$(arg {start}{key})"' for name, key in attributes]
+    sizes = " ".join(f'{size}="${{{prefix}_{size}}}"' for size in section.sizes)
+    flat = section.shape.startswith("rect")
+    parameter, y_axis = (" y_axis:='0 1 0'", ' y_axis="${y_axis}"') if flat else ("", "")
+    return (
+        f'  <xacro:macro name="{prefix}_beam" params="link start end{parameter}">\n'
+        f'    <beam link="${{link}}" from="${{start}}" to="${{end}}"{y_axis}\n'
+        f"          {' '.join(values)}>\n"
+        f"      <{section.shape} {sizes}/>\n"
+        "    </beam>\n"
+        "  </xacro:macro>"
+    )
+
+
+def _call(design: Design, k: int) -> str:
+    options, place = design.options[k], design.places[k]
+    values = {"i": str(k + 1)}
+    azimuth = math.atan2(place.base[1], place.base[0])
+    if place.at_base is not None and place.at_platform is not None:
+        values |= {"at_base": f"${{{place.at_base.text}}}", "at_platform": f"${{{place.at_platform.text}}}"}
+    values |= {"base_point": f"${{{place.base_text}}}", "platform_point": f"${{{place.platform_text}}}"}
+    values["axis"] = "across" if place.axis is None else f"${{{_vector(direction(place.axis, azimuth))}}}"
+    values["guide_direction"] = f"${{{_vector(direction(place.guide, azimuth))}}}"
+    names = options.parameters.split()
+    return f"  <xacro:{options.macro} " + " ".join(f'{key}="{values[key]}"' for key in names) + "/>"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in values) + "]"

@@ -10,13 +10,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.arguments import check_choice, warn
-from kinetostatics.authoring.file_arguments import FileArguments, odd_lengths, rounded
+from kinetostatics.authoring.file_arguments import (
+    SHAPES,
+    FileArguments,
+    SectionText,
+    add_mass_arguments,
+    add_section_arguments,
+    chosen_sections,
+    odd_lengths,
+    rounded,
+)
 from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.notation import Architecture
 from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, LimbPlace, arranged, limb_frame, tabled
-from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
-from kinetostatics.authoring.section_words import SHAPES, SectionText
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
 

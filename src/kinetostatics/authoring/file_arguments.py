@@ -1,13 +1,17 @@
-"""The xacro arguments of a generated file: names, defaults and comments."""
+"""The xacro arguments of a generated file: names, defaults and comments; sections, materials and masses among them."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from numbers import Real
 
+from kinetostatics.arguments import check_mapping
+from kinetostatics.authoring.limb_parts import Skeleton
+from kinetostatics.authoring.notation import Architecture
+from kinetostatics.description.units import KNOWN, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError, near_names
 
 #: Largest plausible lengths [m], by the last part of an argument's name; larger ones are probably in mm.
@@ -129,3 +133,192 @@ def text_of_value(name: str, value: object) -> str:
 def rounded(value: float) -> float:
     """Return a length rounded to two digits."""
     return float(f"{value:.2g}")
+
+
+# ---- sections and materials as text -----------------------------------------------------------------------------------
+
+#: Properties of materials: Young's modulus [Pa], Poisson's ratio, density [kg/m³].
+MATERIALS: Mapping[str, tuple[float, float, float]] = {
+    "steel": (210e9, 0.3, 7850.0),
+    "aluminium": (70e9, 0.33, 2700.0),
+    "titanium": (114e9, 0.34, 4430.0),
+    "carbon": (70e9, 0.3, 1550.0),
+}
+#: Sizes of sections, in the order in which they are written.
+SHAPES: Mapping[str, tuple[str, ...]] = {
+    "circle": ("diameter",),
+    "tube": ("outer_diameter", "inner_diameter"),
+    "rectangle": ("width", "height"),
+    "rectangular_tube": ("width", "height", "thickness"),
+}
+EXAMPLE = "write it as 'tube 60mm 50mm steel', 'circle 20mm', 'rectangle 20mm 60mm' or 'rectangular_tube 90mm 70mm 8mm aluminium'"
+
+
+@dataclass(frozen=True)
+class SectionText:
+    """A beam's section and material.
+
+    Attributes:
+        shape: a key of ``SHAPES``.
+        sizes: its sizes by name [m].
+        material: a key of ``MATERIALS``.
+    """
+
+    shape: str
+    sizes: Mapping[str, float]
+    material: str = "steel"
+
+
+def parse_section(text: str, what: str = "section") -> SectionText:
+    """Read a section such as ``"tube 60mm 50mm steel"``: shape, sizes (metres without a unit), material (steel without one).
+
+    Args:
+        text: the section.
+        what: name for messages.
+
+    Raises:
+        ArgumentError: the text is not a section.
+    """
+    words = text.split() if isinstance(text, str) else []
+    if not words:
+        raise ArgumentError(f"{what} is {text!r}; {EXAMPLE}")
+    shape, *rest = words
+    if shape not in SHAPES:
+        raise ArgumentError(f"{what}: {shape!r} in {text!r} is no shape; {near_names(shape, SHAPES)}")
+    material = rest.pop() if rest and rest[-1][0].isalpha() else "steel"
+    if material not in MATERIALS:
+        raise ArgumentError(f"{what}: {material!r} in {text!r} is no material; {near_names(material, MATERIALS)}")
+    names = SHAPES[shape]
+    if len(rest) != len(names):
+        raise ArgumentError(f"{what}: {text!r} has {len(rest)} sizes; a {shape} has {len(names)}: {', '.join(names)}")
+    sizes = {name: _length(what, text, word) for name, word in zip(names, rest, strict=True)}
+    inner = sizes.get("inner_diameter", 0.0)
+    if inner and inner >= sizes["outer_diameter"]:
+        raise ArgumentError(
+            f"{what}: the tube {text!r} has an inner diameter that is not smaller than the outer one, which is first"
+        )
+    if 2 * sizes.get("thickness", 0.0) >= min(sizes.get("width", 1e30), sizes.get("height", 1e30)):
+        raise ArgumentError(
+            f"{what}: the wall of {text!r} is thicker than half its width or height; the thickness is the third size"
+        )
+    return SectionText(shape, sizes, material)
+
+
+def _length(what: str, text: str, word: str) -> float:
+    typed = typed_number(word)
+    if typed is None:
+        raise ArgumentError(f"{what}: {word!r} in {text!r} is no length; {EXAMPLE}")
+    value, unit = typed
+    found = find_unit(unit) if unit else None
+    if unit and (found is None or found.kind != "length"):
+        raise ArgumentError(f"{what}: {unit!r} in {text!r} is no unit of length; units are {KNOWN}")
+    length = value if found is None else found.in_si(value)
+    if not 0 < length < 1e3:
+        raise ArgumentError(f"{what}: {word!r} in {text!r} is {length:g} m; a size is greater than zero and smaller than 1000 m")
+    return length
+
+
+# ---- arguments of sections and masses ---------------------------------------------------------------------------------
+
+MATERIAL_NAMES = ("youngs_modulus", "poisson_ratio", "shear_modulus", "density", "shear_coefficient", "thermal_expansion")
+
+
+def chosen_sections(
+    architecture: Architecture, skeletons: Sequence[Skeleton], given: Mapping[str, str], lengths: Mapping[str, float]
+) -> tuple[dict[str, SectionText], list[dict[str, str]]]:
+    """Return sections by prefix, and for each limb the prefix of each role."""
+    check_mapping("sections", given, '{"rod": "tube 60mm 50mm steel"}')
+    has_telescope = any(span.kind == "telescope" for skeleton in skeletons for span in skeleton.spans)
+    roles = {role for skeleton in skeletons for role in skeleton.roles} | ({"cylinder"} if has_telescope else set())
+    known = sorted(roles | {f"{role}_{k + 1}" for role in roles for k in range(len(skeletons))})
+    for key in given:
+        if key not in known:
+            raise ArgumentError(f"sections: {architecture.text} has no {key!r}; {near_names(key, known)}")
+    found: dict[str, SectionText] = {}
+    prefixes: list[dict[str, str]] = []
+    for skeleton in skeletons:
+        alike = [k for k, other in enumerate(skeletons, 1) if other.group == skeleton.group]
+        mine: dict[str, str] = {}
+        for role in (*skeleton.roles, "cylinder"):
+            own = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), None)
+            if role == "cylinder" and (
+                (own is None and role not in given) or not any(s.kind == "telescope" for s in skeleton.spans)
+            ):
+                continue
+            prefix = own or role
+            paired = role == "rod" and any(span.kind in ("rods", "parallelogram") for span in skeleton.spans)
+            mine[role] = prefix
+            if prefix not in found:
+                found[prefix] = (
+                    parse_section(given[prefix], f"sections, {prefix}") if prefix in given else _usual(lengths[role], paired)
+                )
+        prefixes.append(mine)
+    return found, prefixes
+
+
+def _usual(length: float, paired: bool) -> SectionText:
+    """Return the default steel tube: diameter length/15, length/40 in pairs of rods; wall a tenth of the diameter."""
+    outer = rounded(length / (40 if paired else 15))
+    return SectionText("tube", {"outer_diameter": outer, "inner_diameter": rounded(0.8 * outer)})
+
+
+def add_section_arguments(arguments: FileArguments, sections: Mapping[str, SectionText]) -> bool:
+    """Add sizes and materials; return whether all beams share one material."""
+    for prefix, section in sections.items():
+        for number, (size, value) in enumerate(section.sizes.items()):
+            heading = f"section of {prefix}: {section.shape}" if number == 0 else ""
+            comment = {"width": "along the revolute joints' axes", "height": "across them"}.get(size, "")
+            if size == "inner_diameter":
+                _add_wall(arguments, prefix, section)
+            else:
+                arguments.add(f"{prefix}_{size}", value, comment, heading)
+    if any(prefix.startswith("cylinder") for prefix in sections):
+        arguments.add("cylinder_part", 0.5, "the cylinder's part of a telescope's length where all joints read zero")
+    shared = len({section.material for section in sections.values()}) <= 1 and not any(
+        f"{prefix}_{key}" in arguments.given for prefix in sections for key in MATERIAL_NAMES
+    )
+    for prefix, section in sections.items():
+        start = "" if shared else f"{prefix}_"
+        modulus, ratio, density = MATERIALS[section.material]
+        arguments.add(f"{start}youngs_modulus", modulus, "Pa", f"material{'' if shared else f' of {prefix}'}: {section.material}")
+        if f"{start}shear_modulus" in arguments.given:
+            arguments.add(f"{start}shear_modulus", 0.0, "Pa")
+        else:
+            arguments.add(f"{start}poisson_ratio", ratio)
+        arguments.add(f"{start}density", density, "kg/m3")
+        for key in ("shear_coefficient", "thermal_expansion"):
+            if f"{start}{key}" in arguments.given:
+                arguments.add(f"{start}{key}", 1.0)
+    return shared
+
+
+def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> None:
+    """Add a tube's wall thickness, which determines its inner diameter; or the inner diameter if that is given."""
+    inner, wall = f"{prefix}_inner_diameter", f"{prefix}_wall_thickness"
+    if inner in arguments.given:
+        if wall in arguments.given:
+            raise ArgumentError(f"{inner} and {wall} are both given; give one, the other follows from it")
+        arguments.add(inner, section.sizes["inner_diameter"])
+        return
+    thickness = (section.sizes["outer_diameter"] - section.sizes["inner_diameter"]) / 2
+    arguments.add(wall, float(f"{thickness:.10g}"))
+    arguments.add(inner, f"${{{prefix}_outer_diameter - 2 * {wall}}}")
+
+
+def add_mass_arguments(arguments: FileArguments, skeletons: Sequence[Skeleton], sizes: Mapping[str, float]) -> None:
+    """Add the masses of rigid parts."""
+    heading = "masses"
+    if any(skeleton.guide for skeleton in skeletons):
+        arguments.add("carriage_mass", 2.0, "of each carriage, at B_i", heading)
+        heading = ""
+    if any(point.kind == "4S" for skeleton in skeletons if skeleton.has_elbow for point in skeleton.points):
+        arguments.add("elbow_mass", 0.2, "of each elbow, which holds a pair of rods", heading)
+        heading = ""
+    if any(span.kind == "parallelogram" for skeleton in skeletons for span in skeleton.spans):
+        arguments.add("head_mass", 0.2, "of each end of a parallelogram", heading)
+        heading = ""
+    arguments.add(
+        "platform_thickness", rounded(arguments.number("platform_radius", sizes["platform_radius"]) / 8), "a solid disc", heading
+    )
+    arguments.add("platform_center", "0 0 0", "its centre of mass from o")
+    arguments.add("platform_mass", "${pi * platform_radius**2 * platform_thickness * 2700}", "aluminium")

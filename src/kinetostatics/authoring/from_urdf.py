@@ -12,21 +12,17 @@ import numpy as np
 
 from kinetostatics.arguments import check_mapping, path_name
 from kinetostatics.authoring.by_name import write_new
-from kinetostatics.authoring.section_words import MATERIALS, SHAPES, parse_section
+from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError, near_names
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.element_tables import write_loop
-from kinetostatics.files.foreign import gepetto, isaac, onshape
-from kinetostatics.files.foreign.complete import Actuators, complete
-from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
-from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
-from kinetostatics.files.plain_urdf import drivable, first_base
+from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
-from kinetostatics.files.robot_element import plain_transmission
-from kinetostatics.files.urdf import read_joints, read_links, tree_root
+from kinetostatics.files.urdf import drivable, first_base, plain_transmission
+from kinetostatics.files.xacro import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
@@ -120,7 +116,7 @@ def extension(
     for tag, link in (("platform", platform_link), ("base", base_link)):
         if link is not None and root.named(tag):
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")
-    found, loops, record, warnings = _loops(name, root, yaml)
+    found, loops, record, warnings = foreign_robot(name, root, yaml)
     if loops:
         closed, driven, more = complete(found, loops, record, platform_link, types, axes, actuators)
         warnings += more
@@ -161,38 +157,6 @@ def _floats(description: RobotDescription) -> bool:
 
 
 # ---- loops of other tools --------------------------------------------------------------------------------------------------
-
-
-def _loops(
-    path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
-) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
-    """Return the source with joint types changed by the YAML file, its loops, its actuators and warnings."""
-    source = _source(path, root)
-    entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
-    transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
-    warnings: list[str] = []
-    if yaml is None:
-        yaml = None if root.named("loop") else gepetto.beside(path)
-        if yaml is None:
-            return source, [*onshape.read(source), *isaac.read(source)], Actuators(None, transmissions), []
-        warnings = [f"{yaml}: the loops are those of this file, which stands beside the URDF."]
-    record = gepetto.read(source, yaml)
-    loops = [*record.loops, *onshape.read(source, record.frames), *isaac.read(source)]
-    if not loops:
-        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-    named = None if record.driven is None else gepetto.driven_after(record.driven, record.retyped)
-    if record.retyped:
-        retyped = _source(path, gepetto.retype(source, record.retyped))
-        source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
-    return source, loops, Actuators(named, transmissions, record.driven_note), [*warnings, *record.warnings]
-
-
-def _source(path: str, root: XmlElement) -> SourceRobot:
-    warnings: list[str] = []  # repeated when the new file is read
-    links = read_links(root, warnings)
-    joints = read_joints(root, links, warnings)
-    tree_root(links, joints)
-    return SourceRobot(path, root, links, joints)
 
 
 def _turned_axes(description: RobotDescription) -> str:

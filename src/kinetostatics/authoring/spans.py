@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.authoring.section_words import MATERIALS
+from kinetostatics.authoring.file_arguments import MATERIALS
 from kinetostatics.checks.input_warnings import STUBBY, WIRE
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES

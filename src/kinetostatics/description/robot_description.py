@@ -168,7 +168,7 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     @cached_property
     def urdf(self) -> str:
         """The plain tree URDF, with the additional elements left in (other tools skip them); xacro expanded."""
-        return late("files.robot_element:robot_text")(self)  # type: ignore[no-any-return]
+        return late("files.writer:robot_text")(self)  # type: ignore[no-any-return]
 
     @property
     def warnings(self) -> tuple[str, ...]:

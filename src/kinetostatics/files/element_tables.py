@@ -12,7 +12,7 @@ from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import (
+from kinetostatics.files.attributes import (
     DIRECTION,
     NAME,
     NOT_NEGATIVE,

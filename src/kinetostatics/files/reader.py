@@ -10,13 +10,11 @@ from dataclasses import replace
 from kinetostatics.arguments import check
 from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot_description import Items, RobotDescription
-from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.attribute_values import new_name, reference
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
-from kinetostatics.files.foreign.complete import unread_loops
-from kinetostatics.files.plain_urdf import all_driven, chosen_platform, file_name, first_base, known_link
-from kinetostatics.files.robot_element import extra_of_robot, robot_element
+from kinetostatics.files.foreign_robot import unread_loops
 from kinetostatics.files.rules import (
     check_masters,
     lacks_axis,
@@ -28,8 +26,18 @@ from kinetostatics.files.rules import (
     with_counterweights,
     with_right_mimics,
 )
-from kinetostatics.files.tables import ElementTable
-from kinetostatics.files.urdf import ROBOT_LEVEL, read_joints, read_links, tree_root
+from kinetostatics.files.urdf import (
+    ROBOT_LEVEL,
+    all_driven,
+    chosen_platform,
+    extra_of_robot,
+    file_name,
+    first_base,
+    known_link,
+    read_joints,
+    read_links,
+    tree_root,
+)
 from kinetostatics.files.xacro import expand
 from kinetostatics.files.xml import XmlElement, parse, to_elements
 
@@ -111,34 +119,6 @@ def _read(
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
     found = describe(to_elements(document), path, warnings, platform, base)
     return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
-
-
-def validate(description: RobotDescription) -> RobotDescription:
-    """Validate a description created or changed in Python by the rules of robot files.
-
-    The description is converted to the elements of a robot file, which are then read.
-
-    Args:
-        description: the description; returned unchanged if valid already.
-
-    Returns:
-        The same description as read from a file: with defaults, unit axes, and numbers as floats.
-
-    Raises:
-        RobotFileError: the description is invalid; with file and line for parts of a file.
-        ArgumentError: the argument is no description.
-    """
-    if not isinstance(description, RobotDescription):
-        raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
-    if description.is_valid:
-        return description
-    root = robot_element(description)
-    new_name(root)  # in files it is optional
-    found = describe(root, description.path, [])
-    known = {warning.partition(": ")[2] for warning in description.file_warnings}
-    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
-    warnings = (*description.file_warnings, *new)
-    return known_valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
 
 
 def known_valid(description: RobotDescription) -> RobotDescription:

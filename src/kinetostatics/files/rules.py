@@ -12,7 +12,7 @@ from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffn
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot_description import by_name
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.attribute_values import reference, text
+from kinetostatics.files.attributes import reference, text
 from kinetostatics.files.element_tables import BEAM, COUNTERWEIGHT, JOINT_STIFFNESS, LOOP, SPRING, limits, read_section
 from kinetostatics.files.xml import XmlElement
 

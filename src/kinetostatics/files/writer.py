@@ -1,4 +1,7 @@
-"""Writing of files: robots, read again with exactly equal numbers, and CSV tables of results."""
+"""Writing of files: robots, read again with exactly equal numbers, and CSV tables; validation of descriptions.
+
+A description becomes the element ``<robot>``, whose parts contain their file and line for errors in validation.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +11,29 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Protocol
+from functools import lru_cache
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from kinetostatics.arguments import path_name
+from kinetostatics.description.elements import Place
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.reader import validate
-from kinetostatics.files.robot_element import robot_text
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.attributes import new_name
+from kinetostatics.files.element_tables import (
+    BASE,
+    PLATFORM,
+    write_beam,
+    write_joint,
+    write_link,
+    write_loop,
+    write_spring,
+    write_stiffness,
+)
+from kinetostatics.files.reader import describe, known_valid
+from kinetostatics.files.urdf import plain_transmission
+from kinetostatics.files.xml import XmlElement, parse, shortened, to_elements, to_text
 from kinetostatics.math.arrays import Array
 
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
@@ -30,6 +47,34 @@ class Described(Protocol):
     @property
     def description(self) -> RobotDescription:
         """Its description."""
+
+
+def validate(description: RobotDescription) -> RobotDescription:
+    """Validate a description created or changed in Python by the rules of robot files.
+
+    The description is converted to the elements of a robot file, which are then read.
+
+    Args:
+        description: the description; returned unchanged if valid already.
+
+    Returns:
+        The same description as read from a file: with defaults, unit axes, and numbers as floats.
+
+    Raises:
+        RobotFileError: the description is invalid; with file and line for parts of a file.
+        ArgumentError: the argument is no description.
+    """
+    if not isinstance(description, RobotDescription):
+        raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
+    if description.is_valid:
+        return description
+    root = robot_element(description)
+    new_name(root)  # in files it is optional
+    found = describe(root, description.path, [])
+    known = {warning.partition(": ")[2] for warning in description.file_warnings}
+    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in known]
+    warnings = (*description.file_warnings, *new)
+    return known_valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
 
 
 def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
@@ -110,3 +155,96 @@ def _beside(description: RobotDescription, folder: str) -> RobotDescription:
 
     links = {name: replace(link, extra=_FILE.sub(moved, link.extra)) for name, link in description.links.items()}
     return replace(description, links=links, extra=_FILE.sub(moved, description.extra))
+
+
+# ---- the element <robot> ---------------------------------------------------------------------------------------------------
+
+Item = TypeVar("Item")
+
+_ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
+
+
+def robot_text(description: RobotDescription, comment: str = "") -> str:
+    """Return a description as the text of a plain URDF file with the additional elements, indented."""
+    return to_text(robot_element(description), comment, indented=True)
+
+
+def robot_element(description: RobotDescription) -> XmlElement:
+    """Return a description as the element ``<robot>``.
+
+    Raises:
+        RobotFileError: a value is not of the expected type, or the key of a part differs from its name.
+    """
+    place = Place(description.path)
+    extra = _elements_of(description.extra, place, "the description")
+    transmissions = [item for item in extra if item.tag == "transmission"]
+    links, joints = _values(description.links), _values(description.joints)
+    known = {*description.joints, *description.loops}
+    if not isinstance(description.name, (str, type(None))):
+        raise place.error(shortened(f"name of robot is {description.name!r}; it must be a text"))
+    attributes = {name: value for name, value in description.attributes if name != "name"}
+    for name, value in attributes.items():
+        if not _ATTRIBUTE.fullmatch(name) or not isinstance(value, str) or not value.isprintable():
+            raise place.error(shortened(f"{name!r} = {value!r} is no attribute for <robot>"))
+    return XmlElement(
+        "robot",
+        attributes if description.name is None else {"name": description.name, **attributes},
+        (
+            *(write_link(link, _elements_of(link.extra, link.place, f"link {link.name!r}")) for link in links),
+            *(write_joint(joint, _elements_of(joint.extra, joint.place, f"joint {joint.name!r}")) for joint in joints),
+            *([BASE.write(description, place, "robot")] if description.base else []),
+            PLATFORM.write(description, description.platform_place, "robot"),
+            *map(write_loop, _values(description.loops)),
+            *(write_beam(beam, known) for beam in _values(description.beams)),
+            *map(write_stiffness, _values(description.joint_stiffness, "joint")),
+            *map(write_spring, _values(description.springs)),
+            *(item for item in extra if item.tag != "transmission"),
+            *_transmissions(description.driven, transmissions, place),
+        ),
+        place,
+    )
+
+
+def _values(table: Mapping[str, Item], key: str = "name") -> list[Item]:
+    for name, item in table.items():
+        own = getattr(item, key, None)
+        if own != name:
+            place = getattr(item, "place", Place())
+            raise place.error(shortened(f"the entry {name!r} has the {key} {own!r}; the two must agree"))
+    return list(table.values())
+
+
+@lru_cache(maxsize=1000)
+def _elements_of(extra: str, place: Place, owner: str) -> tuple[XmlElement, ...]:
+    """Return elements from their text, with the place of their owner.
+
+    Raises:
+        RobotFileError: the text cannot be parsed.
+    """
+    if not extra:
+        return ()
+    try:
+        root = to_elements(parse(f"<extra>{extra}</extra>", "", plain=True)[0], place, owner)
+    except RobotFileError as error:
+        raise place.error(shortened(f"extra of {owner} cannot be read: {error.reason}")) from None
+    if len(root.children) < len(root.content):
+        raise place.error(shortened(f"extra of {owner} has text outside of elements"))
+    return root.children
+
+
+def _transmissions(driven: tuple[str, ...], known: list[XmlElement], place: Place) -> list[XmlElement]:
+    """Return the transmissions of the joints ``driven``, in their order, from ``known`` if suitable, otherwise plain."""
+    joints = [[entry.attributes.get("name", "") for entry in item.named("joint")] for item in known]
+    of_joint = {name: number for number, names in enumerate(joints) for name in names}
+    result: list[XmlElement] = []
+    position = 0
+    while position < len(driven):
+        number = of_joint.get(driven[position])
+        names = joints[number] if number is not None else []
+        if number is not None and tuple(names) == tuple(driven[position : position + len(names)]):
+            result.append(known[number])
+            position += len(names)
+        else:
+            result.append(plain_transmission(driven[position], place))
+            position += 1
+    return result

@@ -21,7 +21,7 @@ from kinetostatics.description.elements import Cone, Joint, Loop, Mimic, Place, 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.files.reader import validate
+from kinetostatics.files.writer import validate
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 

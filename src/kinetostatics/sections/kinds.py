@@ -22,8 +22,14 @@ import numpy as np
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.sections.shear import shear_functions
-from kinetostatics.sections.von_mises import largest_at_points, largest_on_rings, may_be_largest, unit_stresses, von_mises_forms
+from kinetostatics.sections.stresses import (
+    largest_at_points,
+    largest_on_rings,
+    may_be_largest,
+    shear_functions,
+    unit_stresses,
+    von_mises_forms,
+)
 
 #: Smallest wall and hole of a rectangular tube, and smallest side of a rectangle, as a part of the larger side.
 THINNEST = 1e-5

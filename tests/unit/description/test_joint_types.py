@@ -27,9 +27,8 @@ NAMED = {
     "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them
     "authoring/known_names.py": {"planar", "spherical"},  # arrangements of limbs
     "authoring/placement.py": {"planar", "spherical"},  # the same
-    "files/foreign/gepetto.py": {"fixed", "spherical", "continuous"},
-    "files/foreign/isaac.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
-    "files/foreign/onshape.py": {"revolute"},
+    "files/gepetto.py": {"fixed", "spherical", "continuous"},
+    "files/foreign_loops.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
     "checks/chains.py": {"fixed"},  # a word of reports
     "verification/worker.py": {"fixed"},  # nodes without displacement
     "verification/frequencies.py": {"fixed"},

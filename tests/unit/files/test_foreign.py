@@ -11,13 +11,13 @@ import yaml
 from places import ROOT, TESTS
 
 import kinetostatics as ks
-from kinetostatics.authoring.from_urdf import _source
 from kinetostatics.cli import main as cli
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.foreign import gepetto, isaac, onshape
-from kinetostatics.files.foreign.loop import ForeignLoop
-from kinetostatics.files.inclusion import read_root
+from kinetostatics.files import gepetto
+from kinetostatics.files.foreign_loops import ForeignLoop, read_closing_frames, read_loop_joints
+from kinetostatics.files.foreign_robot import _source
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.files.xacro import read_root
 
 FOREIGN = TESTS / "foreign"
 FIVE_BAR = FOREIGN / "five_bar_onshape.urdf"
@@ -515,9 +515,9 @@ def test_all_three_sources_in_one_robot(tmp_path):
 
 def test_readers_return_one_kind_of_record():
     source = source_of(FIVE_BAR)
-    (loop,) = onshape.read(source)
+    (loop,) = read_closing_frames(source)
     assert (loop.type, loop.axis, loop.predecessor, loop.successor) == (None, (0, 0, 1), "rod_2", "tool")
-    (isaac_loop,) = isaac.read(source_of(FOUR_BAR))
+    (isaac_loop,) = read_loop_joints(source_of(FOUR_BAR))
     assert (isaac_loop.type, isaac_loop.axis) == ("revolute", None)
     (gepetto_loop,) = gepetto.read(source_of(GEPETTO[0]), GEPETTO[1]).loops
     assert (gepetto_loop.type, gepetto_loop.axis) == ("fixed", None)
@@ -678,7 +678,7 @@ def test_wrong_closing_frames(tmp_path, old, new, message):
         ('<link2 link="rocker"', '<link2 body="rocker"', r"'body' is not an attribute"),
         ('<link2 link="rocker"', '<link2 link="coupler"', r"joins the link 'coupler' to itself"),
         ('type="revolute">\n    <link1', 'type="floating">\n    <link1', r"floating, which joins nothing"),
-        ('type="revolute">\n    <link1', 'type="ball">\n    <link1', r"has the type 'ball', which is none of Isaac Sim's"),
+        ('type="revolute">\n    <link1', 'type="ball">\n    <link1', r"has the type 'ball', unknown to Isaac Sim"),
         ('<loop_joint name="closure"', "<loop_joint", r"lacks the attribute 'name'"),
         ('<loop_joint name="closure"', '<loop_joint name="drive"', r"the loop's name 'drive' is taken already"),
         ('<link1 link="coupler" xyz="', '<link1 link="coupler" xyz="nan ', r"must be three numbers, not 4"),

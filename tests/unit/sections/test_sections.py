@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
-from kinetostatics.sections.shear import shear_functions
+from kinetostatics.sections.stresses import shear_functions
 
 
 def test_circle_and_tube():

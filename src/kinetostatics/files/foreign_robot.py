@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinetostatics.description.elements import Loop, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.foreign import gepetto, onshape
-from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files import gepetto
+from kinetostatics.files.foreign_loops import FRAME, MARK, ForeignLoop, SourceRobot, read_closing_frames, read_loop_joints
+from kinetostatics.files.urdf import read_joints, read_links, tree_root
 from kinetostatics.files.xml import XmlElement
 from kinetostatics.math.arrays import Array
 
@@ -32,6 +34,38 @@ class Actuators:
     named: tuple[str, ...] | None
     transmissions: tuple[str, ...]
     note: str = ""
+
+
+def foreign_robot(
+    path: str, root: XmlElement, yaml: str | os.PathLike[str] | None
+) -> tuple[SourceRobot, list[ForeignLoop], Actuators, list[str]]:
+    """Return the source with joint types changed by the YAML file, its loops, its actuators and warnings."""
+    source = _source(path, root)
+    entries = [entry for element in root.named("transmission") for entry in element.named("joint")]
+    transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
+    warnings: list[str] = []
+    if yaml is None:
+        yaml = None if root.named("loop") else gepetto.beside(path)
+        if yaml is None:
+            return source, [*read_closing_frames(source), *read_loop_joints(source)], Actuators(None, transmissions), []
+        warnings = [f"{yaml}: the loops are those of this file, which stands beside the URDF."]
+    record = gepetto.read(source, yaml)
+    loops = [*record.loops, *read_closing_frames(source, record.frames), *read_loop_joints(source)]
+    if not loops:
+        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
+    named = None if record.driven is None else gepetto.driven_after(record.driven, record.retyped)
+    if record.retyped:
+        retyped = _source(path, gepetto.retype(source, record.retyped))
+        source = replace(retyped, made=frozenset(retyped.links) - frozenset(source.links))
+    return source, loops, Actuators(named, transmissions, record.driven_note), [*warnings, *record.warnings]
+
+
+def _source(path: str, root: XmlElement) -> SourceRobot:
+    warnings: list[str] = []  # repeated when the new file is read
+    links = read_links(root, warnings)
+    joints = read_joints(root, links, warnings)
+    tree_root(links, joints)
+    return SourceRobot(path, root, links, joints)
 
 
 def complete(
@@ -60,7 +94,7 @@ def complete(
     warnings: list[str] = []
     missing: list[str] = []
     if platform_link is None and source.root.child("platform") is None:
-        links = [link for link in source.links if link in source.parent_joints and not onshape.MARK.fullmatch(link)]
+        links = [link for link in source.links if link in source.parent_joints and not MARK.fullmatch(link)]
         missing.append(f"platform_link, one of {', '.join(link for link in links if link not in source.made)}")
     if isinstance(types, str):  # one type for all loops that have none
         types = {loop.name: types for loop in found if loop.type is None}
@@ -87,7 +121,7 @@ def unread_loops(path: str, root: XmlElement, links: Iterable[str]) -> str:
         return yaml
     if root.named("loop_joint"):
         return "<loop_joint>"
-    return next((f"the link {link!r}" for link in links if onshape.FRAME.fullmatch(link)), "")
+    return next((f"the link {link!r}" for link in links if FRAME.fullmatch(link)), "")
 
 
 def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:

@@ -31,7 +31,7 @@ from itertools import takewhile
 from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError, near_names
-from kinetostatics.files.foreign.loop import ForeignLoop, SourceRobot
+from kinetostatics.files.foreign_loops import ForeignLoop, SourceRobot
 from kinetostatics.files.xml import XmlElement, read_file, shortened
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
