@@ -127,12 +127,6 @@ def map_numbers(result: ks.Result) -> None:
         limb.intensities, limb.attached_intensities
 
 
-def everything(result: ks.Result) -> None:
-    """Have all of a result computed."""
-    map_numbers(result)
-    result.joint_wrenches, result.base_wrench, result.beams, result.warnings
-
-
 def whole(robot: ks.Robot, workspace: Workspace, coordinates: Mapping[str, Array]) -> ks.Result:
     """Close the loops at coordinates and compute all numbers of a map."""
     result = ks.analyze(assemble(robot, workspace, coordinates), LOAD)

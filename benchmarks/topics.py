@@ -1,9 +1,7 @@
-"""What is measured for the page, topic by topic: maps beside OpenSeesPy and Pinocchio, single poses, and :mod:`scaling`."""
+"""Topics of the page: maps beside OpenSeesPy and Pinocchio, natural frequencies, and :mod:`scaling`."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -141,7 +139,7 @@ def opensees(page: Page, effort: Effort) -> None:
     page.add("opensees", table((*head, "A : map", "B : map", "C : map", "difference"), rows), text)
 
 
-# ---- Pinocchio, single poses -----------------------------------------------------------------------------------------------
+# ---- Pinocchio, natural frequencies -------------------------------------------------------------------------------------
 
 
 def pinocchio(page: Page, effort: Effort) -> None:
@@ -166,26 +164,6 @@ def pinocchio(page: Page, effort: Effort) -> None:
     best[first] /= 10
     rows = [(what, micro(value / q.shape[1]), times(value / best[first])) for what, value in best.items()]
     page.add("pinocchio", table(("", "µs per pose", "times"), rows), f"{q.shape[1]:,} poses.")
-
-
-def single(page: Page, effort: Effort) -> None:
-    """Single poses, loops closed, and the command."""
-    rows = []
-    for name in effort.robots[:3]:
-        robot, workspace = grids.load(name), grids.WORKSPACES[name]
-        at = {key: low + 0.7 * (high - low) for key, (low, high) in workspace.box.items()}
-        asked = (lambda result: result.twist, grids.map_numbers, grids.everything)
-
-        def run(ask: Callable[[ks.Result], object], robot=robot, workspace=workspace, at=at) -> None:  # type: ignore[no-untyped-def]
-            for _ in range(20):
-                ask(ks.analyze(grids.assemble(robot, workspace, at), grids.LOAD))
-
-        best = clocks.interleaved({str(k): partial(run, ask) for k, ask in enumerate(asked)}, 2 * effort.repeats)
-        command = [sys.executable, "-m", "kinetostatics", "analyze", str(grids.ROBOTS / f"{name}.urdf.xacro")]
-        call = partial(subprocess.run, command, check=True, capture_output=True)
-        whole = clocks.interleaved({"command": call}, 2 * effort.repeats, time.perf_counter)["command"]
-        rows.append((f"`{name}`", *(f"{1e3 * value / 20:.2f}" for value in best.values()), f"{whole:.2f} s"))
-    page.add("single", table(("robot", "twist", "map", "everything", "command"), rows))
 
 
 def modes(page: Page, effort: Effort) -> None:
@@ -235,6 +213,5 @@ TOPICS: dict[str, Callable[[Page, Effort], None]] = {
     "opensees": opensees,
     "pinocchio": pinocchio,
     "sizes": lambda page, effort: scaling.sizes(page, effort.sizes),
-    "single": single,
     "modes": modes,
 }
