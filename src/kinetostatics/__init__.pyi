@@ -4,8 +4,7 @@ from .authoring.by_name import new_robot
 from .authoring.from_urdf import extend_robot
 from .calibration import calibrate, plan_measurements
 from .compensation import compensate
-from .description.gauges import Gauge
-from .description.loads import LinkLoad, Motion, Payload
+from .description.loads import Gauge, LinkLoad, Motion, Payload
 from .design import optimize, pareto, sensitivities, tolerances
 from .dynamics.trajectory import trajectory
 from .dynamics.vibrations import frequency_response, modes

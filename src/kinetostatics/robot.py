@@ -142,7 +142,7 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Warnings that apply to all poses, in full sentences; :attr:`Result.warnings` includes them."""
-        return late("checks.collect:robot_warnings")(self)  # type: ignore[no-any-return]
+        return late("checks.check:robot_warnings")(self)  # type: ignore[no-any-return]
 
     @cached_property
     def members(self) -> Members:

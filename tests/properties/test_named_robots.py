@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.files.reader import parse_robot_text
 
 #: Architectures with the freedoms of their platforms: by Grübler's formula, less spins of rods; of overconstrained ones as the

@@ -10,7 +10,7 @@ from package_robots import robot
 from places import TESTS
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
 from kinetostatics.kinematics.loop_gaps import are_within, frame_corrections, gaps_text, other_links

@@ -11,7 +11,7 @@ import package_robots
 from odd_robots import ODD
 from places import ROOT, TESTS
 
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.reports.robot import facts_report
 
 GOLDEN = TESTS / "golden"

@@ -15,7 +15,7 @@ import numpy as np
 from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.files.bundled import shipped_robots
 
 GALLERY = ROOT / "docs" / "gallery"

@@ -38,7 +38,7 @@ def _said(compute):
 def texts_of(robot):
     """Yield what is said of a robot."""
     import kinetostatics as ks
-    from kinetostatics.checks.collect import robot_facts
+    from kinetostatics.checks.check import robot_facts
     from kinetostatics.reports.robot import facts_report
 
     yield str(facts_report(robot_facts(robot)))

@@ -9,7 +9,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import shipped_robots
 from kinetostatics.files.reader import parse_robot_text

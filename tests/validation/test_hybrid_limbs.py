@@ -8,7 +8,7 @@ import pytest
 from simple_machines import AREA, RHO, STEM, E, bar, joint, link, loop, parallelogram, parallelogram_parts, robot, truss
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 
 G = 10.0
 

@@ -16,7 +16,7 @@ from kinetostatics.buckling.stability import Forces, Stability, forces_of, stabi
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import BeamEnds, PlacedMotions, SmallMotions, signs_of_modes
 from kinetostatics.statics.solution import Solution

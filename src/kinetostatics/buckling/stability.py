@@ -15,7 +15,7 @@ from kinetostatics.buckling.beam_elements import INNER, bending, condensed_tensi
 from kinetostatics.math.arrays import Array, Index, Mask, settles, zeros_for
 from kinetostatics.math.linalg import cross, definite_in_order, dot, fronts
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.deformation import beam_forces
 from kinetostatics.statics.inertia import line_resultants

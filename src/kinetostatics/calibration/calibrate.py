@@ -12,13 +12,10 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check, finite_numbers, need_scipy, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
-from kinetostatics.calibration.gauge_readings import read_gauges
-from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
-from kinetostatics.calibration.measurements import Measurements, read_measurements
+from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknowns
-from kinetostatics.description.gauges import Gauge
-from kinetostatics.description.loads import Payload
+from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
+from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask, frozen

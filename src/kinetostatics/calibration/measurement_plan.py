@@ -18,12 +18,10 @@ from kinetostatics.analysis import check_keywords
 from kinetostatics.arguments import check, finite_numbers, names_in, whole_number
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
-from kinetostatics.calibration.gauge_readings import read_gauges
-from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
+from kinetostatics.calibration.measurements import read_gauges
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknowns
-from kinetostatics.description.gauges import Gauge
-from kinetostatics.description.loads import Payload
+from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
+from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.design.problem import grid_of
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping

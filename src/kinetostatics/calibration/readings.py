@@ -14,9 +14,9 @@ import numpy as np
 
 from kinetostatics.analysis import analyze, load_at_o
 from kinetostatics.arguments import Keyword, check_choice, finite_numbers
-from kinetostatics.calibration.gauge_readings import readings_by_twist
+from kinetostatics.calibration.measurements import readings_by_twist
 from kinetostatics.calibration.unknowns import Unknowns
-from kinetostatics.description.gauges import Gauge
+from kinetostatics.description.loads import Gauge
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import STEP
 from kinetostatics.engine.programs import loops_for

@@ -1,27 +1,30 @@
 """Unknowns of a calibration: stiffnesses, arguments of the robot's file, assembly errors, a payload, offsets of gauges.
 
 The fit varies quantities in which the readings of a statically determinate robot are linear: the compliance factor c = 1 / factor
-instead of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well.
+instead of a stiffness, and the first moment instead of a centre of mass, if the mass is unknown as well. Directions of the
+unknowns that no reading determines are the null space of the Jacobian.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from kinetostatics.arguments import Keyword, names_in
-from kinetostatics.description.gauges import Gauge
-from kinetostatics.description.loads import Payload
+from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.math.arrays import Array
+from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.layout.numbers import join_words
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.parametric.errors import together
 from kinetostatics.parametric.parametric_robot import ParametricRobot
 from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.results.calibration import Unidentifiable
 from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.
@@ -196,3 +199,62 @@ class Unknowns:
                 factors[k, k] = 1 / mass if mass else math.nan
                 factors[k, self.names.index("payload.mass")] = -found[k] * factors[k, k]
         return found, factors
+
+
+#: Change of an unknown, relative to the largest in a direction, that counts as zero.
+NOTHING = 1e-5
+
+
+def determined_ones(null: Array) -> Mask:
+    """Return the mask (p,) of identifiable unknowns: those without component in the basis (p, k) of the null space."""
+    return np.asarray(~np.any(np.abs(null) > NOTHING * np.abs(null).max(initial=0.0), axis=1))
+
+
+def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifiable, ...]:
+    """Return the unidentifiable directions.
+
+    Args:
+        unknowns: all p unknowns.
+        null: (p, k) basis of changes that affect no reading, in units of the unknowns' scales.
+    """
+    return tuple(_one(unknowns, direction) for direction in _sparse(null).T)
+
+
+def _sparse(null: Array) -> Array:
+    """Return a sparse basis (p, k) of the space spanned by ``null`` (p, k), by elimination; the largest entries are 1."""
+    rest = np.array(null)
+    pivots: list[int] = []
+    for k in range(rest.shape[1]):
+        free = np.abs(rest[:, k])
+        free[pivots] = 0.0
+        pivot = int(np.argmax(free))
+        pivots.append(pivot)
+        rest[:, k] /= rest[pivot, k]
+        for other in range(rest.shape[1]):
+            if other != k:
+                rest[:, other] -= rest[pivot, other] * rest[:, k]
+    rest = rest / np.abs(rest).max(axis=0, initial=0.0)
+    return np.where(np.abs(rest) < NOTHING, 0.0, rest)
+
+
+def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
+    mine = np.flatnonzero(direction).tolist()
+    changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
+    names = [_called(unknowns[k]) for k in mine]
+    if len(mine) == 1:
+        return Unidentifiable(changes, f"no reading depends on {names[0]}")
+    together = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
+    if len(mine) == 2:
+        a, b = direction[mine]
+        weight = float(-a / b)
+        sign = "difference" if weight < 0 else "sum"
+        size = abs(weight)
+        what = f"their {sign}" if abs(size - 1) < 1e-4 else f"{names[0]} {'−' if weight < 0 else '+'} {size:.4g} times {names[1]}"
+        return Unidentifiable(changes, f"{together}: the readings depend only on {what}, relative to the values in the file")
+    return Unidentifiable(changes, f"{together}: a change of all in a certain ratio changes no reading")
+
+
+def _called(unknown: Unknown) -> str:
+    if unknown.kind == "stiffness":
+        return f"the compliance of {join_words([name for _, name in unknown.parts])}"
+    return unknown.name

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.layout.text import WIDTH
+from kinetostatics.layout.renderings import WIDTH
 
 
 @dataclass(frozen=True)

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.checks.chains import Graph, JointStep
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.checks.chains import Graph, JointStep, bodies_of, joint_string, joints_of
+from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
-from kinetostatics.description.elements import Spring
+from kinetostatics.description.elements import Beam, Spring
+from kinetostatics.limbs.geometry import Basis
+from kinetostatics.math.linalg import EQUAL
+from kinetostatics.mechanism.beam_model import BeamModel
+from kinetostatics.mechanism.joints import drives_of, springs_of
+from kinetostatics.mechanism.limbs import Limb
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.robot import Robot
+from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
 
 @dataclass
@@ -179,3 +192,150 @@ class RobotFacts:
     on_platform: AttachedBodiesFacts | None = None
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+
+
+def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:
+    """Return the properties of a limb that do not depend on its pose."""
+    graph = reader.limb(limb)
+    beams = tuple(edge.beam for edge in limb.edges if edge.beam)
+    moved = {joint for drive in drives_of(robot.mechanism).values() for joint, _ in drive.moves}
+    sprung = any(springs_of(robot.mechanism, edge.joint) or edge.joint in moved for edge in limb.edges if edge.joint)
+    parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
+    word = joint_string(graph.chain) or "welded"
+    return LimbFacts(
+        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not beams and not sprung, mass
+    )
+
+
+def first_like(limb: LimbFacts, basis: Basis, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
+    """Return the name of the first limb equal to this one; None if this is the first one.
+
+    Args:
+        limb: the limb.
+        basis: basis of its wrenches.
+        beams: beams of the robot.
+        alike: first limb of each kind, to which this limb may be added.
+    """
+
+    def rounded(value: float | None) -> str:
+        return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # avoids ties in the rounding of short decimals
+
+    mine = [beam for beam in beams if beam.name in limb.beams]
+    rows = tuple(
+        (beam.section, beam.telescopic, rounded(beam.length), rounded(beam.youngs_modulus), rounded(beam.density))
+        for beam in mine
+    )
+    wrenches = tuple(
+        tuple((c.direction[0] if c.direction[0] == "complement" else c.direction, c.centre) for c in part)
+        for part in (basis.constraint, basis.attached)
+    )
+    first = alike.setdefault((limb.word, rounded(limb.mass), rows, wrenches), limb.name)
+    return None if first == limb.name else first
+
+
+def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
+    """Return the massless rigid links between joints, except those inside universal and spherical joints."""
+    description = robot.description
+    elastic = {beam.link for beam in description.beams.values()}
+    chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
+    shown = {name for chain in chains for name in bodies_of(chain)}
+    return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
+
+
+def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
+    """Return the elastic joints."""
+    found = []
+    for name in robot.description.joint_stiffness:
+        linear, angular = np.zeros(3), np.zeros(3)
+        drive = robot.description.joint_stiffness[name].drive if name in drives_of(robot.mechanism) else None
+        for spring in (springs := springs_of(robot.mechanism, name)):
+            linear, angular = np.diag(spring.linear), np.diag(spring.angular)
+        if springs or drive is not None:
+            kind = robot.mechanism.connections[name].type.name
+            found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
+    return found
+
+
+def _stiffnesses(compliances: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (1 / float(c) if c > 0 else np.inf for c in compliances)
+    return x, y, z
+
+
+def followers(robot: Robot) -> list[FollowerFacts]:
+    """Return the joints that mimic others."""
+    return [
+        FollowerFacts(item.name, item.type.name, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
+        for item in robot.mechanism.connections.values()
+        if item.mimic is not None
+    ]
+
+
+def beam_facts(
+    robot: Robot, labels: dict[str, str], models: Mapping[str, BeamModel] | None, frames: Frames | None
+) -> list[BeamFacts]:
+    """Return all beams.
+
+    Args:
+        robot: the robot.
+        labels: names of joints in the limbs.
+        models: beam models, None if unknown.
+        frames: frames of the zero pose, None if unknown.
+    """
+    found = []
+    for name, beam in robot.description.beams.items():
+        length = mass = None
+        if models is not None and frames is not None:
+            model = models[name]
+            length, mass = float(model.length(frames)[0]), float(model.mass_at(frames)[0])
+        found.append(_beam(robot, beam, labels, length, mass))
+    return found
+
+
+def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None, mass: float | None) -> BeamFacts:
+    section, span = beam.section, robot.topology.beams[beam.name]
+    if length is not None and mass is not None:  # so that equal beams have equal numbers
+        length, mass = float(f"{length:.12g}"), float(f"{mass:.12g}")
+    given = {end.joint for end in (beam.start, beam.end) if end is not None}
+
+    def end_name(link: str, point: NDArray[np.float64]) -> str:
+        here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
+        best = sorted(here, key=lambda item: (item.name not in given, item.type.is_fixed))
+        return labels.get(best[0].name, best[0].name) if best else link
+
+    return BeamFacts(
+        beam.name,
+        beam.link,
+        end_name(span.start_link, span.start),
+        end_name(span.end_link, span.end),
+        section_words(section),
+        bool(span.spanned),
+        length,
+        2 * max(section.extent),
+        mass,
+        beam.youngs_modulus,
+        beam.shear_modulus,
+        beam.density,
+        beam.thermal_expansion,
+        section.area,
+        section.I_y,
+        section.I_z,
+        section.J,
+        beam.shear_areas,
+    )
+
+
+def section_words(section: Section) -> str:
+    """Return the text for a cross-section, in mm."""
+
+    def mm(value: float) -> str:
+        return f"{1e3 * value:.5g}"
+
+    if isinstance(section, Tube):
+        if section.inner_diameter == 0:
+            return f"circle ⌀{mm(section.outer_diameter)} mm"
+        return f"tube ⌀{mm(section.outer_diameter)}/{mm(section.inner_diameter)} mm"
+    if isinstance(section, RectangularTube):
+        return f"box {mm(section.width)}×{mm(section.height)}×{mm(section.thickness)} mm"
+    if isinstance(section, Rectangle):
+        return f"rectangle {mm(section.width)}×{mm(section.height)} mm"
+    return f"A {1e6 * section.area:.5g} mm², I_y {1e12 * section.I_y:.5g}, I_z {1e12 * section.I_z:.5g} mm⁴"

@@ -16,8 +16,8 @@ from kinetostatics.layout.numbers import CLOSED, LENGTHS, join_words, quantity
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
+from kinetostatics.mechanism.body_graph import BodyGraph, RigidBody
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.robot import Robot
 from kinetostatics.unit_hints import length_hint, limit_hints
 

@@ -13,11 +13,10 @@ from itertools import combinations
 
 from kinetostatics.checks.chains import Body, Branches, Chain, Graph, Hanging, Item, JointStep, Run, bodies_of
 from kinetostatics.math.graphs import blocks, joined, reachable
-from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
-from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
+from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
+from kinetostatics.mechanism.joints import CompoundJoint, compound_joints, drives_of, springs_of
 from kinetostatics.mechanism.limbs import Edge, Limb, Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 
 
 class GraphReader:

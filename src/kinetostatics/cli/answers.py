@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.cli.options import FIGURES, ending_of
-from kinetostatics.layout.colour import painted, wants_colour
+from kinetostatics.layout.renderings import painted, wants_colour
 
 if TYPE_CHECKING:
     from kinetostatics.layout.report import Report

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def _report(args: argparse.Namespace) -> int:
     """Write the page on a robot."""
     with waiting("writing the report"):
-        from kinetostatics.layout.html import html_path
+        from kinetostatics.layout.renderings import html_path
 
         check_folder(html_path(args.out, "a report"))  # before the map is computed, which may take long
         loads = loads_of(args)

@@ -39,7 +39,7 @@ CHECK = Command(
         "wrenches, beams, elastic joints, masses, and probable input errors."
     ),
     arguments=(*ROBOT, "json"),
-    function="checks.collect:robot_facts",
+    function="checks.check:robot_facts",
     notes="exit code:\n  0 the robot can be analysed, 1 it cannot (its loops do not close), 2 the file is wrong\n",
     examples="""
 check 3rps

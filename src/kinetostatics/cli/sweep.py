@@ -17,7 +17,7 @@ from kinetostatics.cli.options import given_of
 from kinetostatics.cli.typed_values import GRID_HELP, VALUES_HELP, parse_items, parse_quantity, parse_values, typed_units, unit_of
 from kinetostatics.description.units import typed_number
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.layout.colour import wants_colour
+from kinetostatics.layout.renderings import wants_colour
 from kinetostatics.progress import waiting
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Index, Mask
 from kinetostatics.math.threads import in_threads
-from kinetostatics.mechanism.elastic_joints import drive_of
+from kinetostatics.mechanism.joints import drive_of
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import robot_of

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.layout.plain import Json
+from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
 

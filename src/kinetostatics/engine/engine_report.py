@@ -11,7 +11,7 @@ from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.layout.mapping import ShortRepr
-from kinetostatics.layout.plain import Json
+from kinetostatics.layout.report import Json
 from kinetostatics.statics.robot_statics import RobotStatics
 
 #: Computations by NumPy with every engine.

@@ -42,9 +42,10 @@ class Robots(dict[str, str]):
         return "\n".join(f"{name:{width}}  {about}" for name, about in self.items())
 
     def _repr_html_(self) -> str:
-        from kinetostatics.layout.html import html_table
+        from kinetostatics.layout.blocks import Table
+        from kinetostatics.layout.renderings import block_html
 
-        return html_table("", ("name", "robot"), self.items(), "ll")
+        return block_html(Table.of_rows(("name", "robot"), self.items(), "ll"))
 
 
 def robots() -> Robots:

@@ -12,7 +12,8 @@ from kinetostatics.description.units import KINDS, find_unit, sized_example, siz
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices.map_variables import ANGULAR, LINEAR, absent, finished, label_dims, labelled, units_of, variable
-from kinetostatics.layout.html import html_table
+from kinetostatics.layout.blocks import Table
+from kinetostatics.layout.renderings import block_html
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.measures import MEASURES, Measure
@@ -260,7 +261,7 @@ class Extreme:
         return f"{what} at {', '.join(where) or 'the only pose'}"
 
     def _repr_html_(self) -> str:
-        return html_table("", ("", ""), self._rows())
+        return block_html(Table.of_rows(("", ""), self._rows()))
 
     def _rows(self) -> list[tuple[str, str]]:
         """Return name and value of the quantity, then of the coordinates."""

@@ -22,7 +22,7 @@ from kinetostatics.kinematics.loop_gaps import (
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
-from kinetostatics.mechanism.limb_joints import compound_joints
+from kinetostatics.mechanism.joints import compound_joints
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 

@@ -62,9 +62,10 @@ class ResultMapping(Mapping[Key, Item]):
         return mapping_words(self)
 
     def _repr_html_(self) -> str:
-        from kinetostatics.layout.html import html_table
+        from kinetostatics.layout.blocks import Table
+        from kinetostatics.layout.renderings import block_html
 
-        return html_table("", ("", ""), [(str(key), words) for key, words in items_words(self)])
+        return block_html(Table.of_rows(("", ""), [(str(key), words) for key, words in items_words(self)]))
 
 
 def mapping_words(mapping: Mapping[Key, object]) -> str:

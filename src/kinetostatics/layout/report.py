@@ -1,17 +1,46 @@
-"""Reports, and the base class of objects that have one."""
+"""Reports, their data as plain values of JSON, and the base class of objects with a report."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import Enum
 from functools import cached_property
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
+
+import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.blocks import ReportSection
-from kinetostatics.layout.html import report_html
-from kinetostatics.layout.plain import Json, plain
-from kinetostatics.layout.text import report_text
+from kinetostatics.layout.renderings import report_html, report_text
+
+Json: TypeAlias = Any  # values of json.loads and json.dumps
+
+
+def plain(value: object) -> Json:
+    """Return a value as JSON data: dataclasses as their fields; numbers that are not finite as None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return attributes(value, (item.name for item in dataclasses.fields(value)))
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, Enum):
+        return value.name
+    if isinstance(value, (np.ndarray, np.generic, float)) and not isinstance(value, np.str_):
+        array = np.asarray(value)
+        if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+            missing = ~np.isfinite(array)
+            array = array.astype(object)
+            array[missing] = None
+        return array.tolist()
+    return value
+
+
+def attributes(item: object, names: Iterable[str]) -> dict[str, Json]:
+    """Return some attributes of an object as plain values."""
+    return {name: plain(getattr(item, name)) for name in names}
 
 
 class Report:
@@ -58,9 +87,9 @@ class Report:
         """Return the report as text, with the codes of colours or without."""
         return report_text(self.title, self.sections, colour)
 
-    def html(self, level: int = 3) -> str:
-        """Return the report as HTML, the titles of sections as headings of a level."""
-        return report_html("".join(self.title), self.sections, level)
+    def html(self) -> str:
+        """Return the report as HTML."""
+        return report_html("".join(self.title), self.sections)
 
     def to_dict(self) -> dict[str, Json]:
         """Return the data as plain numbers, lists and strings."""

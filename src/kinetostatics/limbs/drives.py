@@ -14,8 +14,7 @@ import numpy as np
 
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.elastic_joints import Drive
-from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
+from kinetostatics.mechanism.joints import Drive, Freedoms, freedoms_of
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 

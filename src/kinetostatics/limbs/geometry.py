@@ -18,8 +18,7 @@ from kinetostatics.math.arrays import Array, Index, zeros_for
 from kinetostatics.math.linalg import axis_across, cross, dot, normalize
 from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel
-from kinetostatics.mechanism.elastic_joints import ElasticJoint
-from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
+from kinetostatics.mechanism.joints import CompoundJoint, ElasticJoint, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 

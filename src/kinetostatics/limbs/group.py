@@ -18,8 +18,7 @@ from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.mechanism.elastic_joints import drives_of, springs_of
-from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
+from kinetostatics.mechanism.joints import compound_joints, drives_of, limb_elements, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 

@@ -15,7 +15,7 @@ from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.geometry import Candidate, LimbGeometry, foot, meeting_point
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.limb_joints import CompoundJoint
+from kinetostatics.mechanism.joints import CompoundJoint
 
 
 def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:

@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from kinetostatics.math.graphs import blocks, joined, reachable
-from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges
-from kinetostatics.mechanism.elastic_joints import drives_of
+from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, DirectedEdge, RigidBody, directed_edges, place_of_end
+from kinetostatics.mechanism.joints import drives_of
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
-from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
 
 
 def analyze_topology(mechanism: Mechanism) -> Topology:

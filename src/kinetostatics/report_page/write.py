@@ -15,7 +15,7 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.html import html_path
+from kinetostatics.layout.renderings import html_path
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import checked_map, workspace_html
 from kinetostatics.results.tool_point import tool_on_robot

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinetostatics.layout.blocks import Block, Cell, Facts, ReportSection, Table
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.reports.pose import state_title
 from kinetostatics.reports.sources import share
 from kinetostatics.results.buckling import Buckling

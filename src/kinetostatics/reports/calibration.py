@@ -9,8 +9,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Number, ReportSection, Table, Text
 from kinetostatics.layout.numbers import ANGLES, LENGTHS, MISSING, NOISE, UNITS_OF, in_unit, quantity
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.reports.pose import count
 from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Unidentifiable

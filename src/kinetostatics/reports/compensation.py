@@ -19,8 +19,7 @@ from kinetostatics.layout.numbers import (
     largest,
     quantity,
 )
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.reports.pose import actuator_unit, pose_facts, state_title, status_names, status_word
 from kinetostatics.reports.result import units_at

@@ -8,8 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Cell, Column, Facts, Number, ReportSection, Table, Text
 from kinetostatics.layout.numbers import MISSING, NumberFormat, Units
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS, WRENCH_COMPONENTS
 from kinetostatics.reports.pose import actuator_coordinates, at_pose, count, platform_coordinates, state_title, status_names

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 
 from kinetostatics.layout.blocks import Number, ReportSection, Table, Text, Word
 from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, NOISE, UNITS_OF, in_unit
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.reports.pose import count
 from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum, ParetoFront
 

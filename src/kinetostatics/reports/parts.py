@@ -27,10 +27,9 @@ from kinetostatics.layout.numbers import (
     largest,
     vector,
 )
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.limb_joints import compound_joints
+from kinetostatics.mechanism.joints import compound_joints
 from kinetostatics.quantities import reported_names
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit, at_pose
 from kinetostatics.reports.sources import actuator_parts

@@ -8,8 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Cell, Number, ReportSection, Table, warning_section
 from kinetostatics.layout.numbers import ANGLES, FORCES, LENGTHS, MOMENTS, STRESSES, NumberFormat, Units
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.reports.pose import state_title, status_names
 from kinetostatics.results.path import OVER_TIME, PathResult
 from kinetostatics.status import WITHOUT_NUMBERS

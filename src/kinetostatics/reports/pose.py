@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.blocks import Facts, Number, ReportSection, Table, Word
 from kinetostatics.layout.numbers import DEGREES, FORCES, MILLIMETRES, MOMENTS, NOISE, NumberFormat, Units, vector
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array, Values
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot

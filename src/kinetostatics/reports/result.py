@@ -27,8 +27,7 @@ from kinetostatics.layout.numbers import (
     quantity,
     vector,
 )
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.quantities import QUANTITIES, reported_names

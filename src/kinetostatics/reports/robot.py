@@ -10,20 +10,18 @@ from functools import cache
 from math import degrees, isinf
 
 from kinetostatics.checks.chains import Body, Branches, Graph, JointStep, chain_lines
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import SMALL_GAP, robot_facts
 from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.input_warnings import zero_loop_gaps
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
-from kinetostatics.checks.warnings_of_statics import SMALL_GAP
 from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.files.bundled import shown_path
 from kinetostatics.layout.blocks import Block, Column, Facts, Lines, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import CLOSED, MASSES, MILLIMETRES, join_words, quantity
-from kinetostatics.layout.plain import attributes, plain
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes, plain
 from kinetostatics.reports.pose import count
 from kinetostatics.robot import Robot
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Column, ReportSection, Table, Text
 from kinetostatics.layout.numbers import LENGTHS, in_unit, quantity
-from kinetostatics.layout.plain import plain
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, plain
 from kinetostatics.reports.result import units_at
 from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
 from kinetostatics.results.tool_point import point_name

@@ -23,8 +23,7 @@ from kinetostatics.layout.numbers import (
     largest,
     quantity,
 )
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.reports.result import magnitudes, units_at
 from kinetostatics.results.tolerances import Tolerance, Tolerances

@@ -8,8 +8,7 @@ import numpy as np
 
 from kinetostatics.layout.blocks import Block, Cell, Column, Number, ReportSection, Table, Text, Word
 from kinetostatics.layout.numbers import STIFFNESSES, TURNING_STIFFNESSES, NoiseFloor, NumberFormat
-from kinetostatics.layout.plain import attributes
-from kinetostatics.layout.report import Report
+from kinetostatics.layout.report import Report, attributes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.quantities import QUANTITIES

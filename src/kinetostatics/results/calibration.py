@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.description.gauges import Gauge
-from kinetostatics.description.loads import Payload
+from kinetostatics.description.loads import Gauge, Payload
 from kinetostatics.files.writer import save_robot, write_text
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Index, Mask

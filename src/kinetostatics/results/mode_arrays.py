@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, Mask, frozen
-from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.small_motions import PlacedMotions
 

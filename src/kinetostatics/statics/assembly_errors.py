@@ -17,7 +17,7 @@ from kinetostatics.description.elements import Beam
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_twist, rotate
-from kinetostatics.mechanism.limb_joints import sides
+from kinetostatics.mechanism.joints import sides
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics

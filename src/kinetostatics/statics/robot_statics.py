@@ -12,9 +12,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.elastic_joints import Drive, ElasticJoint, drives_of, springs_of
-from kinetostatics.mechanism.joint_freedoms import Freedoms, freedoms_of
-from kinetostatics.mechanism.limb_joints import sides
+from kinetostatics.mechanism.joints import Drive, ElasticJoint, Freedoms, drives_of, freedoms_of, sides, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.turning_parts import TurningParts, turning_parts

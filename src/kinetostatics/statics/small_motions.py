@@ -14,10 +14,9 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.elastic_joints import Drive, drives_of, springs_of
-from kinetostatics.mechanism.joint_freedoms import Freedom, Freedoms, freedoms_of
+from kinetostatics.mechanism.body_graph import BodyEdge, BodyGraph, RigidBody
+from kinetostatics.mechanism.joints import Drive, Freedom, Freedoms, drives_of, freedoms_of, springs_of
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.robot_statics import RobotStatics
 

@@ -15,9 +15,16 @@ from kinetostatics.description.elements import Vector
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.graphs import reachable
-from kinetostatics.mechanism.elastic_joints import ElasticJoint, drives_of, springs_of
-from kinetostatics.mechanism.joint_freedoms import Freedom, freedoms_of
-from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements, sides
+from kinetostatics.mechanism.joints import (
+    ElasticJoint,
+    Freedom,
+    compound_joints,
+    drives_of,
+    freedoms_of,
+    limb_elements,
+    sides,
+    springs_of,
+)
 from kinetostatics.mechanism.limbs import Edge
 
 #: Indices of the parts of base and platform.

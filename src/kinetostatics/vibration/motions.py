@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.vibration.eigenpairs import Eigenpairs, independent_motions
 from kinetostatics.vibration.rods import Numbers

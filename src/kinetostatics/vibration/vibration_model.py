@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.mechanism.rigid_bodies import RigidBody
+from kinetostatics.mechanism.body_graph import RigidBody
 from kinetostatics.statics.small_motions import PlacedMotions
 from kinetostatics.statics.springs import placed_springs
 from kinetostatics.vibration.rods import Numbers, Rod

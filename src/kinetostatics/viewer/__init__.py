@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.html import html_path
+from kinetostatics.layout.renderings import html_path
 from kinetostatics.progress import in_notebook, pausing, waiting
 from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.result import Result

@@ -30,7 +30,7 @@ from kinetostatics.exceptions import (
     StaticsError,
 )
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.layout.plain import Json
+from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.results.result import Result

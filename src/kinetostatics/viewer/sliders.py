@@ -14,7 +14,7 @@ from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.kinematics.alternatives import best_choice, choices
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.reach import End, find_ends
-from kinetostatics.layout.plain import Json
+from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.math.screws import WRENCH_COMPONENTS

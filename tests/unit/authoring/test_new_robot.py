@@ -12,7 +12,7 @@ import kinetostatics as ks
 from kinetostatics.authoring.by_name import robot_text
 from kinetostatics.authoring.known_names import KNOWN_NAMES
 from kinetostatics.authoring.notation import parse_architecture
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import package_folder
 from kinetostatics.files.reader import parse_robot_text

@@ -8,10 +8,9 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
-from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.measurement_plan import _exchanged, best_subset, log_det
 from kinetostatics.calibration.readings import Model, Readings
-from kinetostatics.calibration.unknowns import Unknown, Unknowns
+from kinetostatics.calibration.unknowns import Unknown, Unknowns, determined_ones, unidentifiable
 
 stats = pytest.importorskip("scipy.stats")
 

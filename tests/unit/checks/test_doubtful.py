@@ -3,7 +3,7 @@
 import pytest
 from odd_robots import parsed, written
 
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 
 
 def three_hinges_in_a_row(tilt):

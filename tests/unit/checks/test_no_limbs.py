@@ -3,7 +3,7 @@
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 
 #: a closed chain that hangs on the ground alone
 PENDULUM = (

@@ -9,8 +9,7 @@ from odd_robots import parsed, written
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import joints_of
-from kinetostatics.checks.collect import robot_facts
-from kinetostatics.checks.warnings_of_statics import facts_of_poses
+from kinetostatics.checks.check import facts_of_poses, robot_facts
 from kinetostatics.math import arrays
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kinetostatics.description.gauges import COMPONENTS
+from kinetostatics.description.loads import COMPONENTS
 
 
 def test_components_of_the_twist_are_gauges_along_the_worlds_axes():

@@ -21,7 +21,7 @@ LOAD = np.array([120.0, -310, -450, 41, -23, 17])
 NAMED = {
     "description/robot_description.py": {"fixed"},  # a payload is fixed to its link
     "files/rules.py": {"fixed"},  # a counterweight is fixed to its link
-    "mechanism/limb_joints.py": {"revolute", "universal", "spherical"},  # what runs of revolutes are
+    "mechanism/joints.py": {"revolute", "universal", "spherical"},  # what runs of revolutes are
     "kinematics/loop_constraints.py": {"spherical"},  # three revolutes in one piece
     "authoring/notation.py": {"revolute", "prismatic", "cylindrical", "universal", "spherical"},  # what letters stand for
     "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them

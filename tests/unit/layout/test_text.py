@@ -6,10 +6,9 @@ import re
 import pytest
 
 from kinetostatics.layout.blocks import Column, Facts, Lines, Number, ReportSection, Table, Text, Word, once, warning_section
-from kinetostatics.layout.colour import wants_colour
 from kinetostatics.layout.numbers import FORCES, LENGTHS, NumberFormat
+from kinetostatics.layout.renderings import WIDTH, block_lines, wants_colour, wrapped
 from kinetostatics.layout.report import Report
-from kinetostatics.layout.text import WIDTH, block_lines, wrapped
 
 CODE = re.compile("\033\\[[0-9;]*m")
 

@@ -14,8 +14,8 @@ from package_robots import robot
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import bodies_of, joints_of
-from kinetostatics.checks.collect import robot_facts
-from kinetostatics.checks.part_facts import section_words
+from kinetostatics.checks.check import robot_facts
+from kinetostatics.checks.facts import section_words
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.reports.robot import facts_report
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube

@@ -9,7 +9,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.layout.numbers import NoiseFloor
-from kinetostatics.layout.text import block_lines
+from kinetostatics.layout.renderings import block_lines
 from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_table
 from kinetostatics.sections import Tube
 

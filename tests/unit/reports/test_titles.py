@@ -13,8 +13,9 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
-from kinetostatics.layout.html import html_table
+from kinetostatics.layout.blocks import Table
 from kinetostatics.layout.mapping import FEW, MOST_ITEMS, ResultMapping, abbreviated, mapping_words
+from kinetostatics.layout.renderings import block_html
 from kinetostatics.sections import Tube
 from kinetostatics.status import Status
 
@@ -205,8 +206,8 @@ def test_tables_have_no_colours():
 
 
 def test_html_is_escaped():
-    text = html_table("<b>&", ("<i>", ""), [("<script>alert(1)</script>", '"&"')])
-    assert "<b>" not in text and "<i>" not in text and "<script>" not in text
+    text = block_html(Table.of_rows(("<i>", ""), [("<script>alert(1)</script>", '"&"')]))
+    assert "<i>" not in text and "<script>" not in text
     assert Cells(text).rows == [["<i>", ""], ["<script>alert(1)</script>", '"&"']]
     named = RobotDescription.of("<a>", links=[Link("<l>")], joints=[], platform="<l>")
     assert "<l>" not in named._repr_html_() and "<a>" not in named._repr_html_()

@@ -10,7 +10,7 @@ import pytest
 from swinging_plate import STEEL, Y, parallelogram
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Origin, RobotDescription
 from kinetostatics.results.warnings import LEAST_CONSTRAINT, _large_motions, _open_loops, near_singularity
 from kinetostatics.sections import Tube

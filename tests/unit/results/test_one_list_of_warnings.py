@@ -5,7 +5,7 @@ from odd_robots import beyond_limits
 from places import TESTS
 
 import kinetostatics as ks
-from kinetostatics.checks import collect
+from kinetostatics.checks import check
 from kinetostatics.cli.main import main
 from kinetostatics.viewer.scene import describe_scene
 
@@ -23,7 +23,7 @@ def test_what_check_warns_of_every_result_warns_of():
     result, batch = ks.analyze(robot.assemble()), ks.analyze(robot.configuration([robot.assemble().q] * 2))
     (warning,) = robot.warnings
     assert WORDS in warning
-    assert collect.robot_facts(robot).warnings[0] == warning
+    assert check.robot_facts(robot).warnings[0] == warning
     assert result.warnings[0] == result.to_dict()["warnings"][0] == batch.warnings[0] == warning
     assert warning in describe_scene(result).plain()["notes"]
     for text in (str(robot), str(result), str(batch)):  # a report page has the first two as chapters
@@ -42,14 +42,14 @@ def test_the_command_says_it_where_the_result_stands_and_once(capsys):
 
 
 def test_numbers_do_not_wait_for_it(monkeypatch):
-    monkeypatch.setattr(collect, "robot_facts", lambda robot: pytest.fail("asked for before anybody reads it"))
+    monkeypatch.setattr(check, "robot_facts", lambda robot: pytest.fail("asked for before anybody reads it"))
     result = ks.analyze(ks.load_robot("3rps").assemble())
     assert result.twist.shape == (6,) and result.beams and result.status == ks.Status.OK
 
 
 def test_what_is_true_of_the_zero_pose_alone_is_not_said_of_others():
     robot = beyond_limits()
-    (warning,) = collect.robot_facts(robot).warnings
+    (warning,) = check.robot_facts(robot).warnings
     assert warning == "at the zero pose foot (0°) is beyond its limits" and robot.warnings == ()
     assert ks.analyze(robot.assemble(actuators={"foot": 0.3})).warnings == ()
     (warning,) = ks.analyze(robot.assemble()).warnings

@@ -11,7 +11,7 @@ from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.mechanism.elastic_joints import is_sprung
+from kinetostatics.mechanism.joints import is_sprung
 
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])

@@ -10,7 +10,7 @@ import places
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.check import robot_facts
 from kinetostatics.description import JointStiffness, Link, Spring
 from kinetostatics.description.robot_description import Items
 from kinetostatics.files.reader import parse_robot_text

@@ -1,4 +1,9 @@
-"""Compound joints and elements of a limb: revolutes with a common point form one universal or spherical joint."""
+"""Joints of all types: their elasticity, their freedoms, and the compound joints and elements of limbs.
+
+Along a constrained direction of a joint, a missing or infinite stiffness means rigid. Along a freedom, a finite positive
+stiffness is a spring; with any other value the freedom is passive. Consecutive revolutes with a common point form one universal
+or spherical joint.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +13,159 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinetostatics.description.elements import JointStiffness, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.joint_freedoms import Freedom, freedoms_of
+from kinetostatics.math.screws import unit_twist
 from kinetostatics.mechanism.limbs import Edge, Limb
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
+from kinetostatics.mechanism.tree import Frames
+
+
+@dataclass(frozen=True)
+class ElasticJoint:
+    """The elasticity of one joint.
+
+    Attributes:
+        joint: name of the joint.
+        body, frame: the joint frame (4, 4) in the body on the predecessor's side.
+        linear: (3, 3) displacement of one side relative to the other per force, in the frame [m/N].
+        angular: (3, 3) rotation per moment about the frame's origin [rad/(N·m)].
+    """
+
+    joint: str
+    body: int
+    frame: Array
+    linear: Array
+    angular: Array
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An elastic actuator, deformed by its own force plus the forces of joints that mimic it, times their multipliers.
+
+    Attributes:
+        joint: name of the joint.
+        compliance: compliance along its coordinate [m/N, rad/(N·m)].
+        moves: the joint and those that mimic it, with their motion per unit of its coordinate.
+    """
+
+    joint: str
+    compliance: float
+    moves: tuple[tuple[str, float], ...]
+
+
+def springs_of(mechanism: Mechanism, joint: str) -> tuple[ElasticJoint, ...]:
+    """Return the elasticity of a joint or of its bearings; none for a rigid joint."""
+    stiffness = mechanism.description.joint_stiffness.get(joint)
+    if stiffness is None:
+        return ()
+    connection = mechanism.connections[joint]
+    linear, angular = np.diag(_compliances(stiffness.linear)), np.diag(_compliances(stiffness.angular))
+    if not np.any(linear) and not np.any(angular):
+        return ()
+    return (ElasticJoint(joint, connection.predecessor_body, connection.predecessor_frame, linear, angular),)
+
+
+def drives_of(mechanism: Mechanism) -> dict[str, Drive]:
+    """Return all elastic actuators by the name of their joint."""
+    found = {}
+    for name, stiffness in mechanism.description.joint_stiffness.items():
+        if stiffness.drive is not None and stiffness.drive < np.inf:
+            found[name] = drive_of(mechanism, name, 1 / stiffness.drive)
+    return found
+
+
+def drive_of(mechanism: Mechanism, name: str, compliance: float) -> Drive:
+    """Return the actuator of a joint with a compliance [m/N, rad/(N·m)]; infinite: it exerts no force."""
+    followers = [(item.name, item.mimic) for item in mechanism.connections.values() if item.mimic is not None]
+    moves = ((follower, mimic.multiplier) for follower, mimic in followers if mimic.joint == name)
+    return Drive(name, compliance, ((name, 1.0), *moves))
+
+
+def is_sprung(stiffness: JointStiffness | None, rotates: bool, axis: Array | None) -> bool:
+    """Whether a joint's freedom is elastic.
+
+    Args:
+        stiffness: stiffness of the joint, or None.
+        rotates: whether the freedom is a rotation.
+        axis: (3,) axis of the freedom in the joint frame on the predecessor's side, None if it moves in this frame.
+    """
+    group = None if stiffness is None else stiffness.angular if rotates else stiffness.linear
+    if group is None:
+        return False
+    compliances = _compliances(group)
+    if np.all(compliances > 0):
+        return True
+    if axis is None:
+        return False
+    along = int(np.argmax(np.abs(axis)))
+    return bool(abs(axis[along]) > 1 - 1e-9 and compliances[along] > 0)
+
+
+def _compliances(stiffness: Vector | None) -> Array:
+    """Return the (3,) inverses, 0 for rigid or free directions."""
+    if stiffness is None:
+        return np.zeros(3)
+    return np.array([1 / k if 0 < k < np.inf else 0.0 for k in stiffness])
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """One freedom of a joint: a rotation about, or a translation along, an axis (3,) fixed in a body.
+
+    ``centre`` is a point (3,) of ``centre_body`` on the axis; ``sign`` is −1 if the joint's successor is its inboard side.
+    ``passive``: neither driven nor sprung; ``stiffness`` [N/m, N·m/rad] is that of a spring, if given.
+    """
+
+    rotates: bool
+    body: int
+    axis: Array
+    centre_body: int
+    centre: Array
+    sign: int = 1
+    label: str = ""
+    passive: bool = True
+    stiffness: float = 0.0
+
+
+class Freedoms:
+    """Freedoms as arrays; ``rotates`` (k,): mask of rotations."""
+
+    def __init__(self, items: Sequence[Freedom]) -> None:
+        self.rotates = np.array([item.rotates for item in items], dtype=bool)
+        self._bodies = np.array([item.body for item in items], dtype=np.intp)
+        self._axes = np.array([item.axis * item.sign for item in items], dtype=float).reshape(-1, 3).T
+        self._centre_bodies = np.array([item.centre_body for item in items], dtype=np.intp)
+        self._centres = np.array([item.centre for item in items], dtype=float).reshape(-1, 3).T
+
+    def twists(self, frames: Frames, o: Array) -> Array:
+        """Return their unit twists (6, k, N) about o (3, N)."""
+        arms = frames.points(self._centre_bodies, self._centres) - o[:, None]
+        return unit_twist(frames.directions(self._bodies, self._axes), arms, self.rotates[:, None])
+
+
+def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int = 1) -> tuple[Freedom, ...]:
+    """Return the freedoms of a joint or loop, from base to platform; driven and elastic freedoms are not passive."""
+    kind, stiffness = connection.type, mechanism.description.joint_stiffness.get(connection.name)
+    here, frame, there, other = (
+        *(connection.predecessor_body, connection.predecessor_frame),
+        *(connection.successor_body, connection.successor_frame),
+    )
+    moved = there, other[:3, 3]
+    centre = moved if kind.slides is not Axes.NONE and not kind.is_on_axis else (here, frame[:3, 3])
+
+    def freedom(rotates: bool, body: int, axis: Array, centre: tuple[int, Array], which: str = "") -> Freedom:
+        own = frame[:3, :3].T @ axis if body == here else None  # None: it moves in the predecessor's frame
+        passive = not connection.driven and not is_sprung(stiffness, rotates, own)
+        return Freedom(rotates, body, axis, *centre, sign, connection.name + which, passive)
+
+    slides, turns = (frame[:3, :3] @ axes for axes in kind.axes(connection.axis))
+    found = [freedom(False, here, axis, moved) for axis in slides.T]
+    found += [freedom(True, here, axis, centre, " (first axis)" if kind.turns is Axes.BOTH else "") for axis in turns.T]
+    if kind.turns is Axes.BOTH:
+        found.append(freedom(True, there, other[:3, :3] @ connection.axis2, centre, " (second axis)"))
+    return tuple(found if sign > 0 else found[::-1])
 
 
 @dataclass(frozen=True)

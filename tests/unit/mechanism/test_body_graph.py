@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.math.graphs import blocks, reachable
-from kinetostatics.mechanism.edge_directions import directed_edges
-from kinetostatics.mechanism.rigid_bodies import BodyEdge, RigidBody
+from kinetostatics.mechanism.body_graph import BodyEdge, RigidBody, directed_edges
 
 
 class Network:

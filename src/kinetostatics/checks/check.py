@@ -1,0 +1,224 @@
+"""Check of a robot: its properties and warnings, gathered so that an error in one part does not hide the others."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.checks.chains import Graph
+from kinetostatics.checks.facts import (
+    AttachedBodiesFacts,
+    MobilityFacts,
+    RobotFacts,
+    ZeroFacts,
+    beam_facts,
+    elastic_joints,
+    first_like,
+    followers,
+    limb_facts,
+    massless_links,
+)
+from kinetostatics.checks.input_warnings import warnings_of_file, warnings_of_zero
+from kinetostatics.checks.limb_graph import GraphReader
+from kinetostatics.checks.local_freedoms import Motions, actuators_of, coordinates_of, local_freedoms
+from kinetostatics.checks.redundancy import redundancies
+from kinetostatics.exceptions import AssemblyError, KinetostaticsError, StaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.layout.numbers import join_words
+from kinetostatics.limbs.geometry import Basis
+from kinetostatics.mechanism.limbs import AttachedBodies
+from kinetostatics.results.result import Result
+from kinetostatics.results.warnings import near_singular_message, undetermined_parts
+from kinetostatics.robot import Robot
+
+T = TypeVar("T")
+
+
+def robot_facts(robot: Robot) -> RobotFacts:
+    """Return the properties of a robot; errors become problems."""
+    description = robot.description
+    facts = RobotFacts(robot.name, description.path, description.base, description.platform, drives=description.driven)
+    facts.warnings += [*description.warnings, *robot.topology.warnings]
+
+    open_loops = False
+
+    def attempt(compute: Callable[[], T]) -> T | None:
+        nonlocal open_loops
+        if open_loops:  # the other properties need a closed pose, and every attempt takes a second
+            return None
+        try:
+            return compute()
+        except KinetostaticsError as error:
+            open_loops = isinstance(error, AssemblyError)
+            if str(error) not in facts.problems:
+                facts.problems.append(str(error))
+            return None
+
+    facts.zero = ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in robot.zero_loop_gaps.items()})
+    if robot.wrong_zero is not None:
+        facts.problems.append(str(robot.wrong_zero))
+        open_loops = True
+    facts.zero.closing_error = attempt(lambda: robot.closing_error)
+    groups = attempt(lambda: robot.statics.groups)
+    if groups is not None:
+        facts.mobility = attempt(lambda: _mobility(robot, facts.zero))
+    masses = attempt(lambda: robot.weights.masses(robot.zero_frames)[:, 0])
+    if masses is not None:
+        facts.mass = float(masses.sum())
+
+    def mass_of(owner: str) -> float | None:
+        return None if masses is None else float(masses[robot.weights.of(owner)].sum())
+
+    reader = GraphReader(robot.mechanism)
+    facts.limbs = [limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
+    labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
+    facts.beams = beam_facts(robot, labels, attempt(lambda: robot.beams), attempt(lambda: robot.zero_frames))
+    facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
+    bases: dict[str, Basis] = {}
+    for group in groups or ():
+        for position, which in enumerate(group.numbers):
+            if which < len(facts.limbs):
+                facts.limbs[which].constraint_wrenches = group.labels[position]
+                facts.limbs[which].attached_wrenches = group.attached_labels[position]
+                bases[facts.limbs[which].name] = group.basis
+    alike: dict[tuple[object, ...], str] = {}
+    for limb in facts.limbs if groups is not None else ():
+        limb.like = first_like(limb, bases[limb.name], facts.beams, alike)
+    facts.massless = massless_links(robot, facts.limbs)
+    facts.elastic_joints = elastic_joints(robot)
+    facts.springs = list(description.springs.values())
+    facts.followers = followers(robot)
+    facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
+    held = reader.dead_weight(robot.topology, "platform")
+    facts.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)
+    facts.zero.warnings += warnings_of_zero(robot, facts)
+    facts.warnings += warnings_of_file(robot, facts)
+    if groups is not None and facts.mobility is not None:
+        warnings, at_zero, problems = warnings_of_statics(robot, facts)
+        facts.warnings += warnings
+        facts.zero.warnings += at_zero
+        facts.problems += problems
+    facts.warnings += facts.zero.warnings
+    return facts
+
+
+def robot_warnings(robot: Robot) -> tuple[str, ...]:
+    """Return the errors that prevent analyses at most poses, and the warnings that apply to all poses."""
+    facts = robot_facts(robot)
+    return (*facts.problems, *(text for text in facts.warnings if text not in facts.zero.warnings))
+
+
+# ---- parts -----------------------------------------------------------------------------------------------------------
+
+
+def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
+    found, motions = robot.mobility, Motions(robot)
+    values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
+    zero.drives = {name: float(value) for name, value in zip(motions.actuator_names, values, strict=True)}
+    counts = found.platform, found.local, found.redundant_constraints, found.gap
+    held = coordinates_of(motions), *actuators_of(motions)
+    return MobilityFacts(*counts, *held, local_freedoms(motions), redundancies(motions))
+
+
+def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesFacts:
+    return AttachedBodiesFacts(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)
+
+
+#: Ratio of the smallest nonzero to the largest zero singular value below which a count is doubtful.
+SMALL_GAP = 1e4
+#: Beginning of the text of a problem at the zero pose only.
+AT_ZERO = "at the zero pose"
+
+
+def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str], list[str]]:
+    """Return warnings of uncertain ranks and of actuators, those of the zero pose, and errors that prevent an analysis."""
+    found: list[str] = []
+    at_zero: list[str] = []
+    problems: list[str] = []
+    if robot.mobility.gap < SMALL_GAP:
+        found.append(
+            f"the mobility is doubtful: the smallest singular value that counts is only {robot.mobility.gap:.2g} times the "
+            "largest that counts as zero"
+        )
+    for group in robot.statics.groups:
+        if group.basis.gap < SMALL_GAP:
+            found.append(
+                f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value that "
+                f"counts is only {group.basis.gap:.2g} times the largest that counts as zero"
+            )
+    mobility = facts.mobility
+    if mobility is not None and mobility.redundant_actuators:
+        held = len(facts.drives) - mobility.redundant_actuators
+        found.append(
+            f"{len(facts.drives)} actuators for {held} freedom{'s' * (held != 1)}: the actuation is redundant; actuators are "
+            "taken as locked in position and share the load as their limbs' elasticity makes them (if the robot should have "
+            "more freedoms, look for a wrong <axis>)"
+        )
+    for name in robot.actuators_outside_limbs:
+        found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
+    generic = analyze(poses_of(robot, robot.generic_poses))
+    zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
+    problem = _statics_problem(robot, generic, zero)
+    if problem is not None:
+        (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
+    else:
+        words = near_singular_message(zero)
+        at_zero += [words.replace("the pose is", "the zero pose is", 1)] if words else []
+    found += facts_of_poses(generic)
+    at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
+    return found, at_zero, problems
+
+
+def _owner(robot: Robot, joint: str) -> str:
+    for limb in robot.topology.limbs:
+        if any(edge.joint == joint for edge in limb.branches):
+            return limb.name
+    return "the platform" if any(edge.joint == joint for edge in robot.topology.platform.edges) else "the base"
+
+
+def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
+    """Return the reason why statics has no results, at all poses or at the zero pose only; None if it has."""
+    if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
+        return _complaint(zero)
+    if np.all(np.isnan(generic.twist)):
+        problem = _complaint(analyze(poses_of(robot, robot.generic_poses, first_only=True), on_failure="nan"))
+        return problem or "no pose could be analysed: the loops of those that were tried do not close"
+    problem = _complaint(zero)
+    return None if problem is None else f"{AT_ZERO} {problem}"
+
+
+def _complaint(result: Result) -> str | None:
+    """Return the reason why a reached pose has no results; None if it has."""
+    if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
+        try:
+            analyze(result.configuration)
+        except StaticsError as error:
+            return str(error)
+    return None
+
+
+def facts_of_poses(result: Result, where: str = "") -> list[str]:
+    """Return warnings of missing results at generic poses, or at the pose named by ``where``."""
+    found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
+    bad = {
+        limb.name
+        for solution in result.solutions
+        for item in solution.statics
+        for position, limb in enumerate(item.group.limbs)
+        if np.any(item.degenerate[position])
+    }
+    limbs = [limb.name for limb in result.robot.topology.limbs if limb.name in bad]
+    if limbs and np.any(result.basis_degenerate):
+        verb = "degenerate" if where else "degenerate at some poses"
+        found.append(f"{where}the canonical wrenches of {join_words(limbs)} {verb}: intensities are NaN there")
+    return found
+
+
+def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
+    """Return the configuration of solver poses, or of the first one, with a closure tolerance that the file's numbers allow."""
+    q = robot.model_q(poses).T
+    return robot.configuration(q[0] if first_only else q, closure_tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

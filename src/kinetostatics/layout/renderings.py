@@ -1,0 +1,176 @@
+"""Renderings of reports: text of fixed width with or without colours, and plain HTML for light and dark pages."""
+
+from __future__ import annotations
+
+import os
+import textwrap
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+from typing import TextIO
+
+from kinetostatics.arguments import path_name
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.layout.blocks import Block, Column, Facts, ReportSection, Table, Text, Word
+
+#: Width at which lines are wrapped [letters].
+WIDTH = 110
+#: Codes of Select Graphic Rendition (ECMA-48) by meaning.
+CODES = {"title": "1", "warning": "33", "error": "1;31", "good": "32", "doubtful": "33", "bad": "31"}
+_SIDES = {"l": "left", "r": "right"}
+
+
+# ---- text ------------------------------------------------------------------------------------------------------------
+
+
+def report_text(title: Sequence[str], sections: Iterable[ReportSection], colour: bool = False) -> str:
+    """Return a report as text.
+
+    Args:
+        title: parts of the first line; a :class:`Word` among them has a tone.
+        sections: see :class:`ReportSection`.
+        colour: whether to include colour codes.
+    """
+    first = next((k for k, piece in enumerate(title) if isinstance(piece, Word)), len(title))
+    words = [_word(piece, colour) for piece in title[first:]]
+    lines = [painted("title", "".join(title[:first]), colour) + "".join(words)]
+    for section in sections:
+        if section.title is not None:
+            lines += ["", painted("title", section.title, colour)] if section.title else [""]
+        indent = "" if section.title == "" else "  "
+        lines += [f"{indent}{line}".rstrip() for block in section.blocks for line in block_lines(block, colour)]
+    return "\n".join(lines)
+
+
+def block_lines(block: Block, colour: bool = False) -> list[str]:
+    """Return the lines of one part."""
+    if isinstance(block, Table):
+        return _wide(block, colour) if block.wide else _rows(block.columns, colour)
+    if isinstance(block, Facts):
+        width = max((len(name) for name, _ in block.rows), default=0) + 2
+        named = [(f"{'' if k else name:{width}}", text) for name, value in block.rows for k, text in enumerate(_texts(value))]
+        return [" " * block.indent + line for name, text in named for line in wrapped(text, name)]
+    if isinstance(block, Text):
+        return _sentence(block, colour)
+    return list(block.lines)
+
+
+def wrapped(text: str, first: str = "", width: int = WIDTH) -> list[str]:
+    """Return a text in lines; those after the first are indented by the length of ``first``."""
+    wrapper = textwrap.TextWrapper(width, first, " " * len(first), break_long_words=False, break_on_hyphens=False)
+    return wrapper.wrap(text) or [first.rstrip()]
+
+
+def _word(text: str, colour: bool) -> str:
+    return painted(text.tone, text, colour) if isinstance(text, Word) else text
+
+
+def _texts(value: object) -> Sequence[str]:
+    return [str(value)] if isinstance(value, str) or not isinstance(value, Sequence) else value
+
+
+def _sentence(block: Text, colour: bool) -> list[str]:
+    mark = " " * block.indent + {"warning": "! ", "item": "- ", "": ""}[block.kind]
+    lines = wrapped((block.lead or "") + block.text, mark, WIDTH - 2 if block.kind == "warning" else WIDTH)
+    if block.kind == "warning":
+        return [painted("warning", line, colour) for line in lines]
+    if block.lead is not None:
+        lines[0] = lines[0].replace(block.lead, _word(block.lead, colour), 1)
+    return lines
+
+
+def _rows(columns: Sequence[Column], colour: bool) -> list[str]:
+    texts = [[column.heading, *column.texts] for column in columns]
+    forms = [f"{'<' if column.side == 'l' else '>'}{max(map(len, cells))}" for column, cells in zip(columns, texts, strict=True)]
+    rows = list(zip(*texts, strict=True))[not any(column.heading for column in columns) :]
+    return [
+        "  ".join(f"{cell:{form}}".replace(cell, _word(cell, colour), 1) for cell, form in zip(row, forms, strict=True)).rstrip()
+        for row in rows
+    ]
+
+
+def _wide(table: Table, colour: bool) -> list[str]:
+    """Return the lines of a table; one that is too wide continues below, with its first column repeated."""
+    widths = [max(map(len, [column.heading, *column.texts])) + 2 for column in table.columns]
+    blocks: list[list[int]] = [[]]
+    for k in range(1, len(widths)):
+        if blocks[-1] and widths[0] + sum(widths[j] for j in blocks[-1]) + widths[k] > WIDTH:
+            blocks.append([])
+        blocks[-1].append(k)
+    found = [_rows([table.columns[k] for k in (0, *block)], colour) for block in blocks]
+    return [line for k, lines in enumerate(found) for line in ([""] * (k > 0) + lines)]
+
+
+# ---- colour on terminals ---------------------------------------------------------------------------------------------
+
+
+def wants_colour(stream: TextIO | None) -> bool:
+    """Return whether a stream is a terminal with colours.
+
+    Non-empty environment variables: ``NO_COLOR`` disables colours, ``FORCE_COLOR`` enables them (https://no-color.org,
+    https://force-color.org).
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    if os.environ.get("FORCE_COLOR"):
+        return True
+    return os.environ.get("TERM") != "dumb" and stream is not None and bool(stream.isatty())
+
+
+def painted(meaning: str, text: str, colour: bool = True) -> str:
+    """Return a text with the colour codes of a meaning, after its indentation."""
+    bare = text.lstrip()
+    return f"{text[: len(text) - len(bare)]}\033[{CODES[meaning]}m{bare}\033[0m" if colour and bare else text
+
+
+# ---- HTML ------------------------------------------------------------------------------------------------------------
+
+
+def html_path(path: str | os.PathLike[str], what: str) -> str:
+    """Return the path of an HTML file.
+
+    Args:
+        path: path of the file.
+        what: name of the page for the message, "a report".
+
+    Raises:
+        ArgumentError: the extension is not that of an HTML file.
+    """
+    file = path_name("path", path)
+    if Path(file).suffix.lower() not in (".html", ".htm"):
+        right = Path(file).with_suffix(".html").name
+        raise ArgumentError(f"{file}: {what} is an HTML page, which a browser prints as PDF; name it {right!r}")
+    return file
+
+
+def report_html(title: str, sections: Iterable[ReportSection]) -> str:
+    """Return a report as HTML; all texts are escaped."""
+    parts = [f"<p><strong>{escape(title)}</strong></p>"]
+    for section in sections:
+        if section.title:
+            parts.append(f"<h3>{escape(section.title)}</h3>")
+        parts += map(block_html, section.blocks)
+    return "\n".join(filter(None, parts))
+
+
+def block_html(block: Block) -> str:
+    """Return one part as HTML."""
+    if isinstance(block, Facts):
+        block = Table.of_rows(("", ""), [(name, "\n".join(_texts(value))) for name, value in block.rows], "ll")
+    if isinstance(block, Table):
+        columns = block.columns
+        head = f"<thead><tr>{_cells('th', columns, [column.heading for column in columns])}</tr></thead>\n"
+        rows = zip(*(column.texts for column in columns), strict=True)
+        body = "".join(f"<tr>{_cells('td', columns, row)}</tr>\n" for row in rows)
+        return f"<table>\n{head if any(column.heading for column in columns) else ''}<tbody>\n{body}</tbody>\n</table>"
+    if isinstance(block, Text):
+        begin = '<p class="warning">! ' if block.kind == "warning" else "<p>"
+        return f"{begin}{escape((block.lead or '') + block.text)}</p>"
+    return f"<pre>{escape(chr(10).join(block.lines))}</pre>"
+
+
+def _cells(tag: str, columns: Sequence[Column], texts: Sequence[str]) -> str:
+    return "".join(
+        f'<{tag} style="text-align: {_SIDES[column.side]}">{escape(text).replace(chr(10), "<br>")}</{tag}>'
+        for column, text in zip(columns, texts, strict=True)
+    )
