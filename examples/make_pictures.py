@@ -17,7 +17,7 @@ from playwright.sync_api import Browser, sync_playwright
 
 import kinetostatics as ks
 from kinetostatics.viewer.live import serve
-from kinetostatics.viewer.meshcat_server import connected
+from kinetostatics.viewer.running_meshcat import connected
 
 ROOT = Path(__file__).parent.parent
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]

@@ -21,7 +21,7 @@ import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.description import HIDDEN
-from kinetostatics.viewer.meshcat_server import connected
+from kinetostatics.viewer.running_meshcat import connected
 from kinetostatics.viewer.scene import describe_scene
 
 LOAD = [100, 50, -500, 10, 20, -5]
@@ -392,6 +392,6 @@ def test_the_server_of_the_command_listens_on_this_machine_only():
     ],
 )
 def test_command_complains(arguments, words, capsys, monkeypatch):
-    monkeypatch.setattr("kinetostatics.viewer.meshcat_server.PATIENCE", 300)
+    monkeypatch.setattr("kinetostatics.viewer.running_meshcat.PATIENCE", 300)
     assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err

@@ -8,7 +8,7 @@ import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.scene import describe_scene
-from kinetostatics.viewer.unloaded import UnloadedPose
+from kinetostatics.viewer.single_poses import UnloadedPose
 
 CORNERS = [0.3 * np.array([np.cos(a), np.sin(a), 0]) for a in np.deg2rad([90, 210, 330])]
 

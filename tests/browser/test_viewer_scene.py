@@ -18,15 +18,14 @@ from kinetostatics import sections
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.cards import quantities_of
-from kinetostatics.viewer.decimation import decimated
-from kinetostatics.viewer.joints import find_joints
+from kinetostatics.viewer.drawn_parts import find_joints
+from kinetostatics.viewer.drawn_poses import MOST_POSES, ShownPoses, serpentine
 from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.packing import Packing
 from kinetostatics.viewer.page import fitting_page, page_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, ball, pin, swept
-from kinetostatics.viewer.shown_poses import MOST_POSES, ShownPoses, serpentine
-from kinetostatics.viewer.visuals import link_visuals
+from kinetostatics.viewer.visuals import decimated, link_visuals
 
 LOAD = [100, 50, -500, 10, 20, -5]
 POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}

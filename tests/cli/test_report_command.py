@@ -43,7 +43,7 @@ def pose():
 def test_figures_open_no_windows(monkeypatch, tmp_path):
     plt = pytest.importorskip("matplotlib.pyplot")
     monkeypatch.setattr("kinetostatics.cli.report_page._map", lambda *_: None)
-    monkeypatch.setattr("kinetostatics.report_page.write.report_html", lambda *_: plt.get_backend())
+    monkeypatch.setattr("kinetostatics.report_page.report_html", lambda *_: plt.get_backend())
     monkeypatch.setattr(plt, "switch_backend", lambda name: monkeypatch.setattr(plt, "get_backend", lambda: name))
     assert main([*COMMAND, "--out", str(tmp_path / "x.html")]) == 0
     assert (tmp_path / "x.html").read_text(encoding="utf-8") == "agg"
@@ -111,7 +111,7 @@ def test_the_workspace_has_worst_cases_and_maps(html):
 def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     drawn = {
-        "maps._figures": r'<div class="maps">.*?</div>',
+        "chapters._figures": r'<div class="maps">.*?</div>',
         "chapters.scene_html": r'<div class="scene">.*?<img class="still".*?>',
     }
     for name, pattern in drawn.items():  # what takes long to draw is not drawn again

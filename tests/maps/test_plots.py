@@ -26,10 +26,11 @@ from matplotlib.colors import to_rgba  # noqa: E402
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from kinetostatics.plot.display_units import coordinate_unit, display_unit  # noqa: E402
-from kinetostatics.plot.rims import continued, edges, level_of  # noqa: E402
+from kinetostatics.plot.masks import continued, edges, level_of  # noqa: E402
 from kinetostatics.plot.selection import main_range  # noqa: E402
-from kinetostatics.plot.solids import cut_cells, skin  # noqa: E402
 from kinetostatics.plot.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
+from kinetostatics.plot.surfaces import cut_cells  # noqa: E402
+from kinetostatics.plot.workspaces import skin  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("no_figures_left")
 

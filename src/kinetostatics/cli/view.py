@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
-    from kinetostatics.viewer.unloaded import UnloadedPose
+    from kinetostatics.viewer.single_poses import UnloadedPose
 
 #: Default number of poses of a sweep.
 POSES = 21
@@ -85,7 +85,7 @@ def _shown(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) ->
     """Return the result, and warnings; if the robot cannot be analysed, its pose without loads, and the reason as a warning."""
     from kinetostatics.analysis import analyze
     from kinetostatics.status import Status
-    from kinetostatics.viewer.unloaded import UnloadedPose
+    from kinetostatics.viewer.single_poses import UnloadedPose
 
     shown: Configuration | Robot = robot
     try:
@@ -147,7 +147,7 @@ def _meshcat(result: Result | UnloadedPose | Modes, url: str | None, exaggeratio
     with contextlib.ExitStack() as stack:
         with waiting("drawing into meshcat"):
             from kinetostatics.viewer import open_browser, show
-            from kinetostatics.viewer.meshcat_server import connected
+            from kinetostatics.viewer.running_meshcat import connected
 
             visualizer = stack.enter_context(connected(url))
             drawn: Keyword = show(result, visualizer=visualizer, exaggeration=exaggeration)

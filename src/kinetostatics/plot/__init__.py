@@ -20,8 +20,7 @@ except ModuleNotFoundError as error:
     raise KinetostaticsError(f"figures need {name}: pip install 'kinetostatics[plot]'") from None
 
 from kinetostatics.plot.charts import calibration, frequency_response, pareto, sensitivities, tolerances
-from kinetostatics.plot.lines import line
-from kinetostatics.plot.paths import path
+from kinetostatics.plot.lines import line, path
 from kinetostatics.plot.slices import slice
 from kinetostatics.plot.style import STYLE, save
 from kinetostatics.plot.surfaces import surface

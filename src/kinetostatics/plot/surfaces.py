@@ -17,8 +17,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plot.display_units import label, typeset
-from kinetostatics.plot.masks import areas_of, check_numbers, common_masks
-from kinetostatics.plot.rims import continued, level_of
+from kinetostatics.plot.masks import areas_of, check_numbers, common_masks, continued, level_of
 from kinetostatics.plot.selection import (
     check_range,
     chosen_names,
@@ -28,7 +27,6 @@ from kinetostatics.plot.selection import (
     select,
     select_each,
 )
-from kinetostatics.plot.solids import cut_cells, faces
 from kinetostatics.plot.style import (
     COLOURS,
     ONE_COLUMN,
@@ -179,3 +177,49 @@ def _coincide(sheets: Sequence[Array], low: float, high: float) -> bool:
     gaps = [np.abs(two - one) for one, two in pairwise(sheets)]
     middles = [np.nanmedian(gap) for gap in gaps if np.isfinite(gap).any()]
     return bool(middles) and min(middles) < NEAR * (high - low)
+
+
+#: Direction towards the light, and the part of a face's brightness that is independent of it.
+LIGHT = np.array([-0.35, -0.55, 0.76])
+AMBIENT = 0.72
+
+
+def cut_cells(points: Array, field: Array) -> Array:
+    """Return the cells between points (nx, ny, 3) of a grid, clipped to the area in which a field (nx, ny) is positive.
+
+    Returns:
+        Polygons (m, 6, 3); the last corner is repeated if there are fewer.
+    """
+    nx, ny = field.shape
+    places = [np.s_[i : nx - 1 + i, j : ny - 1 + j] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    quads = np.stack([points[place] for place in places], axis=2)
+    levels = np.stack([field[place] for place in places], axis=2)
+    whole, some = (levels > 0).all(axis=2), (levels > 0).any(axis=2)
+    found = [quads[whole][:, [0, 1, 2, 3, 3, 3]]]
+    for quad, level in zip(quads[some & ~whole], levels[some & ~whole], strict=True):
+        ring = []
+        for k in range(4):
+            near, far = level[k], level[(k + 1) % 4]
+            if near > 0:
+                ring.append(quad[k])
+            if (near > 0) != (far > 0):
+                ring.append(quad[k] + near / (near - far) * (quad[(k + 1) % 4] - quad[k]))
+        found.append(np.array([ring + (6 - len(ring)) * ring[-1:]]))
+    return np.concatenate(found)
+
+
+def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -> Poly3DCollection:
+    """Return a collection of faces, shaded by their angle to the light; both sides are alike.
+
+    Args:
+        quads: (m, n, 3) corners.
+        colours: (m, 4) RGBA colours of the faces.
+        scale: (3,) lengths of the axes' box, to which normals are scaled.
+        edge: opacity of the black edges.
+        label: label of the collection.
+    """
+    normals = np.cross((quads[:, 2] - quads[:, 0]) / scale, (quads[:, 3] - quads[:, 1]) / scale)
+    size = np.linalg.norm(normals, axis=1)
+    brightness = AMBIENT + (1 - AMBIENT) * np.abs(normals @ LIGHT) / np.where(size > 0, size, 1)
+    lit = np.column_stack([colours[:, :3] * brightness[:, None], colours[:, 3]])
+    return Poly3DCollection(list(quads), facecolors=lit, edgecolors=(0, 0, 0, edge), linewidths=0.2, label=label, zorder=3)

@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plot import solids
 from kinetostatics.plot.display_units import coordinate_unit, label
-from kinetostatics.plot.masks import check_numbers, masks_of
-from kinetostatics.plot.planes import SLENDER
-from kinetostatics.plot.rims import level_of
+from kinetostatics.plot.masks import check_numbers, level_of, masks_of
 from kinetostatics.plot.selection import check_range, chosen_names, in_figure_units, range_of, select
+from kinetostatics.plot.slices import SLENDER
 from kinetostatics.plot.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of, wrapped
+from kinetostatics.plot.surfaces import faces
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -86,7 +85,7 @@ def workspace(
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
     check_numbers(colour, [shown], "this workspace")
     (values,), unit = in_figure_units([shown], unit)
-    corners, nodes = solids.skin(grid, level_of(good), _octant(good) & cut)
+    corners, nodes = skin(grid, level_of(good), _octant(good) & cut)
     levels = values[tuple(nodes.T)]
     span = range_of(levels, value_range)
     low, high = span.low, span.high
@@ -97,7 +96,7 @@ def workspace(
     start, end = start - flat, end + flat
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
-    ax.add_collection3d(solids.faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
+    ax.add_collection3d(faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
     make_room(ax, labels)
     if set(dims if known else named) == set(POSITIONS) and scale.max() < SLENDER * scale.min():
@@ -115,6 +114,45 @@ def workspace(
         note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
         legend_below(figure, [note])
     return ax
+
+
+def skin(points: Array, field: Array, cut: NDArray[np.bool_]) -> tuple[Array, NDArray[np.intp]]:
+    """Return the zero surface of a field over a grid, with a face for each pair of neighbours of different signs.
+
+    A corner of faces is the mean of the intersections of a cell's edges with the surface (dual contouring of the cells). Outside
+    the grid, the field is negative.
+
+    Args:
+        points: (nx, ny, nz, 3) positions of the nodes; NaN where unknown.
+        field: (nx, ny, nz) field, positive inside.
+        cut: (nx, ny, nz) mask of removed nodes; the surface is midway between them and their neighbours.
+
+    Returns:
+        Corners (m, 4, 3) of the faces, and the indices (m, 3) of their inner nodes.
+    """
+    around = [(1, 1)] * 3
+    field = np.pad(np.where(cut, -1.0, field), around, constant_values=-1.0)
+    cut, points = np.pad(cut, around), np.pad(points, [*around, (0, 0)], "edge")
+    total, count = (np.zeros((*(size - 1 for size in field.shape), last)) for last in (3, 1))
+    found = []
+    for axis in range(3):
+        ends = [tuple(np.s_[k : k - 1 or None] if n == axis else np.s_[1:-1] for n in range(3)) for k in (0, 1)]
+        (near, far), (one, two) = (field[end] for end in ends), (points[end] for end in ends)
+        passes = (near > 0) != (far > 0)
+        one, two = (np.where(np.isfinite(a), a, b) for a, b in ((one, two), (two, one)))
+        part = np.divide(near, near - far, out=np.full(near.shape, 0.5), where=passes & ~cut[ends[0]] & ~cut[ends[1]])
+        through = np.where(passes[..., None], one + part[..., None] * (two - one), 0.0)
+        across, up = np.eye(3, dtype=np.intp)[[n for n in range(3) if n != axis]]
+        cells = np.stack([0 * across, across, across + up, up])
+        for cell in cells:
+            place = tuple(np.s_[first : first + size] for first, size in zip(cell, passes.shape, strict=True))
+            total[place] += through
+            count[place] += passes[..., None]
+        first = np.argwhere(passes)
+        inside = first + np.eye(3, dtype=np.intp)[axis] * (far[passes] > 0)[:, None]
+        found.append((first[:, None] + cells, inside - np.eye(3, dtype=np.intp)[axis]))
+    corners, nodes = (np.concatenate(part) for part in zip(*found, strict=True))
+    return (total / np.maximum(count, 1))[tuple(np.moveaxis(corners, -1, 0))], nodes
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+import base64
+import tempfile
 from collections.abc import Sequence
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
-from kinetostatics.layout.numbers import join_words
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.numbers import ANGLES, LENGTHS, STIFFNESSES, NoiseFloor, NumberFormat, join_words, quantity
 from kinetostatics.math.arrays import Array
-from kinetostatics.report_page.bars import contribution_bars, source_bars
+from kinetostatics.reports.map import coordinate_words, map_report
 from kinetostatics.reports.result import magnitudes
+from kinetostatics.reports.sources import parts_along, ranked, share, sources
 from kinetostatics.results.result import Result
 from kinetostatics.verification import verify
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 #: Height of the scene [px].
 HEIGHT = 600
@@ -85,3 +95,143 @@ def scene_html(result: Result, title: str) -> str:
     """Return the scene of the viewer, and an image element with its picture for printing."""
     frame = iframe_html(page_html(describe_scene(result, title).plain()), HEIGHT)
     return f'<div class="scene">{frame}</div>\n<img class="still" alt="{escape(title)}, deformation exaggerated">'
+
+
+#: Largest number of bars; the remaining contributions are summed in one bar.
+MOST = 14
+#: Sizes [px]: width of the drawing, height of a row, width of the column of numbers, width of a letter.
+WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
+
+#: Title of the bars: displacement, or rotation if the displacement is zero.
+WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
+
+
+def contribution_bars(result: Result, noise: NoiseFloor) -> str:
+    """Return bars of the contributions of weights and loads to the platform's displacement."""
+    return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
+
+
+def source_bars(result: Result, noise: NoiseFloor) -> str:
+    """Return bars of the contributions of elastic parts to the platform's displacement, the largest first."""
+    names, twists = sources(result)
+    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
+
+
+def _bars(names: list[str], twists: list[Array], result: Result, noise: NoiseFloor, sort: bool = False) -> str:
+    """Return one bar for each twist (6,), its component along the whole displacement; empty if the platform does not move."""
+    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
+    if found is None:
+        return ""
+    parts, sizes, by = found
+    values = parts[:, by]
+    order = ranked(values) if sort else list(range(len(values)))
+    shown, rest = (order, []) if len(order) <= MOST + 1 else (order[:MOST], order[MOST:])
+    rows = [(names[k], float(values[k])) for k in shown]
+    if rest:
+        rows.append((f"{len(rest)} others", float(values[rest].sum())))
+    form = NumberFormat.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
+    words = WORDS[by].format(result.point_name)
+    return _drawing(rows, form, float(sizes[by]), f"Parts of the {words}; together {form.with_unit(sizes[by])}")
+
+
+def _drawing(rows: Sequence[tuple[str, float]], form: NumberFormat, whole: float, title: str) -> str:
+    """Return the SVG of names and values [SI], with the value and its percentage of the whole at each bar."""
+    left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
+    low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
+    per_unit = (WIDTH - left - 1.8 * NUMBERS) / (high - low)
+    zero = left - low * per_unit
+    height = ROW * len(rows) + 30
+    parts = [
+        f'<svg class="bars" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(title)}">',
+        f'<text class="title" x="0" y="14">{escape(title)}</text>',
+    ]
+    for k, (name, value) in enumerate(rows):
+        y = 26 + ROW * k
+        begin, length = zero + min(0.0, value) * per_unit, abs(value) * per_unit
+        colour = "less" if value < 0 else "more"
+        parts += [
+            f'<text class="name" x="{left - 6:.1f}" y="{y + 13}" text-anchor="end">{escape(name)}</text>',
+            f'<rect class="{colour}" x="{begin:.2f}" y="{y + 3}" width="{length:.2f}" height="{ROW - 6}"/>',
+            f'<text x="{zero + max(0.0, value) * per_unit + 6:.1f}" y="{y + 13}">{escape(form.with_unit(value))}'
+            f" ({share(value, whole):.1f} %)</text>",
+        ]
+    parts.append(f'<line x1="{zero:.2f}" x2="{zero:.2f}" y1="24" y2="{height - 2}"/></svg>')
+    return "\n".join(parts)
+
+
+#: Quantities of the workspace chapter, if the map has them.
+SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
+
+
+def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
+    """Return a map of this robot with the tool's tip as reference point.
+
+    Raises:
+        ArgumentError: the Dataset is not a map, or the map has another robot or reference point.
+    """
+    from kinetostatics.indices import at_point
+    from kinetostatics.indices.map_variables import variable
+
+    variable(workspace, "status")
+    name, of = configuration.robot.name, workspace.attrs.get("robot_name")
+    if of != name:
+        raise ArgumentError(f"the map is of {of!r}, and the pose of {name!r}: sweep the same robot")
+    own = workspace.attrs.get("point")
+    if own is None:
+        return workspace if tool is None else at_point(workspace, tool.tolist())
+    if tool is None or not np.array_equal(own, tool):
+        point = f"({' '.join(f'{value:g}' for value in own)})"
+        raise ArgumentError(f"the map is about the point {point} m of the platform: give tool={point.replace(' ', ', ')}, too")
+    return workspace
+
+
+def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return the worst cases of a map, and figures of it through the pose."""
+    about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
+    return "\n".join([map_report(workspace).html(), _softest(workspace), about, _figures(workspace, configuration)])
+
+
+def _softest(workspace: xr.Dataset) -> str:
+    """Return a sentence on the pose of least translational stiffness."""
+    from kinetostatics import indices
+
+    what = "least_translational_stiffness"
+    try:
+        found = indices.worst(workspace, what)
+    except ArgumentError:  # no valid pose
+        return ""
+    where = ", ".join(coordinate_words(workspace[name], value) for name, value in found.coordinates.items())
+    return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
+
+
+def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return figures over the first two varying coordinates through the pose; a sentence if Matplotlib is missing."""
+    try:
+        from kinetostatics import plot
+    except KinetostaticsError as error:
+        return f"<p>There are no maps here: {escape(str(error))}.</p>"
+    from kinetostatics import indices
+    from kinetostatics.plot.selection import free_names
+    from kinetostatics.plot.style import save_and_close
+
+    names = free_names(workspace, ())
+    if not names:
+        return ""
+    here = {**configuration.platform, **configuration.actuators}
+    at = {name: float(here[name]) for name in names[2:] if name in here}
+    found = []
+    for what in sorted(set(SHOWN) & set(indices.names(workspace)), key=SHOWN.index):
+        try:
+            if len(names) > 1:
+                axes = plot.slice(workspace, what, *names[:2], at=at)
+            else:
+                axes = plot.line(workspace, what, names[0])
+        except ArgumentError:  # no valid pose
+            continue
+        with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
+            file = Path(folder) / "map.svg"
+            save_and_close(axes, file)
+            data = base64.b64encode(file.read_bytes()).decode()
+        words = escape(f"{what} over {', '.join(names[:2])}")
+        found.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
+    return f'<div class="maps">{"".join(found)}</div>'

@@ -22,12 +22,9 @@ from kinetostatics.results.dynamics import Modes
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.viewer.description import Scene
-from kinetostatics.viewer.mode_poses import ModePoses
-from kinetostatics.viewer.page import fitting_page, iframe_html
+from kinetostatics.viewer.page import fitting_page, iframe_html, save_screenshot
 from kinetostatics.viewer.scene import describe_scene
-from kinetostatics.viewer.screenshot import save_screenshot
-from kinetostatics.viewer.standing import StandingPose
-from kinetostatics.viewer.unloaded import UnloadedPose
+from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
 
 if TYPE_CHECKING:
     import meshcat
@@ -97,7 +94,7 @@ def show(
         drawn = _drawable(result)
         if isinstance(drawn, Result) and pose is None and drawn.twist.size != 6:
             raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {drawn.shape}: choose one by pose=")
-        from kinetostatics.viewer.running import draw  # imports meshcat, with its server
+        from kinetostatics.viewer.running_meshcat import draw  # imports meshcat, with its server
 
         own = f"kinetostatics/{drawn.robot.name.replace('/', '_') or 'robot'}"
         scene = describe_scene(drawn, title, pose=pose, exaggeration=exaggeration)
@@ -195,13 +192,13 @@ def _page(
     if compare is not None and not isinstance(compare, Result):
         raise ArgumentError(f"compare= needs a Result, got {compare!r}: ks.analyze(robot.assemble())")
     shown_first = _drawable(result, pose)
-    if isinstance(shown_first, StandingPose) and (compare is not None or by_mechanism):
+    if isinstance(shown_first, SinglePose) and (compare is not None or by_mechanism):
         raise ArgumentError("compare= and by_mechanism= are of a result, and the pose is drawn without loads: leave them out")
     count = len(shown_first.sources) if isinstance(shown_first, ModePoses) else 1
     if mode not in range(1, count + 1):
         raise ArgumentError(f"mode is {mode!r}; it must be the number of a mode that is shown, 1 to {count}")
 
-    def scene(one: Result | StandingPose, title: str | None, every: int) -> Scene:
+    def scene(one: Result | SinglePose, title: str | None, every: int) -> Scene:
         return describe_scene(
             one.by_mechanism if isinstance(one, Result) and by_mechanism else one,
             title,
@@ -218,7 +215,7 @@ def _page(
         return fitting_page(both)
 
 
-def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | StandingPose:
+def _drawable(given: object, pose: int | tuple[int, ...] | None = None) -> Result | SinglePose:
     """Return a result unchanged; modes, a pose or a robot as poses to be drawn."""
     if isinstance(given, Result):
         return given

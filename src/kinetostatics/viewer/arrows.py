@@ -10,13 +10,10 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.results.parts import LimbResult
-from kinetostatics.viewer.applied_loads import about_point, loads_on_links
 from kinetostatics.viewer.description import Arrow, Stations
-from kinetostatics.viewer.drawn_poses import moved
-from kinetostatics.viewer.drawn_springs import DrawnSpring
-from kinetostatics.viewer.joints import DrawnJoint, marker_radius
+from kinetostatics.viewer.drawn_parts import DrawnJoint, DrawnSpring, marker_radius
+from kinetostatics.viewer.drawn_poses import ShownPoses, about_point, loads_on_links, moved, moved_wrench
 from kinetostatics.viewer.shapes import crossed, frames_along
-from kinetostatics.viewer.shown_poses import ShownPoses, moved_wrench
 
 #: Groups of arrows of limbs.
 OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")

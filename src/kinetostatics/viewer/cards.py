@@ -13,10 +13,9 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import actuator_coordinates, actuator_unit
 from kinetostatics.reports.result import magnitudes
 from kinetostatics.results.parts import BeamResult
-from kinetostatics.viewer.drawn_springs import DrawnSpring
-from kinetostatics.viewer.joints import DrawnJoint
+from kinetostatics.viewer.drawn_parts import DrawnJoint, DrawnSpring
+from kinetostatics.viewer.drawn_poses import ShownPoses
 from kinetostatics.viewer.packing import Packing, plain_scale
-from kinetostatics.viewer.shown_poses import ShownPoses
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, quantities_of
 from kinetostatics.viewer.frame_facts import FrameFacts
-from kinetostatics.viewer.mode_poses import DrawnMode
 from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
+from kinetostatics.viewer.single_poses import DrawnMode
 
 
 class Stations:

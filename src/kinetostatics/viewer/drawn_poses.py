@@ -1,15 +1,23 @@
-"""Interface of the poses of a scene, with or without loads."""
+"""Poses of a scene, with or without loads, and the small displacements of all points of the robot by each contribution."""
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection
+from collections.abc import Collection, Iterator, Mapping
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
+from kinetostatics.arguments import warn
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move
+from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.statics.solution import of_deformation
+from kinetostatics.status import Status
 
 
 class DrawnPoses(ABC):
@@ -89,3 +97,171 @@ class DrawnPoses(ABC):
 def moved(twist: Array, arm: Array) -> Array:
     """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
     return move("twist", twist, arm[:, None], components_last=True)
+
+
+#: Largest number of poses of a page.
+MOST_POSES = 1000
+#: Pairs of a number of poses and the interval of a beam's stations on paths up to that number.
+STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
+
+
+class ShownPoses(DrawnPoses):
+    """The analysed poses of a result in the order of a path.
+
+    Attributes:
+        result: the result.
+        indices: (F,) positions of the shown poses in the flattened batch.
+    """
+
+    def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
+        self.result, self.robot, self.rigid = result, result.robot, result.link_contributions
+        order = serpentine(result.shape) if pose is None else np.array([place_of(result.shape, pose)])
+        twist = result.twist.reshape(-1, 6)[order]
+        good = np.all(np.isfinite(twist), axis=-1)
+        if not np.any(good):
+            raise ArgumentError(_nothing_to_show(result, order))
+        if not np.all(good):
+            warn(f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are not drawn")
+        self.indices = order[good]
+        self._one = result.shape == ()
+        self._frames: dict[str, Array] = {}
+        self._links: dict[str, Array] = {}
+        self._lines: dict[str, tuple[Array, Array]] = {}
+        self._beams: dict[str, Array] = {}
+        if len(self.indices) > MOST_POSES:
+            raise ArgumentError(
+                f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
+            )
+        self.indices = self.indices[::every]
+        self.count = len(self.indices)
+        self.step = next(step for most, step in STEPS if self.count <= most)
+        self.sources = tuple(result.contributions)
+        labels: dict[str, str] = {}
+        for limb in result.limbs:
+            if of_deformation(limb) in self.sources:  # the limb's weight is divided in two contributions
+                labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
+        self.labels = tuple(labels.get(name, name) for name in self.sources)
+
+    def take(self, array: Array) -> Array:
+        """Return the shown poses (F, …) of an array (*batch, …) of the result."""
+        if self._one:
+            return np.asarray(array)[None]
+        shape = self.result.shape
+        flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
+        return np.asarray(flat[self.indices])
+
+    def by_source(self, contributions: Mapping[str, Array]) -> Array:
+        """Return the shown poses (F, K, …) of all contributions; zero for missing ones."""
+        none = np.zeros_like(next(iter(contributions.values())))
+        arrays = [contributions.get(name, none) for name in self.sources]
+        return np.array([arrays]) if self._one else np.stack([self.take(array) for array in arrays], axis=1)
+
+    def parts(self, contributions: Mapping[str, Array]) -> Array:
+        """Return contributions (F, K + 1, …) as parts of arrows: zero for NaN and for the remainder."""
+        found = self.by_source(contributions)
+        parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
+        parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
+        return parts
+
+    def of_configuration(self, array: Array, components: int) -> Array:
+        """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
+        if self._one:
+            return self.take(array)
+        shape = self.result.shape + array.shape[array.ndim - components :]
+        return self.take(np.broadcast_to(array, shape))
+
+    def frame(self, link: str) -> Array:
+        """Return the frames (F, 4, 4) of a link at rest."""
+        if link not in self._frames:
+            self._frames[link] = self.of_configuration(self.result.configuration.frame(link), 2)
+        return self._frames[link]
+
+    @cached_property
+    def platform_frame(self) -> Array:
+        """The frames o-xyz (F, 4, 4) at rest."""
+        return self.of_configuration(self.result.configuration.platform_frame, 2)
+
+    @cached_property
+    def platform_twist(self) -> Array:
+        """(F, K, 6) twist of the platform by each contribution, at o, world axes [m, rad]."""
+        return self.by_source(self.result.contributions)
+
+    def link_twist(self, link: str) -> Array | None:
+        """Return what each contribution does (F, K, 6) to a link at its own origin; None if it carries a beam."""
+        own = self.result.link_contributions.get(link)
+        if own is not None and link not in self._links:
+            self._links[link] = self.by_source(own)
+        return self._links.get(link)
+
+    def tension(self, name: str) -> Array:
+        """Return the force (F,) [N] of a spring."""
+        return self.take(self.result.spring_forces[name])
+
+    def beam_twists(self, name: str) -> Array:
+        """Return the twists (F, K, n, 6) of a beam's stations by each contribution [m, rad]."""
+        if name not in self._beams:
+            self._beams[name] = self.by_source(self.result.beam_contributions[name])
+        return self._beams[name]
+
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        """Return axes (F, 3, 3) and points (F, n, 3) [m] of a beam at rest."""
+        if name not in self._lines:
+            axes, points = self.result.centre_lines[name]
+            self._lines[name] = self.take(axes), self.take(points)
+        return self._lines[name]
+
+
+def moved_wrench(wrench: Array, shift: Array) -> Array:
+    """Return wrenches (F, 6) about points displaced by ``shift`` (F, 3) [m] from the present ones."""
+    return move("wrench", wrench, shift, components_last=True)
+
+
+def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """Return an order of a batch's poses in which consecutive poses are neighbours: every second row is reversed."""
+    order = np.arange(int(np.prod(shape)), dtype=np.intp).reshape(shape or (1,))
+    while order.ndim > 1:
+        rows = order.reshape(-1, *order.shape[-2:]).copy()
+        rows[:, 1::2] = rows[:, 1::2, ::-1]
+        order = rows.reshape(*order.shape[:-2], -1)
+    return order
+
+
+def place_of(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
+    """Return the position of one pose in the flattened batch; negative indices count from the end."""
+    index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
+    if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):
+        right = f"an index into the result's batch of shape {shape}" if shape else "left out, as the result is of one pose"
+        raise ArgumentError(f"pose is {pose!r}; it must be {right}")
+    return int(np.ravel_multi_index(tuple(index % counts), shape))
+
+
+def _nothing_to_show(result: Result, order: NDArray[np.intp]) -> str:
+    names = {int(status): status.name for status in Status}
+    found = sorted({names[int(code)] for code in np.ravel(result.status)[order]})
+    if not found:
+        return "the result has no poses, so there is nothing to show"
+    what = "the pose" if len(order) == 1 else "no pose of the batch"
+    verb = "could not be analysed" if len(order) == 1 else "could be analysed"
+    return f"{what} {verb} (status {', '.join(found)}), so there is nothing to show"
+
+
+def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
+    """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of loads on links; kinds are "load" and "spring"."""
+    solutions, shape, take = poses.result.solutions, poses.result.shape, poses.take
+    for k, item in enumerate(solutions[0].applied):
+        if item.load.kind not in kinds:
+            continue
+        loads = [s.applied[k].load for s in solutions]
+        nothing = [np.zeros((6, s.o.shape[1])) for s in solutions]
+        for place in dict.fromkeys(place for load in loads for place in load.wrenches):  # a place need not be loaded at all poses
+            point = [load.points.get(place, none[:3]) for load, none in zip(loads, nothing, strict=True)]
+            wrench = [load.wrenches.get(place, none) for load, none in zip(loads, nothing, strict=True)]
+            both = [take(np.concatenate(parts, axis=-1).T.reshape(*shape, -1)) for parts in (point, wrench)]
+            yield item.load.name, place, both[0], both[1]
+
+
+def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:
+    """Return wrenches (F, 6) about o as wrenches about points (F, 3), with rounding errors of moments set to zero."""
+    found = moved_wrench(wrench, point - o)
+    found[:, 3:] = np.where(np.abs(found[:, 3:]) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), found[:, 3:], 0.0)
+    return found

@@ -12,10 +12,9 @@ from kinetostatics.layout.numbers import ANGLES, LENGTHS, NumberFormat, largest
 from kinetostatics.math.arrays import Array
 from kinetostatics.reports.pose import facts_of, platform_coordinates
 from kinetostatics.statics.link_loads import PAYLOAD
-from kinetostatics.viewer.applied_loads import about_point, loads_on_links
+from kinetostatics.viewer.drawn_poses import ShownPoses, about_point, loads_on_links
 from kinetostatics.viewer.packing import plain_scale
-from kinetostatics.viewer.shown_poses import ShownPoses
-from kinetostatics.viewer.standing import StandingPose
+from kinetostatics.viewer.single_poses import SinglePose
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +100,7 @@ def find_facts(poses: ShownPoses, displacements: Array, size: float) -> FrameFac
     )  # fmt: skip
 
 
-def facts_without_loads(poses: StandingPose) -> FrameFacts:
+def facts_without_loads(poses: SinglePose) -> FrameFacts:
     """Return the heading of a pose without loads: its coordinates, if the loops are closed."""
     pose = [] if poses.configuration is None else _coordinates(poses.configuration, lambda values: values.reshape(1))
     formats = NumberFormat.of(0.0, LENGTHS, digits=4), NumberFormat.of([0.0], ANGLES, digits=4)

@@ -38,8 +38,8 @@ from kinetostatics.robot import Robot, robot_of
 from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.single_poses import UnloadedPose
 from kinetostatics.viewer.sliders import Sliders, written
-from kinetostatics.viewer.unloaded import UnloadedPose
 from kinetostatics.viewer.visuals import link_visuals
 
 #: Allowed host names; others are refused against DNS rebinding.

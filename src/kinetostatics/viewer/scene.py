@@ -16,14 +16,11 @@ from kinetostatics.results.result import Result
 from kinetostatics.viewer.arrows import Wrenches
 from kinetostatics.viewer.cards import Card, Cards
 from kinetostatics.viewer.description import COLOURS, FREE_MOTION, Arrow, Mesh, Scene, Stations
-from kinetostatics.viewer.drawn_springs import find_masses_at_points, find_springs, radius_of_ball
+from kinetostatics.viewer.drawn_parts import find_joints, find_masses_at_points, find_springs, marker_radius, radius_of_ball
+from kinetostatics.viewer.drawn_poses import ShownPoses
 from kinetostatics.viewer.frame_facts import facts_without_loads, find_facts
-from kinetostatics.viewer.joints import find_joints, marker_radius
-from kinetostatics.viewer.mode_poses import ModePoses
 from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
-from kinetostatics.viewer.shown_poses import ShownPoses
-from kinetostatics.viewer.standing import StandingPose
-from kinetostatics.viewer.unloaded import UnloadedPose
+from kinetostatics.viewer.single_poses import ModePoses, SinglePose, UnloadedPose
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 
 #: Initial size of the largest displacement, as a part of the robot's size, …
@@ -44,7 +41,7 @@ TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
 def describe_scene(
-    result: Result | StandingPose,
+    result: Result | SinglePose,
     title: str | None = None,
     visuals: Mapping[str, LinkVisual] | None = None,
     *,
@@ -73,13 +70,13 @@ def describe_scene(
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
-    poses = result if isinstance(result, StandingPose) else ShownPoses(result, pose, every)
+    poses = result if isinstance(result, SinglePose) else ShownPoses(result, pose, every)
     scene = _SceneBuilder(poses, link_visuals(poses.robot.description) if visuals is None else visuals, like).build(title, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _SceneBuilder:
-    def __init__(self, poses: ShownPoses | StandingPose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
+    def __init__(self, poses: ShownPoses | SinglePose, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
         self.poses, self.robot, self.visuals = poses, poses.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
@@ -103,7 +100,7 @@ class _SceneBuilder:
         self._joint_markers()
         self._springs()
         self._masses_at_points()
-        if isinstance(poses, StandingPose):
+        if isinstance(poses, SinglePose):
             return self._modes(poses, title) if isinstance(poses, ModePoses) else self._unloaded(poses, title)
         arrows = self._without_rounding(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
         exaggeration = self._exaggeration() if like is None else like.exaggeration
@@ -125,7 +122,7 @@ class _SceneBuilder:
             self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True, modes=poses.drawn,
         )  # fmt: skip
 
-    def _unloaded(self, poses: StandingPose, title: str | None) -> Scene:
+    def _unloaded(self, poses: SinglePose, title: str | None) -> Scene:
         """Return the scene of a pose without loads, with its free motions."""
         meshes = []
         for mesh in self.meshes:
@@ -144,7 +141,7 @@ class _SceneBuilder:
             self._limb_labels(), [*poses.notes, *self._coarse()], unloaded=True,
         )  # fmt: skip
 
-    def _free_motions(self, poses: StandingPose) -> Iterator[Arrow]:
+    def _free_motions(self, poses: SinglePose) -> Iterator[Arrow]:
         """Yield the platform's free motions at o: translations as single arrows, rotations as double arrows."""
         for k, name in enumerate(poses.sources):
             for kind, motion, part in (("force", "translation", slice(0, 3)), ("moment", "rotation", slice(3, 6))):

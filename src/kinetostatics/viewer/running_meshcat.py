@@ -1,15 +1,20 @@
-"""Drawing of a scene in a running meshcat: the robot below its own node, heading, legend, camera and light."""
+"""A running meshcat: connections to its server, and drawing of a scene with heading, legend, camera and light."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+import contextlib
+import io
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
 from html import escape
 from typing import NamedTuple
 from uuid import uuid4
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import zmq
 from meshcat import geometry
 from meshcat.animation import Animation
 from meshcat.commands import SetAnimation
@@ -17,12 +22,11 @@ from meshcat.path import Path
 from meshcat.transformations import translation_matrix
 from meshcat.visualizer import ViewerWindow, Visualizer
 
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.arrays import Array
 from kinetostatics.viewer.description import AXES, FIELD_OF_VIEW, HIDDEN, LIGHT, MARK, RESTING, Mesh, Scene
-from kinetostatics.viewer.overlay import HEIGHT, INK, WIDTH, heading, image, legend, number
 from kinetostatics.viewer.shapes import Surface, arrow, ball, frames_along, joined
-from kinetostatics.viewer.still import Still
+from kinetostatics.viewer.still import HEIGHT, INK, WIDTH, Still, heading, image, legend, number
 
 #: Folders of the scene's roots.
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}
@@ -289,3 +293,67 @@ def _axes(size: float) -> tuple[Surface, Array]:
 def _integer(colour: str) -> int:
     """Return "#rrggbb" as an integer."""
     return int(colour[1:], 16)
+
+
+#: Timeout of a server's response [ms].
+PATIENCE = 10_000
+#: Program that runs meshcat's server on the local address only; by default it serves its page to all networks.
+LOCAL_SERVER = """
+import functools, tornado.web
+tornado.web.Application.listen = functools.partialmethod(tornado.web.Application.listen, address="127.0.0.1")
+from meshcat.servers.zmqserver import main
+main()
+"""
+
+
+@contextlib.contextmanager
+def connected(url: str | None) -> Iterator[Visualizer]:
+    """Yield the visualizer of the meshcat-server at a ZeroMQ address, or of a new local server, which ends with the context.
+
+    Raises:
+        KinetostaticsError: no server answers, or none can be started.
+    """
+    with contextlib.ExitStack() as stack:
+        server, address = (None, url) if url else stack.enter_context(_local_server())
+        with contextlib.redirect_stdout(io.StringIO()):  # it prints its address
+            visualizer = _reached(address)
+        visualizer.window.server_proc = server
+        try:
+            yield visualizer
+        except zmq.ZMQError as error:
+            raise KinetostaticsError(f"the meshcat-server does not answer any more: {error}") from None
+
+
+@contextlib.contextmanager
+def _local_server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Run a server; yield its process and its ZeroMQ address."""
+    command = [sys.executable, "-u", "-c", LOCAL_SERVER]
+    server = subprocess.Popen(  # in a separate session, so that Ctrl+C does not reach it
+        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
+    )
+    try:
+        assert server.stdout is not None
+        answer = server.stdout.readline().strip()
+        if not answer.startswith("zmq_url="):
+            raise KinetostaticsError("meshcat's server does not start; for the reason, run python -m meshcat.servers.zmqserver")
+        yield server, answer.removeprefix("zmq_url=")
+    finally:
+        server.terminate()
+        server.wait()
+
+
+def _reached(url: str) -> Visualizer:
+    """Return the visualizer of a running server, with timeouts for its sockets."""
+    limits = {zmq.RCVTIMEO: PATIENCE, zmq.SNDTIMEO: PATIENCE, zmq.LINGER: 0}
+    before = ViewerWindow.context
+    ViewerWindow.context = zmq.Context()
+    for option, value in limits.items():
+        ViewerWindow.context.setsockopt(option, value)
+    try:
+        return Visualizer(zmq_url=url)
+    except zmq.ZMQError:
+        raise ArgumentError(
+            f"no meshcat-server answers at {url!r}; give the zmq_url that it printed, such as tcp://127.0.0.1:6000"
+        ) from None
+    finally:
+        ViewerWindow.context = before

@@ -1,0 +1,249 @@
+"""One pose of a robot without loads: with the free motions of its platform, or with its modes of vibration."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration, taken
+from kinetostatics.kinematics.solver import SolverState
+from kinetostatics.layout.numbers import NumberFormat
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.rotations import logarithm
+from kinetostatics.math.screws import describe_twist
+from kinetostatics.mechanism.beam_model import make_beam_models
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.reports.dynamics import HERTZ, NONE, per_cent
+from kinetostatics.reports.pose import count as counted
+from kinetostatics.results.dynamics import Modes
+from kinetostatics.results.parts import FRACTIONS
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.viewer.drawn_poses import DrawnPoses, moved, place_of
+
+
+class SinglePose(DrawnPoses):
+    """One pose of a robot, F = 1, with unknown forces of springs.
+
+    Attributes:
+        configuration: the pose; None if the loops of the robot cannot be closed.
+        frames: frames of its bodies.
+    """
+
+    count, step = 1, 1
+    configuration: Configuration | None
+    frames: Frames
+
+    @property
+    @abstractmethod
+    def notes(self) -> list[str]:
+        """Notes of the page."""
+
+    def _homogeneous(self, body: int, placement: Array) -> Array:
+        return np.moveaxis(self.frames.matrices(body, placement), -1, 0)
+
+    def frame(self, link: str) -> Array:
+        """Return the frame (1, 4, 4) of a link."""
+        return self._homogeneous(*self.robot.mechanism.body_of[link])
+
+    @property
+    def platform_frame(self) -> Array:
+        """The frame o-xyz (1, 4, 4)."""
+        return self._homogeneous(*self.robot.mechanism.platform_frame)
+
+    @cached_property
+    def _beams(self) -> dict[str, tuple[Array, Array]]:
+        models = make_beam_models(self.robot.mechanism, self.robot.topology.beams, self.frames)
+        found = {}
+        for name, model in models.items():
+            start, end = (point.T for point in model.ends(self.frames))
+            axes = self.frames.rotation[:, :, model.span.carrier, 0] @ model.axes
+            found[name] = axes[None], start[:, None] + FRACTIONS[:, None] * (end - start)[:, None]
+        return found
+
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        """Return axes (1, 3, 3) and points (1, n, 3) [m] of a beam."""
+        return self._beams[name]
+
+    def tension(self, name: str) -> Array:
+        """Return zero (1,) for the unknown force of a spring."""
+        return np.zeros(1)
+
+
+#: Step of the difference quotient for the twists of links in a free motion [scaled m, rad].
+STEP = 1e-5
+
+
+class UnloadedPose(SinglePose):
+    """One pose of a robot, F = 1, or its tree as the file has it.
+
+    The contributions are the free motions of the platform with locked actuators, of arbitrary magnitude.
+
+    Args:
+        shown: a pose; or a robot, drawn at its zero pose, or with all joints at zero if its loops cannot be closed.
+        message: reason why the pose cannot be analysed.
+    """
+
+    def __init__(self, shown: Configuration | Robot, message: str | None = None) -> None:
+        self.robot = robot_of(shown) if isinstance(shown, Configuration) else shown
+        self.rigid = self.robot.mechanism.body_of  # all links
+        self.configuration = shown if isinstance(shown, Configuration) else None
+        self.frames, self.poses, found = self._placed()
+        self.message = message or found
+        self.sources = self.labels = self._names()
+
+    def _placed(self) -> tuple[Frames, SolverState | None, str | None]:
+        """Return frames of the bodies, the closed pose or None, and the reason for None."""
+        if self.configuration is not None:
+            return self.configuration.frames, self.configuration.poses, None
+        try:
+            return self.robot.zero_frames, self.robot.zero_poses, None
+        except KinetostaticsError as error:
+            neutral = self.robot.mechanism.tree.neutral[:, None]
+            return self.robot.frames_at(neutral), None, str(error)
+
+    @cached_property
+    def _free_motions(self) -> tuple[Array, Array]:
+        """The platform's free twists at o (6, k) [m, rad], and the rates (nv, k) of the tree's freedoms."""
+        robot, nv = self.robot, self.robot.mechanism.tree.nv
+        if self.poses is None or not np.all(np.isfinite(self.frames.position)):
+            return np.zeros((6, 0)), np.zeros((nv, 0))
+        return robot.mobility_analysis.free_motions(robot.actuator_coordinates, self.poses)
+
+    def _names(self) -> tuple[str, ...]:
+        count = self._free_motions[0].shape[1]
+        return ("free motion",) if count == 1 else tuple(f"free motion {k + 1}" for k in range(count))
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the page."""
+        words = "; ".join(describe_twist(twist, self.robot.length) for twist in self._free_motions[0].T)
+        if self.message is None and words:
+            return [f"with the actuators locked the platform can still move: {words}"]
+        return [self.message] if self.message else []
+
+    @property
+    def platform_twist(self) -> Array:
+        """(1, k, 6) the free motions of the platform, at o."""
+        return self._twist(*self.robot.mechanism.platform_frame)
+
+    def link_twist(self, link: str) -> Array:
+        """Return the free motions (1, k, 6) of a link at its own origin."""
+        return self._twist(*self.robot.mechanism.body_of[link])
+
+    def _twist(self, body: int, placement: Array) -> Array:
+        """Return the free motions (1, k, 6) of a frame of a body, at its origin."""
+        plus, minus = (np.moveaxis(frames.matrices(body, placement), -1, 0) for frames in self._stepped)
+        turn = np.moveaxis(plus[:, :3, :3] @ np.swapaxes(minus[:, :3, :3], 1, 2), 0, -1)
+        return np.concatenate([plus[:, :3, 3] - minus[:, :3, 3], logarithm(turn).T], axis=1)[None] / (2 * STEP)
+
+    @cached_property
+    def _stepped(self) -> tuple[Frames, Frames]:
+        """The frames after a step along each of k free motions, and after a step backwards."""
+        rates = self._free_motions[1]
+        if self.poses is None or not rates.shape[1]:
+            none = self.frames.take(slice(0, 0))
+            return none, none
+        start = self.poses.take(np.zeros(rates.shape[1], dtype=np.intp))
+        forth, back = (
+            self.robot.frames_of(SolverState(self.robot.solver.tree.integrate(start.x, sign * STEP * rates), start.c))
+            for sign in (1, -1)
+        )
+        return forth, back
+
+    def beam_twists(self, name: str) -> Array:
+        """Return the free motions (1, k, n, 6) of the stations of a beam, straight between its ends."""
+        span, (_, points) = self.robot.topology.beams[name], self.beam_line(name)
+        ends = []
+        for body, point in ((span.start_body, points[:, 0]), (span.end_body, points[:, -1])):
+            ends.append(moved(self._twist(body, np.eye(4)), point - self.frames.position[:, body].T))
+        part = FRACTIONS[:, None]
+        return (1 - part) * ends[0][:, :, None] + part * ends[1][:, :, None]
+
+
+#: Largest number of parts with shares of energy in the panel.
+MOST = 6
+
+
+@dataclass(frozen=True)
+class DrawnMode:
+    """Texts on a mode: name, frequency, effective masses [%] by direction, and largest shares of energy [%] by part."""
+
+    name: str
+    frequency: str
+    masses: list[str]
+    strain: list[tuple[str, str]]
+    kinetic: list[tuple[str, str]]
+
+
+class ModePoses(SinglePose):
+    """One pose of a robot, F = 1; the contributions are its modes, for a modal mass of 1 kg.
+
+    Args:
+        modes: modes of one pose or a batch.
+        pose: index of one pose of a batch.
+
+    Raises:
+        ArgumentError: the index of a pose is missing, or the pose has no modes.
+    """
+
+    def __init__(self, modes: Modes, pose: int | tuple[int, ...] | None = None) -> None:
+        if modes.shape and pose is None:
+            raise ArgumentError(f"modes are shown at one pose, and the result has the shape {modes.shape}: choose one by pose=")
+        self.modes, self.robot, self.rigid = modes, modes.robot, modes.link_twists
+        self._place = 0 if pose is None else place_of(modes.shape, pose)
+        self.configuration = taken(modes.configuration, np.array([self._place]), ())
+        self.frames = self.configuration.frames
+        self._found = np.isfinite(self._at_pose(modes.frequencies))
+        if not np.any(self._found):
+            raise ArgumentError("the robot has no modes at this pose, so there is nothing to show")
+        self.sources = self.labels = tuple(f"mode {k + 1}" for k in range(int(np.sum(self._found))))
+
+    def _at_pose(self, array: Array) -> Array:
+        """Return the shown pose of an array (*batch, …) of the modes."""
+        return np.asarray(array.reshape(-1, *array.shape[len(self.modes.shape) :])[self._place])
+
+    def _of_modes(self, array: Array) -> Array:
+        """Return the modes (1, K, …) of an array (*batch, count, …)."""
+        return self._at_pose(array)[self._found][None]
+
+    @property
+    def drawn(self) -> list[DrawnMode]:
+        """Texts on all modes."""
+        frequencies, masses = self._of_modes(self.modes.frequencies)[0], self._of_modes(self.modes.effective_masses)[0]
+        form = NumberFormat.of(frequencies[:1], HERTZ, digits=4)
+        return [
+            DrawnMode(
+                f"{name} of {len(self.sources)}", form.with_unit(frequencies[k]), [per_cent(part) for part in masses[k]],
+                self._largest(self.modes.strain_energy_shares, k), self._largest(self.modes.kinetic_energy_shares, k),
+            )
+            for k, name in enumerate(self.sources)
+        ]  # fmt: skip
+
+    def _largest(self, shares: Mapping[str, Array], mode: int) -> list[tuple[str, str]]:
+        found = {name: float(self._of_modes(part)[0, mode]) for name, part in shares.items()}
+        ranked = sorted(found, key=lambda name: -round(found[name], 6))[:MOST]
+        return [(name, per_cent(found[name])) for name in ranked if found[name] > NONE]
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the page."""
+        zero = int(self._at_pose(self.modes.zero_frequencies))
+        return [f"nothing resists {counted(zero, 'motion')}, of frequency zero, left out here"] if zero else []
+
+    @property
+    def platform_twist(self) -> Array:
+        """(1, K, 6) twist of the platform, at o."""
+        return self._of_modes(self.modes.twists)
+
+    def link_twist(self, link: str) -> Array | None:
+        """Return the twists (1, K, 6) of a link at its own origin; None if it contains a beam."""
+        return self._of_modes(self.modes.link_twists[link]) if link in self.rigid else None
+
+    def beam_twists(self, name: str) -> Array:
+        """Return displacement and rotation (1, K, n, 6) of the stations of a beam."""
+        return self._of_modes(self.modes.beam_lines[name])
