@@ -159,16 +159,23 @@ def _align(shapes: Array, vectors: Array, equal: Mask, free: int, platform: Arra
         free: number of modes of frequency zero, which are first.
         platform: see :class:`VibrationModel`.
     """
-    for pose, k in zip(*np.nonzero(equal.sum(axis=-1) > 1), strict=True):
-        mine = np.flatnonzero(equal[pose, k])
-        space = vectors[pose, k][:, mine]
-        along = np.concatenate([platform[pose] @ space[: platform.shape[2]], space])
-        turn = np.zeros((len(mine), 0))
-        for row in along:
-            rest = row - turn @ (turn.T @ row)
-            if np.linalg.norm(rest) > _MOVES * np.linalg.norm(along, axis=1).max() and turn.shape[1] < len(mine):
-                turn = np.concatenate([turn, (rest / np.linalg.norm(rest))[:, None]], axis=1)
-        shapes[pose, k] = space @ turn[:, free + k - mine[0]]
+    sizes = equal.sum(axis=-1)
+    for size in np.unique(sizes[sizes > 1]):
+        poses, k = np.nonzero(sizes == size)
+        mine = np.nonzero(equal[poses, k])[1].reshape(-1, size)
+        space = np.take_along_axis(vectors[poses, k], mine[:, None], axis=2)
+        along = np.concatenate([platform[poses] @ space[:, : platform.shape[2]], space], axis=1)
+        least = _MOVES * np.linalg.norm(along, axis=2).max(axis=1)
+        turn, count = np.zeros((len(poses), size, size)), np.zeros(len(poses), dtype=int)
+        for row in np.moveaxis(along, 1, 0)[..., None]:
+            rest = (row - turn @ (np.swapaxes(turn, 1, 2) @ row))[..., 0]
+            length = np.linalg.norm(rest, axis=1)
+            new = (length > least) & (count < size)
+            turn[new, :, count[new]] = rest[new] / length[new, None]
+            count += new
+            if np.all(count == size):
+                break
+        shapes[poses, k] = (space @ turn[np.arange(len(poses)), :, free + k - mine[:, 0], None])[..., 0]
     twists = np.einsum("nik,nmk->nmi", platform, shapes[..., : platform.shape[2]])
     shapes *= signs_of_modes(shapes, twists, _MOVES)
 
