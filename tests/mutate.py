@@ -45,9 +45,9 @@ MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
 #: The folders in which a mistake makes a wrong number, and the modules beside them.
-FOLDERS = """math sections description mechanism kinematics limbs statics buckling engine functions compensation results checks
+FOLDERS = """math sections description mechanism kinematics limbs statics buckling engine functions results checks
 indices workspace calibration design verification""".split()
-MODULES = ["analysis", "robot", "status", "layout/numbers"]
+MODULES = ["analysis", "compensation", "robot", "status", "layout/numbers"]
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from simple_machines import two_columns
 
 import kinetostatics as ks
-from kinetostatics.compensation.broyden import BroydenSearch
+from kinetostatics.compensation import BroydenSearch
 from kinetostatics.kinematics.alternatives import best_choice
 from kinetostatics.results.compensation import loaded_frame, pose_error, target_frame
 

@@ -1,19 +1,89 @@
-"""The name under which code is kept."""
+"""Code on disk: its key and its files."""
 
+import multiprocessing
+import os
 import sys
 from pathlib import Path
 
 import numpy as np
 import package_robots
+import pytest
 
 from kinetostatics.engine import code
+from kinetostatics.engine.code import read_stored, store
 from kinetostatics.engine.loop_record import newton_record
-from kinetostatics.engine.pose_record import PoseModel, pose_record
-from kinetostatics.engine.record import example_of
+from kinetostatics.engine.pose_record import PoseModel, example_of, pose_record
+
+KEY = "a" * 64
 
 
-def test_the_key_of_kept_code_tells_all_that_is_recorded(monkeypatch):
-    """Whatever runs while a robot is recorded: a change of its text makes the code anew."""
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "deep" / "code"))
+    return tmp_path / "deep" / "code"
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[:-1], lambda b: b[:20], lambda b: b"", lambda b: b[:-1] + b"X", lambda b: b"X" + b]
+)
+def test_damaged_files_are_removed(folder, damage):
+    assert read_stored(KEY) is None
+    store(KEY, b"some code")
+    path = folder / f"{KEY}.code"
+    assert read_stored(KEY) == b"some code" and [*folder.iterdir()] == [path]
+    path.write_bytes(damage(path.read_bytes()))
+    assert read_stored(KEY) is None and not path.exists()
+    store(KEY, b"other code")
+    assert read_stored(KEY) == b"other code"
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows has no such permissions")
+def test_a_folder_in_which_others_may_write_is_not_used(folder):
+    store(KEY, b"some code")
+    for mode in (0o777, 0o770, 0o702):
+        folder.chmod(mode)
+        assert read_stored(KEY) is None
+        store("b" * 64, b"more")
+        folder.chmod(0o700)
+        assert read_stored(KEY) == b"some code" and read_stored("b" * 64) is None
+
+
+def test_without_a_folder_nothing_is_stored(folder):
+    folder.parent.mkdir(parents=True)
+    folder.write_text("not a folder")
+    store(KEY, b"some code")
+    assert read_stored(KEY) is None
+
+
+def test_folders_of_the_systems(monkeypatch):
+    monkeypatch.delenv("KINETOSTATICS_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", "/x")
+    monkeypatch.setenv("LOCALAPPDATA", "/l")
+    mac = Path.home() / "Library" / "Caches" / "kinetostatics"
+    for system, expected in (("linux", "/x/kinetostatics"), ("darwin", mac), ("win32", "/l/kinetostatics/Cache")):
+        monkeypatch.setattr(sys, "platform", system)
+        assert code.cache_folder() == Path(expected)
+
+
+def _store_repeatedly(letter):
+    for _ in range(200):
+        store(KEY, letter * 50_000)
+        assert read_stored(KEY) is not None
+
+
+def test_several_processes_store_at_once(folder):
+    context = multiprocessing.get_context("fork")
+    processes = [context.Process(target=_store_repeatedly, args=(letter,)) for letter in (b"a", b"b")]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
+    assert [process.exitcode for process in processes] == [0, 0]
+    assert read_stored(KEY) in (b"a" * 50_000, b"b" * 50_000)
+    assert [path.name for path in folder.iterdir()] == [f"{KEY}.code"]
+
+
+def test_the_key_depends_on_all_recorded_source(monkeypatch):
     robot, folders = package_robots.robot("2pru_upr"), set()
     root = Path(code.__file__).parent.parent
     example, ready = robot.generic_poses.take(np.zeros(1, dtype=int)), robot.statics
@@ -30,7 +100,7 @@ def test_the_key_of_kept_code_tells_all_that_is_recorded(monkeypatch):
     finally:
         sys.setprofile(None)
     assert {"statics", "kinematics", "limbs"} <= folders <= {*code._SOURCES, "layout"}
-    # and what runs not, but is read: the table of joint types
+    # data that are read without a call: the table of joint types
     before, read = code._versions.__wrapped__(), Path.read_bytes
     monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"#" * (path.name == "joint_types.py"))
     assert code._versions.__wrapped__() != before

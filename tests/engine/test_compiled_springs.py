@@ -11,10 +11,8 @@ from tapes import computed, differences, evaluated, record_of, solved, some_pose
 
 import kinetostatics as ks
 from kinetostatics.description import Joint, JointStiffness, Link, Spring
-from kinetostatics.engine import pose_record
 from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
-from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.math.linalg import solve_by_elimination
 
 close = partial(tapes.close, tolerance=1e-10)
@@ -151,12 +149,6 @@ def test_a_spring_without_length_is_told_by_both_engines():
     for engine in ("numpy", "compiled"):
         with pytest.raises(ks.StaticsError, match="the spring 'short' has no length at this pose"):
             ks.analyze(robot.assemble(), engine=engine)
-
-
-def test_what_is_left_out_of_the_structure_of_springs_cannot_be_recorded(monkeypatch):
-    monkeypatch.setattr(pose_record, "by_numpy", lambda statics, *_: statics.description.materials)
-    with pytest.raises(NotRecordedError):
-        record_of(sprung("3rps"))
 
 
 def test_elimination_solves_what_has_pivots_and_leaves_the_rest_to_lapack():

@@ -9,8 +9,8 @@ from small_robots import cantilever, circle, robot_of, stepped_beam
 from tapes import computed, differences, solved
 
 import kinetostatics as ks
-from kinetostatics.engine import cache as disk
 from kinetostatics.engine import pose_code
+from kinetostatics.engine.code import store
 from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
 
@@ -170,7 +170,7 @@ def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
     with monkeypatch.context() as wrong:
         wrong.setattr(pose_code, "pose_record", wrong_record)
         model, given = pose_code.pose_model(robot, robot.statics, ANALYSIS)
-        disk.write(sound._key, pose_code.compiled(model, ANALYSIS, given, sound._sizes))
+        store(sound._key, pose_code.compiled(model, ANALYSIS, given, sound._sizes))
     assert path.read_bytes() != right and not is_kept(robot)
     code_of(robot)
     assert path.read_bytes() == right

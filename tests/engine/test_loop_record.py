@@ -8,7 +8,7 @@ import pytest
 from tapes import evaluate, prescribed_of
 
 from kinetostatics.engine.loop_record import newton_record, place_record, start_record, structure_of
-from kinetostatics.engine.structure import Structure
+from kinetostatics.engine.recorder import Structure
 from kinetostatics.kinematics.solver import SHRINKING, SolverState
 
 
@@ -59,7 +59,7 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     record = place_record(robot.solver, prescribed, example)
     q, frames, residual = robot.solver.place(state.x)
     found = evaluate(record.tape, [state.x], parameters, [*record.numbers, *record.truths]).astype(float)
-    numbers = np.concatenate([q, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), residual, np.ones((1, N))])
+    numbers = np.concatenate([q, residual, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), np.ones((1, N))])
     assert np.max(np.abs(found - numbers)) < 1e-13
 
     record = start_record(robot.solver, prescribed, example)  # also where turns farther than half a turn are wanted
@@ -79,7 +79,7 @@ def test_placements_are_parameters_of_the_loops():
     first, second = (structure_of(robot.solver, prescribed) for robot in (one, other))
     assert first.key == second.key and first.values.shape == second.values.shape
     assert first.key != Structure(one.statics).key
-    residual = record.numbers[-one.equations.closures :]
+    residual = record.numbers[one.solver.tree.nq :][: one.equations.closures]
     found = evaluate(record.tape, [state.x], second.values, residual).astype(float)
     wrong = evaluate(record.tape, [state.x], first.values, residual).astype(float)
     wanted = other.solver.place(state.x).residual

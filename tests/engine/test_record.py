@@ -6,11 +6,10 @@ import pytest
 import small_robots
 from tapes import RANDOM, differences, evaluated, record_of, solved, some_poses
 
-from kinetostatics.engine import pose_record
 from kinetostatics.engine.pose_code import STABILITY, pose_model
 from kinetostatics.engine.pose_record import Pose
+from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.engine.structure import Structure
 
 
 @pytest.mark.few(3)
@@ -60,7 +59,7 @@ def test_rounding_is_no_structure(monkeypatch):
     first, *others = (Structure(robot.statics) for robot in robots)
     assert all(other.key == first.key for other in others) and not np.allclose(first.values, others[0].values)
     with monkeypatch.context() as exact:
-        exact.setattr("kinetostatics.engine.structure.ROUNDING", 0.0)
+        exact.setattr("kinetostatics.engine.recorder.ROUNDING", 0.0)
         assert len({Structure(robot.statics).key for robot in robots}) > 1
     poses = some_poses(robots[1])
     found, holds = evaluated(robots[1], record_of(robots[0]), *poses)
@@ -69,8 +68,8 @@ def test_rounding_is_no_structure(monkeypatch):
 
 def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
     robot = package_robots.robot("3rps")
-    for broken in (lambda statics, *_: statics.example, lambda statics, *_: float(statics.length)):
-        monkeypatch.setattr(pose_record, "by_numpy", broken)
+    for broken in (lambda pose: pose.statics.example, lambda pose: float(pose.statics.length)):
+        monkeypatch.setattr(Pose, "solution", property(broken))
         with pytest.raises(NotRecordedError):
             record_of(robot)
 

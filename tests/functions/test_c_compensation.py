@@ -9,7 +9,7 @@ import pytest
 from c_programs import NEEDS_ARM, SANITIZED, around, on_cortex_m7, rows, run
 
 import kinetostatics as ks
-from kinetostatics.compensation.broyden import error_tolerance
+from kinetostatics.compensation import error_tolerance
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 

@@ -16,7 +16,7 @@ from kinetostatics.functions.c_export import _references
 from kinetostatics.functions.c_programs import c_names, identifier
 from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES, _words
-from kinetostatics.functions.values import Quantity
+from kinetostatics.functions.inputs_outputs import Quantity
 
 POSES = 600
 

@@ -9,8 +9,7 @@ import pytest
 from telescopes import mast
 
 import kinetostatics as ks
-from kinetostatics.engine import cache as disk
-from kinetostatics.engine import loops
+from kinetostatics.engine import code, loops
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.functions.compiled import CompiledFunction
 from kinetostatics.kinematics.solver import SolverState
@@ -244,8 +243,8 @@ def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monke
 def test_code_of_single_poses_and_of_where_lines_start_is_not_used_if_it_is_wrong(monkeypatch):
     """What is on disk is tried, and made anew; where nothing can be made, other code or NumPy does the same."""
     solver, made = functions("five_bar")[0]._compiled._solver, loops.start_record
-    keys, written = [], disk.write
-    monkeypatch.setattr(disk, "write", lambda key, content: keys.append(key) or written(key, content))
+    keys, written = [], code.store
+    monkeypatch.setattr(code, "store", lambda key, content: keys.append(key) or written(key, content))
 
     def wrong(record):
         def of(*given):
@@ -263,7 +262,7 @@ def test_code_of_single_poses_and_of_where_lines_start_is_not_used_if_it_is_wron
     assert start_of(wrong(made)) is None and not keys
     assert start_of(made) is not None and len(keys) == 1
     assert start_of(wrong(made)) is not None and len(keys) == 1  # from the disk
-    monkeypatch.setattr(disk, "read", lambda key: None)
+    monkeypatch.setattr(code, "read_stored", lambda key: None)
     assert start_of(wrong(made)) is None and start_of(made) is not None and len(keys) == 2
 
     target = solver.values(solver._own, solver._example) + 0.01

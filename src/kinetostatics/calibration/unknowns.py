@@ -21,9 +21,8 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.numbers import join_words
 from kinetostatics.math.arrays import Array, Mask
-from kinetostatics.parametric.errors import together
 from kinetostatics.parametric.parametric_robot import ParametricRobot
-from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.parametric.robot_numbers import RobotNumber, together
 from kinetostatics.results.calibration import Unidentifiable
 from kinetostatics.robot import Robot
 

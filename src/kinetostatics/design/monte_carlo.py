@@ -26,14 +26,12 @@ from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.record_derivatives import values
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.derivatives import Derivatives, varied
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import least_squares
-from kinetostatics.parametric.errors import ErrorParameter, together
 from kinetostatics.parametric.parametric_robot import ParametricRobot, same_pose
-from kinetostatics.parametric.rates import varied
-from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
 from kinetostatics.progress import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot

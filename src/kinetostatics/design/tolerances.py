@@ -27,9 +27,8 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import first_largest, ranked
-from kinetostatics.parametric.errors import ErrorParameter, together
 from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit, opens_loops
-from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.parametric.robot_numbers import ErrorParameter, RobotNumber, together
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import LENGTHS, Effect, PoseQuantities, Tolerance, Tolerances, quantities
 from kinetostatics.results.tool_point import tool_on_robot

@@ -7,7 +7,8 @@ polynomials of the tangent, reduced to at most tan π/8 by a rotation by π/4; t
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import struct
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import cache
 from itertools import count
@@ -22,7 +23,26 @@ _COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
 #: Number of Chebyshev coefficients of the angle.
 _TERMS = 11
 
-NumberText = Callable[[float], str]
+
+def kind_of(kind: str, lanes: int) -> str:
+    """Return the type of ``lanes`` values of a kind; 0: of a single one."""
+    return f"<{lanes} x {kind}>" if lanes else kind
+
+
+def suffix(lanes: int) -> str:
+    """Return the suffix of the type in names of intrinsics."""
+    return f"v{lanes}f64" if lanes else "f64"
+
+
+def constant(value: float | bool, lanes: int) -> str:
+    """Return a truth value, an integer or a floating-point number as a constant in all lanes."""
+    if isinstance(value, bool):
+        kind, digits = "i1", "true" if value else "false"
+    elif isinstance(value, int):
+        kind, digits = "i64", str(value)
+    else:
+        kind, digits = "double", "0x" + struct.pack(">d", value).hex().upper()
+    return "<" + ", ".join([f"{kind} {digits}"] * lanes) + ">" if lanes else digits
 
 
 class Instructions:
@@ -30,15 +50,13 @@ class Instructions:
 
     Args:
         result: name of the last result.
-        real, whole, truth: types of floating-point numbers, integers and truth values.
-        short: suffix of the type in names of intrinsics.
-        constant: function that writes a number as a constant.
+        lanes: poses per instruction; 0: the instructions do not depend on the pose.
     """
 
-    def __init__(self, result: str, real: str, whole: str, truth: str, short: str, constant: NumberText) -> None:
+    def __init__(self, result: str, lanes: int) -> None:
         self.lines: list[str] = []
-        self._result, self._numbers = result, count()
-        self.real, self.whole, self.truth, self._short, self._constant = real, whole, truth, short, constant
+        self._result, self._lanes, self._numbers = result, lanes, count()
+        self.real, self.whole, self.truth = (kind_of(kind, lanes) for kind in ("double", "i64", "i1"))
 
     def add(self, text: str, last: bool = False) -> str:
         """Add an instruction and return the name of its result."""
@@ -53,7 +71,7 @@ class Instructions:
     def call(self, what: str, *operands: str | float, last: bool = False) -> str:
         """Add a call of an intrinsic function."""
         taken = ", ".join(f"{self.real} {self.text(item)}" for item in operands)
-        return self.add(f"call {self.real} @llvm.{what}.{self._short}({taken})", last)
+        return self.add(f"call {self.real} @llvm.{what}.{suffix(self._lanes)}({taken})", last)
 
     def choose(self, condition: str, a: str | float, b: str | float) -> str:
         """Add a selection: a where the condition is true, else b."""
@@ -68,12 +86,11 @@ class Instructions:
 
     def bits(self, text: str, value: int, what: str) -> str:
         """Add an integer instruction whose second operand is a constant."""
-        spelt = str(value) if self.whole == "i64" else "<" + ", ".join([f"i64 {value}"] * int(self.whole[1:].split()[0])) + ">"
-        return self.add(f"{what} {self.whole} {text}, {spelt}")
+        return self.add(f"{what} {self.whole} {text}, {constant(value, self._lanes)}")
 
     def text(self, item: str | float) -> str:
         """Return the text of an operand: a constant, or the name of a result."""
-        return item if isinstance(item, str) else self._constant(item)
+        return item if isinstance(item, str) else constant(item, self._lanes)
 
 
 def sine_or_cosine(lines: Instructions, angle: str, of_cosine: bool) -> None:

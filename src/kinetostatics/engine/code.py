@@ -1,18 +1,25 @@
-"""Compiled functions of arrays, stored on disk with a table of their inputs and outputs."""
+"""Compiled functions of arrays, stored on disk with a table of their inputs and outputs.
+
+A structure is compiled once per computer. The files are safe for concurrent processes.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import hashlib
 import json
+import os
+import stat
+import sys
+import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.layout.report import Json
 from kinetostatics.math.arrays import Array, Mask, chunks
@@ -37,21 +44,15 @@ class Code:
 
     def __init__(self, kept: bytes) -> None:
         """Load the result of :func:`packed`."""
-        self.table = table_of(kept)
+        start = 8 + int.from_bytes(kept[:8], "little")
+        self.table: dict[str, Json] = json.loads(kept[8:start])
         self.lanes = int(self.table["lanes"])
-        self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
+        self._machine = llvm.MachineCode(kept[start:])
         self.function = _KIND(self._machine.address)
         self._calling = threading.Lock()  # calls for one pose share their arrays
         self._bound: dict[int, tuple[list[Array], Bound, Array, Mask]] = {}  # by stage
 
-    def __call__(
-        self,
-        inputs: Sequence[Array],
-        parameters: Array,
-        numbers: Array,
-        truths: Mask,
-        stage: int = LAST,
-    ) -> None:
+    def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, stage: int = LAST) -> None:
         """Compute outputs of n ≥ 8 poses; in all arrays the poses are contiguous.
 
         Args:
@@ -66,18 +67,13 @@ class Code:
             return
         block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
         bound = Bound(self, inputs, parameters, block, flags, stage)
-        for part in blocks(n):
-            bound.move(part.start)
+        for first in (*range(0, n - BLOCK, BLOCK), n - BLOCK):  # the last block may overlap the one before it
+            bound.move(first)
             bound()
-            numbers[:, part], truths[:, part] = block, flags
+            numbers[:, first : first + BLOCK], truths[:, first : first + BLOCK] = block, flags
 
     def results(
-        self,
-        inputs: Sequence[Array],
-        parameters: Array,
-        numbers: int,
-        truths: int,
-        stage: int = LAST,
+        self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, stage: int = LAST
     ) -> tuple[Array, Mask]:
         """Return the given quantity of numbers (R, N) and truth values (T, N) at N poses; see :meth:`__call__`."""
         N = inputs[-1].shape[1]
@@ -119,26 +115,16 @@ def found_or_made(
         make: functions that return the content of the files, see :func:`packed`; None: nothing is compiled.
         is_right: check of the functions against NumPy, for code from the disk and new code alike.
     """
-    kept = [disk.read(key) for key in keys]
-    codes = [Code(item) for item in kept if item is not None]
+    codes = [Code(item) for item in map(read_stored, keys) if item is not None]
     if len(codes) == len(keys) and is_right(codes):
         return codes
-    if make is None:
-        return []
-    made = [item() for item in make]
+    made = [item() for item in make or ()]
     codes = [Code(item) for item in made]
-    if not is_right(codes):
+    if not codes or not is_right(codes):
         return []
     for key, item in zip(keys, made, strict=True):
-        disk.write(key, item)
+        store(key, item)
     return codes
-
-
-def blocks(N: int) -> Iterator[slice]:
-    """Yield slices of BLOCK poses that cover N ≥ BLOCK poses; the last one may overlap the one before it."""
-    for start in range(0, N, BLOCK):
-        first = min(start, N - BLOCK)
-        yield slice(first, first + BLOCK)
 
 
 class Bound:
@@ -181,12 +167,6 @@ def packed(table: Mapping[str, Json], text: str, lanes: int = llvm.LANES, level:
     return len(head).to_bytes(8, "little") + head + llvm.compiled(text, level)
 
 
-def table_of(kept: bytes) -> dict[str, Json]:
-    """Return the table in the content of a cache file, see :func:`packed`."""
-    table: dict[str, Json] = json.loads(kept[8 : 8 + int.from_bytes(kept[:8], "little")])
-    return table
-
-
 def side_by_side(array: Array, n: int) -> Array:
     """Return an array (k, N) as one (k, n) whose poses are contiguous in memory; missing columns repeat the last pose."""
     N = array.shape[1]
@@ -198,16 +178,81 @@ def side_by_side(array: Array, n: int) -> Array:
 
 
 def code_key(structure: str) -> str:
-    """Return the key of stored code: a digest of structure, source text of recorded functions, NumPy's version and processor."""
+    """Return the key of stored code: a digest of structure, source of recorded functions, versions and processor."""
     return hashlib.sha256(f"{structure} {_versions()} {llvm.processor()}".encode()).hexdigest()
 
 
 @cache
 def _versions() -> str:
-    """Return a digest of the source text of all recorded functions and of the recorder, and NumPy's version."""
+    """Return a digest of the source of all recorded functions and of the recorder, and NumPy's version."""
     root = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for folder in _SOURCES:
         for path in sorted((root / folder).glob("*.py")) or [root / folder]:
             digest.update(path.read_bytes())
     return f"{digest.hexdigest()} {np.__version__}"
+
+
+# ---- files ---------------------------------------------------------------------------------------------------------
+
+#: First bytes of a file.
+_MAGIC = b"kinetostatics object code 1\n"
+
+
+def cache_folder() -> Path:
+    """Return the folder of object code: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
+    if given := os.environ.get("KINETOSTATICS_CACHE"):
+        return Path(given)
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "kinetostatics"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "kinetostatics" / "Cache"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "kinetostatics"
+
+
+def read_stored(key: str) -> bytes | None:
+    """Return the content stored under a key, or None; a damaged file is removed."""
+    folder = _own(cache_folder())
+    if folder is None:
+        return None
+    path = folder / f"{key}.code"
+    try:
+        found = path.read_bytes()
+    except OSError:
+        return None
+    digest, kept = found[len(_MAGIC) : len(_MAGIC) + 32], found[len(_MAGIC) + 32 :]
+    if found.startswith(_MAGIC) and hashlib.sha256(kept).digest() == digest:
+        return kept
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
+
+
+def store(key: str, content: bytes) -> None:
+    """Store content under a key, if the folder exists or can be created and is the user's own; else do nothing."""
+    with contextlib.suppress(OSError):
+        cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
+        folder = _own(cache_folder())
+        if folder is None:
+            return
+        number, name = tempfile.mkstemp(dir=folder)
+        try:
+            with os.fdopen(number, "wb") as file:
+                file.write(_MAGIC + hashlib.sha256(content).digest() + content)
+            os.replace(name, folder / f"{key}.code")  # atomic: no other process can read an incomplete file
+        except OSError:
+            os.unlink(name)
+            raise
+
+
+def _own(folder: Path) -> Path | None:
+    """Return a folder if it belongs to the user and nobody else may write there (its content is executed), else None."""
+    try:
+        facts = folder.stat()
+    except OSError:
+        return None
+    if not stat.S_ISDIR(facts.st_mode):
+        return None
+    if hasattr(os, "getuid") and (facts.st_uid != os.getuid() or facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return None
+    return folder

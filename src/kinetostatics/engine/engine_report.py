@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from kinetostatics.engine.cache import cache_folder
+from kinetostatics.engine.code import cache_folder
 from kinetostatics.engine.programs import compiled_statics, loops_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -82,18 +82,10 @@ def engine_report(robot: _HasStatics) -> EngineReport:
     """
     if not isinstance(robot, RobotKinematics):
         raise ArgumentError(f"engine_report needs a Robot, got {robot!r}; load one with ks.load_robot(…)")
-    statics, loops = compiled_statics(robot, robot.statics), loops_of(robot)
-    reasons = [found if isinstance(found, str) else None for found in (statics, loops)]
+    columns: list[tuple[bool, str | None, int | None]] = [
+        (False, found, None) if isinstance(found, str) else (True, None, found.operations)
+        for found in (compiled_statics(robot, robot.statics), loops_of(robot))
+    ]
     names = ("the equilibrium of poses", "closing the loops")
-    by_numpy = [name for name, reason in zip(names, reasons, strict=True) if reason is not None]
-    return EngineReport(
-        robot.name,
-        reasons[0] is None,
-        reasons[0],
-        None if isinstance(statics, str) else statics.operations,
-        reasons[1] is None,
-        reasons[1],
-        None if isinstance(loops, str) else loops.operations,
-        (*by_numpy, *_BY_NUMPY),
-        cache_folder(),
-    )
+    by_numpy = [name for name, (is_compiled, *_) in zip(names, columns, strict=True) if not is_compiled]
+    return EngineReport(robot.name, *columns[0], *columns[1], (*by_numpy, *_BY_NUMPY), cache_folder())

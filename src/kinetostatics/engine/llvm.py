@@ -6,13 +6,14 @@ overlap the one before it, so that one code serves any number of poses n ≥ 8.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable, Sequence
 from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING
 
-from kinetostatics.engine.angles import Instructions, angle_of_point, sine_or_cosine
+import numpy as np
+
+from kinetostatics.engine.angles import Instructions, angle_of_point, constant, kind_of, sine_or_cosine, suffix
 from kinetostatics.engine.scalars import Operation, Tape
 
 if TYPE_CHECKING:
@@ -76,109 +77,92 @@ def module_of(
         short_blocks: whether to divide the code into short basic blocks, which compile quickly.
     """
     block = _BLOCK if short_blocks else len(tape.operations) + 1
-    return _Writer(tape, numbers, truths, inputs, repeats, stages, lanes, block).text()
+    writer = _Writer(tape, lanes)
+    needed = needed_by(tape, (*numbers, *truths))
+    before = [needed_by(tape, (*numbers[:end], *truths)) for end in stages]
+    rows: dict[int, list[tuple[str, int]]] = {}
+    for kind, outputs in (("number", numbers), ("truth", truths)):
+        for row, number in enumerate(outputs):
+            rows.setdefault(number, []).append((kind, row))
+    once: list[str] = []
+    parts: list[list[str]] = [[] for _ in range(len(stages) + 1)]
+    for number in np.flatnonzero(needed).tolist():
+        part = parts[sum(not those[number] for those in before)]
+        if number % block == block - 1:
+            part += [f"br label %block{number}", f"block{number}:"]
+        if writer.varies[number]:
+            part += writer.instruction(number, lanes)
+        else:
+            once += writer.instruction(number, 0)
+            part += writer.spread(number)
+        for kind, row in rows.get(number, ()):
+            stage = sum(row >= end for end in stages) if kind == "number" else 0
+            parts[stage] += writer.stored(number, kind, row)
+    loop, *later = parts
+    pointers = [
+        line
+        for a in range(inputs)
+        for line in (
+            f"%slot{a} = getelementptr ptr, ptr %inputs, i64 {a}",
+            f"%input{a} = load ptr, ptr %slot{a}",
+            f"%place{a} = getelementptr i64, ptr %strides, i64 {a}",
+            f"%stride{a} = load i64, ptr %place{a}",
+        )
+    ]
+    head = ["%first = phi i64 [ 0, %entry ], [ %next, %done ]", "%over = icmp sgt i64 %first, %last"]
+    head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {lanes}"]
+    if repeats:
+        head += ["br label %again", "again:", "%times = phi i64 [ 0, %loop ], [ %counted, %again ]"]
+        loop += [
+            "%counted = add i64 %times, 1",
+            f"%few = icmp slt i64 %counted, {repeats}",
+            f"%lanes = bitcast <{lanes} x i1> {writer.operand(truths[0], lanes)} to i{lanes}",
+            f"%any = icmp ne i{lanes} %lanes, 0",
+            "%goes = and i1 %few, %any",
+            "br i1 %goes, label %again, label %done",
+        ]
+    for k, part in enumerate(later):
+        once.append(f"%goes{k} = icmp sgt i64 %stage, {k}")
+        loop += [f"br i1 %goes{k}, label %stage{k}, label %done", f"stage{k}:", *part]
+    if not repeats:
+        loop.append("br label %done")
+    tail = ["done:", "%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
+    declared = [
+        f"declare {kind} @llvm.{name}.{suffix(width)}({', '.join([kind] * count)})"
+        for name, count in _DECLARED.items()
+        for width in (0, lanes)
+        for kind in [kind_of("double", width)]
+    ]
+    alone = "" if repeats else " noalias"
+    signature = ", ".join(f"ptr{alone} %{name}" for name in ("inputs", "strides", "parameters", "numbers", "truths"))
+    return "\n".join(
+        [
+            *declared,
+            f"define void @{NAME}({signature}, i64 %n, i64 %stage) #0 {{",
+            *("entry:", *pointers, f"%last = sub i64 %n, {lanes}", *once, "br label %loop", "loop:", *head, *loop, *tail),
+            *("end:", "ret void", "}"),
+            'attributes #0 = { nounwind "prefer-vector-width"="512" "min-legal-vector-width"="512" }',
+        ]
+    )
 
 
 class _Writer:
-    def __init__(
-        self,
-        tape: Tape,
-        numbers: Sequence[int],
-        truths: Sequence[int],
-        inputs: int,
-        repeats: int,
-        stages: Sequence[int],
-        lanes: int,
-        block: int,
-    ) -> None:
-        self._tape, self._inputs, self._repeats, self._lanes, self._block = tape, inputs, repeats, lanes, block
-        self._going = truths[0] if truths else 0
-        self._needed = needed_by(tape, (*numbers, *truths))
-        self._ends = stages
-        needed = [needed_by(tape, (*numbers[:end], *truths)) for end in stages]
-        self._stages = [sum(not those[number] for those in needed) for number in range(len(tape.operations))]
-        self._rows: dict[int, list[tuple[str, int]]] = {}
-        for kind, outputs in (("number", numbers), ("truth", truths)):
-            for row, number in enumerate(outputs):
-                self._rows.setdefault(number, []).append((kind, row))
-        self._varies: list[bool] = []
+    """Instructions of the operations of a record.
+
+    Attributes:
+        varies: for each operation, whether its result depends on the pose.
+    """
+
+    def __init__(self, tape: Tape, lanes: int) -> None:
+        self._tape, self._lanes = tape, lanes
+        self.varies: list[bool] = []
         for operation in tape.operations:
-            self._varies.append(operation[0] == "input" or any(self._varies[k] for k in operands(operation)))
-        self._is_truth = [isinstance(value, bool) for value in tape.values]
+            self.varies.append(operation[0] == "input" or any(self.varies[k] for k in operands(operation)))
 
-    def text(self) -> str:
-        once: list[str] = []
-        parts: list[list[str]] = [[] for _ in range(len(self._ends) + 1)]
-        for number, operation in enumerate(self._tape.operations):
-            if not self._needed[number]:
-                continue
-            part = parts[self._stages[number]]
-            if number % self._block == self._block - 1:
-                part += [f"br label %block{number}", f"block{number}:"]
-            if self._varies[number]:
-                part += self._instruction(number, operation, f"<{self._lanes} x double>", f"<{self._lanes} x i1>", "v")
-            else:
-                once += self._instruction(number, operation, "double", "i1", "s")
-                part += self._spread(number)
-            for kind, row in self._rows.get(number, ()):
-                stage = sum(row >= end for end in self._ends) if kind == "number" else 0
-                parts[stage] += self._stored(number, kind, row)
-        loop, *later = parts
-        pointers = [
-            line
-            for a in range(self._inputs)
-            for line in (
-                f"%slot{a} = getelementptr ptr, ptr %inputs, i64 {a}",
-                f"%input{a} = load ptr, ptr %slot{a}",
-                f"%place{a} = getelementptr i64, ptr %strides, i64 {a}",
-                f"%stride{a} = load i64, ptr %place{a}",
-            )
-        ]
-        loop += ["br label %done", "done:"] if not (self._repeats or later) else []
-        head = ["%first = phi i64 [ 0, %entry ], [ %next, %done ]", "%over = icmp sgt i64 %first, %last"]
-        head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {self._lanes}"]
-        if self._repeats:
-            head += ["br label %again", "again:", "%times = phi i64 [ 0, %loop ], [ %counted, %again ]"]
-            loop += [
-                "%counted = add i64 %times, 1",
-                f"%few = icmp slt i64 %counted, {self._repeats}",
-                f"%lanes = bitcast <{self._lanes} x i1> {self._operand(self._going, 'v')} to i{self._lanes}",
-                f"%any = icmp ne i{self._lanes} %lanes, 0",
-                "%goes = and i1 %few, %any",
-                "br i1 %goes, label %again, label %done",
-                "done:",
-            ]
-        if later:
-            for k, part in enumerate(later):
-                once.append(f"%goes{k} = icmp sgt i64 %stage, {k}")
-                loop += [f"br i1 %goes{k}, label %stage{k}, label %done", f"stage{k}:", *part]
-            loop += ["br label %done", "done:"]
-        tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
-        body = ["entry:", *pointers, f"%last = sub i64 %n, {self._lanes}", *once, "br label %loop", "loop:", *head, *loop, *tail]
-        declared = [
-            f"declare {kind} @llvm.{name}.{short}({', '.join([kind] * count)})"
-            for name, count in _DECLARED.items()
-            for kind, short in (("double", "f64"), (f"<{self._lanes} x double>", f"v{self._lanes}f64"))
-        ]
-        arguments = ["inputs", "strides", "parameters", "numbers", "truths"]
-        alone = "" if self._repeats else " noalias"
-        signature = ", ".join(f"ptr{alone} %{name}" for name in arguments)
-        attributes = '{ nounwind "prefer-vector-width"="512" "min-legal-vector-width"="512" }'
-        return "\n".join(
-            [
-                *declared,
-                f"define void @{NAME}({signature}, i64 %n, i64 %stage) #0 {{",
-                *body,
-                "end:",
-                "ret void",
-                "}",
-                f"attributes #0 = {attributes}",
-            ]
-        )
-
-    def _instruction(self, number: int, operation: Operation, real: str, truth: str, letter: str) -> list[str]:
-        name, *taken = operation
-        result = f"%{letter}{number}"
+    def instruction(self, number: int, lanes: int) -> list[str]:
+        """Return the instructions of an operation for so many poses; 0: once for all poses."""
+        name, *taken = self._tape.operations[number]
+        result, real, truth = f"%{'v' if lanes else 's'}{number}", kind_of("double", lanes), kind_of("i1", lanes)
         if name == "input":
             array, component = taken
             return [
@@ -194,68 +178,58 @@ class _Writer:
             ]
         if name in ("constant", "truth"):
             return []
-        a = [self._operand(k, letter) for k in taken]
+        a = [self.operand(k, lanes) for k in taken]
         if name in _INFIX:
             return [f"{result} = {_INFIX[name]} {real} {a[0]}, {a[1]}"]
         if name in ("and", "or"):
             return [f"{result} = {name} {truth} {a[0]}, {a[1]}"]
         if name == "not":
-            return [f"{result} = xor {truth} {a[0]}, {self._constant(True, letter)}"]
+            return [f"{result} = xor {truth} {a[0]}, {constant(True, lanes)}"]
         if name == "negative":
             return [f"{result} = fneg {real} {a[0]}"]
         if name == "choose":
             return [f"{result} = select {truth} {a[0]}, {real} {a[1]}, {real} {a[2]}"]
-        short = "f64" if letter == "s" else f"v{self._lanes}f64"
-        if name in ("sine", "cosine", "angle"):
-            integer = "i64" if letter == "s" else f"<{self._lanes} x i64>"
-            lines = Instructions(result, real, integer, truth, short, lambda value: self._constant(value, letter))
-            if name == "angle":
-                angle_of_point(lines, a[0], a[1])
-            else:
-                sine_or_cosine(lines, a[0], name == "cosine")
-            return lines.lines
-        return [f"{result} = call {real} @llvm.{_INTRINSICS[name]}.{short}({real} {a[0]})"]
+        lines = Instructions(result, lanes)
+        if name == "angle":
+            angle_of_point(lines, a[0], a[1])
+        elif name in ("sine", "cosine"):
+            sine_or_cosine(lines, a[0], name == "cosine")
+        else:
+            lines.call(_INTRINSICS[name], a[0], last=True)
+        return lines.lines
 
-    def _operand(self, number: int, letter: str) -> str:
-        operation = self._tape.operations[number]
-        if operation[0] == "constant":
-            return self._constant(float.fromhex(operation[1]), letter)
-        if operation[0] == "truth":
-            return self._constant(operation[1], letter)
-        return f"%{letter}{number}"
+    def operand(self, number: int, lanes: int) -> str:
+        """Return the text of an operation's result."""
+        name, *taken = self._tape.operations[number]
+        if name == "constant":
+            return constant(float.fromhex(taken[0]), lanes)
+        if name == "truth":
+            return constant(taken[0], lanes)
+        return f"%{'v' if lanes else 's'}{number}"
 
-    def _spread(self, number: int) -> list[str]:
+    def spread(self, number: int) -> list[str]:
         """Return instructions that copy a number independent of the pose into all lanes."""
         if self._tape.operations[number][0] in ("constant", "truth"):
             return []
-        kind = "i1" if self._is_truth[number] else "double"
-        lanes = f"<{self._lanes} x {kind}>"
+        kind = "i1" if isinstance(self._tape.values[number], bool) else "double"
+        lanes = kind_of(kind, self._lanes)
         return [
             f"%w{number} = insertelement {lanes} poison, {kind} %s{number}, i64 0",
             f"%v{number} = shufflevector {lanes} %w{number}, {lanes} poison, <{self._lanes} x i32> zeroinitializer",
         ]
 
-    def _stored(self, number: int, kind: str, row: int) -> list[str]:
-        name = f"{kind[0]}{row}"
-        unit = "double" if kind == "number" else "i8"
-        value, lines = self._operand(number, "v"), []
-        if kind == "truth":
-            lines.append(f"%z{name} = zext <{self._lanes} x i1> {value} to <{self._lanes} x i8>")
-            value = f"%z{name}"
+    def stored(self, number: int, kind: str, row: int) -> list[str]:
+        """Return instructions that store a result in a row of the numbers or the truth values."""
+        name, value = f"{kind[0]}{row}", self.operand(number, self._lanes)
+        unit, size = ("double", 8) if kind == "number" else ("i8", 1)
+        widened = [] if kind == "number" else [f"%z{name} = zext <{self._lanes} x i1> {value} to <{self._lanes} x i8>"]
         return [
-            *lines,
+            *widened,
             f"%m{name} = mul i64 %n, {row}",
             f"%q{name} = add i64 %m{name}, %i",
             f"%e{name} = getelementptr {unit}, ptr %{kind}s, i64 %q{name}",
-            f"store <{self._lanes} x {unit}> {value}, ptr %e{name}, align {8 if kind == 'number' else 1}",
+            f"store <{self._lanes} x {unit}> {f'%z{name}' if widened else value}, ptr %e{name}, align {size}",
         ]
-
-    def _constant(self, value: float | bool, letter: str) -> str:
-        if isinstance(value, bool):
-            kind, digits = "i1", "true" if value else "false"
-        else:
-            kind, digits = "double", "0x" + struct.pack(">d", value).hex().upper()
-        return digits if letter == "s" else "<" + ", ".join([f"{kind} {digits}"] * self._lanes) + ">"
 
 
 class MachineCode:

@@ -5,32 +5,18 @@ The functions of :class:`kinetostatics.kinematics.solver.Solver` are recorded, w
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.engine.record import recorded_input
-from kinetostatics.engine.recorder import recorded, recording
+from kinetostatics.engine.recorder import Structure, recorded, recorded_input, recording
 from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.rates import freedom_rates, with_given
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
-
-
-def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape | None = None) -> Structure:
-    """Return the data on which a record depends; see :class:`Structure`."""
-    return Structure((solver, prescribed), tape)
-
-
-def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape) -> Solver:
-    """Return a copy of a solver with recorded numbers."""
-    copy: Solver = structure_of(solver, prescribed, tape).copy[0]
-    return copy
-
 
 #: Rows of the state of :func:`newton_record` after the coordinates: size of the last correction, its ratio to the one before, and
 #: three truth values: the pose needs another correction, has converged, has met all guards of the record up to now.
@@ -53,6 +39,39 @@ class Program:
     stages: tuple[int, ...] = ()
 
 
+def structure_of(solver: Solver, prescribed: PrescribedCoordinates, tape: Tape | None = None) -> Structure:
+    """Return the data on which a record depends; see :class:`Structure`."""
+    return Structure((solver, prescribed), tape)
+
+
+def _copy_of(solver: Solver, prescribed: PrescribedCoordinates) -> tuple[Tape, Solver]:
+    """Return a tape, and a copy of a solver with numbers recorded on it."""
+    tape = Tape()
+    return tape, structure_of(solver, prescribed, tape).copy[0]
+
+
+def guards_met(tape: Tape) -> Number:
+    """Return whether (1,) all guards recorded up to now are met."""
+    return recorded(np.array([tape.holds()], dtype=object))
+
+
+def program_of(
+    tape: Tape, examples: Sequence[Array], computed: Callable[..., Sequence[Array]], stages: tuple[int, ...] = ()
+) -> Program:
+    """Record a function of columns of numbers that returns columns of numbers and, as the last row, a truth value.
+
+    Args:
+        tape: the tape of the record.
+        examples: values (k, 1) of the inputs; branches follow them.
+        computed: the function.
+        stages: those of the program.
+    """
+    inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples)]
+    with recording():
+        *numbers, truth = (tape.number_of(row[0]) for array in computed(*inputs) for row in array.reshape(-1, 1))
+    return Program(tape, tuple(numbers), (truth,), stages)
+
+
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.correct` as a step from a state to the next.
 
@@ -60,15 +79,13 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     for an intermediate pose of a path, else 0. Outputs: the next state, and as truth value whether the pose needs another
     correction.
     """
-    tape = Tape()
-    copy = _copy_of(solver, prescribed, tape)
-    target, size = solver.values(prescribed, example), example.x.shape[0]
+    tape, copy = _copy_of(solver, prescribed)
+    size = example.x.shape[0]
     flags = np.array([[0.1, 0.4, 1.0, 0.0, 1.0]]).T
-    state = recorded_input(tape, 0, np.concatenate([example.x, example.c, flags]))
-    given = recorded_input(tape, 1, np.append(target, [[0.0]], axis=0))
-    poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
+    given = np.append(solver.values(prescribed, example), [[0.0]], axis=0)
 
-    def computed() -> list[Array]:
+    def computed(state: Array, given: Array) -> list[Array]:
+        poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
         going, passing = more[GOING] != 0, given[-1] != 0
         found = copy.correct(prescribed, poses, given[:-1], more[BEFORE], more[SHRUNK], passing)
         holds = guards_met(tape)
@@ -78,21 +95,18 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
         flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[HOLDS] != 0) & (holds | ~going))]
         return [*moved, *flags, again]
 
-    *numbers, again = recorded_rows(tape, computed)
-    return Program(tape, tuple(numbers), (again,))
+    return program_of(tape, [np.concatenate([example.x, example.c, flags]), given], computed)
 
 
 def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.surely_on_one_side`. Inputs: x and c of the first and of the second pose."""
-    tape = Tape()
-    copy = _copy_of(solver, prescribed, tape)
-    x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
+    tape, copy = _copy_of(solver, prescribed)
 
-    def computed() -> list[Array]:
+    def computed(x: Array, c: Array, other_x: Array, other_c: Array) -> list[Array]:
         found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
         return [found & guards_met(tape)]
 
-    return Program(tape, (), tuple(recorded_rows(tape, computed)))
+    return program_of(tape, (example.x, example.c) * 2, computed)
 
 
 def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
@@ -101,17 +115,13 @@ def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     Inputs: x and c of the pose where a line starts, the target (n,), and 1 where angles shall turn the shorter way, else 0 (1,).
     Outputs: the prescribed coordinates (n,) and the orientation coordinates (3,) at the start; as truth value, the guards.
     """
-    tape = Tape()
-    copy = _copy_of(solver, prescribed, tape)
-    examples = example.x, example.c, solver.values(prescribed, example) + 0.1, np.ones((1, 1))
-    x, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
+    tape, copy = _copy_of(solver, prescribed)
 
-    def computed() -> list[Array]:
-        numbers = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
-        return [*(row for array in numbers for row in array.reshape(-1, 1)), guards_met(tape)]
+    def computed(x: Array, c: Array, aim: Array, flag: Array) -> list[Array]:
+        start = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
+        return [*start, guards_met(tape)]
 
-    *numbers, holds = recorded_rows(tape, computed)
-    return Program(tape, tuple(numbers), (holds,))
+    return program_of(tape, [example.x, example.c, solver.values(prescribed, example) + 0.1, np.ones((1, 1))], computed)
 
 
 def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
@@ -120,48 +130,29 @@ def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     Inputs: x and c of a closed pose. Outputs: the rates (nq',) for one prescribed coordinate after the other; as truth value, the
     guards.
     """
-    tape = Tape()
-    copy = _copy_of(solver, prescribed, tape)
-    x, c = recorded_input(tape, 0, example.x), recorded_input(tape, 1, example.c)
+    tape, copy = _copy_of(solver, prescribed)
 
-    def computed() -> list[Array]:
-        poses = SolverState(x, c)
-        gradient, rates = copy.rates(prescribed, poses, np.zeros((prescribed.size, 1)))
+    def computed(x: Array, c: Array) -> list[Array]:
+        gradient, rates = copy.rates(prescribed, SolverState(x, c), np.zeros((prescribed.size, 1)))
         step = -least_squares(gradient, rates, prescribed.local_dofs)
         # residual of the least-squares solution, for one step of refinement
         left = rates + np.einsum("mnN,nkN->mkN", gradient, step)
         step = step - least_squares(gradient, left, prescribed.local_dofs)
         v = with_given(copy, prescribed, freedom_rates(copy, prescribed, gradient, rates, step))
-        return [*(row for k in range(prescribed.size) for row in copy.tree.rates(x, v[:, k])), guards_met(tape)]
+        return [*(copy.tree.rates(x, v[:, k]) for k in range(prescribed.size)), guards_met(tape)]
 
-    *numbers, holds = recorded_rows(tape, computed)
-    return Program(tape, tuple(numbers), (holds,))
+    return program_of(tape, [example.x, example.c], computed)
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
     """Record :meth:`Solver.place`.
 
-    Input: x. Outputs: q, rotations, positions and residual; as truth value, the guards.
+    Input: x. Outputs: q and residual in a first stage, rotations and positions in a second; as truth value, the guards.
     """
-    tape = Tape()
-    copy = _copy_of(solver, prescribed, tape)
-    x = recorded_input(tape, 0, example.x)
+    tape, copy = _copy_of(solver, prescribed)
 
-    def computed() -> list[Array]:
+    def computed(x: Array) -> list[Array]:
         q, frames, residual = copy.equations.place(x)
-        numbers = [q, frames.rotation.reshape(-1, 1), frames.position.reshape(-1, 1), residual]
-        return [*(row for array in numbers for row in array), guards_met(tape)]
+        return [q, residual, frames.rotation, frames.position, guards_met(tape)]
 
-    *numbers, holds = recorded_rows(tape, computed)
-    return Program(tape, tuple(numbers), (holds,))
-
-
-def guards_met(tape: Tape) -> Number:
-    """Return whether (1,) all guards recorded up to now are met."""
-    return recorded(np.array([tape.holds()], dtype=object))
-
-
-def recorded_rows(tape: Tape, computed: Callable[[], list[Array]]) -> list[int]:
-    """Return the operations of the arrays (1,) that a function returns."""
-    with recording():
-        return [tape.number_of(array[0]) for array in computed()]
+    return program_of(tape, [example.x], computed, (solver.mechanism.tree.nq + solver.equations.closures,))

@@ -8,7 +8,6 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cached_property, partial
 from typing import TypeAlias
 
@@ -17,7 +16,6 @@ from numpy.typing import NDArray
 
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, LAST, Bound, Code, code_key, found_or_made, packed
-from kinetostatics.engine.frames import LaterFrames
 from kinetostatics.engine.loop_record import (
     GOOD,
     HOLDS,
@@ -32,7 +30,7 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver, SolverState
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
 
 #: Pair of an array and a function for one step from a closed pose to prescribed coordinates (n, 1). The function takes x and c of
@@ -44,23 +42,13 @@ Step: TypeAlias = tuple[Array, Callable[[Array, Array], bool]]
 _TRIED, _ALIKE = 1e-3, 1e-9
 
 
-def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> Program:
-    """Record :meth:`Solver.place`, with q and the residual in a first stage and the frames in a second."""
-    program, nq, closures = place_record(solver, prescribed, example), solver.mechanism.tree.nq, solver.equations.closures
-    frames = len(program.numbers) - closures
-    numbers = (*program.numbers[:nq], *program.numbers[frames:], *program.numbers[nq:frames])
-    return replace(program, numbers=numbers, stages=(nq + closures,))
-
-
 #: A compiled function: name, function that records it, number of input arrays, largest number of iterations.
 _Function: TypeAlias = tuple[str, Callable[[Solver, PrescribedCoordinates, SolverState], Program], int, int]
 _FUNCTIONS: tuple[_Function, ...] = (
     ("newton", newton_record, 2, MOST_CORRECTIONS),
-    ("place", _placed_record, 1, 0),
+    ("place", place_record, 1, 0),
     ("side", side_record, 4, 0),
 )
-
-
 _START: _Function = ("start", start_record, 4, 0)
 
 
@@ -305,7 +293,7 @@ class CompiledSolver(Solver):
         turned, N = soon + 9 * bodies, x.shape[1]
         numbers, truths = self._place.results([x], self._parameters, turned + 3 * bodies if stage else soon, 1, stage)
         if not stage:
-            return Placed(numbers[:nq], LaterFrames(x, self._frames), numbers[nq:]), truths[0]
+            return Placed(numbers[:nq], _LaterFrames(x, self._frames), numbers[nq:]), truths[0]
         frames = Frames(numbers[soon:turned].reshape(3, 3, -1, N), numbers[turned:].reshape(3, -1, N))
         return Placed(numbers[:nq], frames, numbers[nq:soon]), truths[0]
 
@@ -328,3 +316,47 @@ def _compiled(
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
     text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.stages, lanes)
     return packed({"sizes": sizes, "operations": operations}, text, lanes)
+
+
+class _LaterFrames(Frames):
+    """Frames of poses, computed on first use.
+
+    Attributes:
+        x: (nq', N) coordinates, shared with the poses: a correction of the poses changes the frames as well.
+    """
+
+    x: Array
+
+    def __init__(self, x: Array, place: Callable[[Array], Frames]) -> None:
+        vars(self).update(x=x, _place=place)
+
+    @cached_property
+    def known(self) -> Frames:
+        """The computed frames."""
+        place: Callable[[Array], Frames] = vars(self)["_place"]
+        return place(self.x)
+
+    @property
+    def rotation(self) -> Array:  # type: ignore[override]
+        """(3, 3, B, N)."""
+        return self.known.rotation
+
+    @property
+    def position(self) -> Array:  # type: ignore[override]
+        """(3, B, N) [m]."""
+        return self.known.position
+
+    def take(self, poses: Index | slice) -> Frames:
+        """Return some of the poses."""
+        return self.known.take(poses) if "known" in vars(self) else _LaterFrames(self.x[:, poses], vars(self)["_place"])
+
+    def put(self, poses: Index, others: Frames) -> None:
+        """Replace the frames of some poses; nothing is to be done before the first use, since the coordinates have changed
+        already.
+        """
+        if "known" in vars(self):
+            self.known.put(poses, others)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Copy and pickle the computed frames."""
+        return Frames, (self.known.rotation, self.known.position)

@@ -10,8 +10,7 @@ import numpy as np
 
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
-from kinetostatics.engine.pose_record import Pose, PoseModel, outputs_at, pose_record
-from kinetostatics.engine.record import example_of
+from kinetostatics.engine.pose_record import Pose, PoseModel, example_of, outputs_at, pose_record
 from kinetostatics.engine.scalars import NotRecordedError, Number
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates, RobotKinematics
 from kinetostatics.math.arrays import Array, Mask

@@ -6,7 +6,8 @@ Machine code, exported C, derivatives and samples of many robots are generated f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -14,10 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kinetostatics.buckling.stability import forces_of, surely_stable
-from kinetostatics.engine.record import by_numpy, recorded_input, recording_equilibrium
-from kinetostatics.engine.recorder import recording
-from kinetostatics.engine.scalars import Number, Tape
-from kinetostatics.engine.structure import Structure
+from kinetostatics.engine.recorder import Structure, recorded_input, recording
+from kinetostatics.engine.scalars import NotRecordedError, Number, Tape
 from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates
@@ -26,10 +25,21 @@ from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.screws import move
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
-from kinetostatics.statics.link_loads import LoadedPlaces
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.small_motions import SmallMotions
 from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import solve_with_springs
+
+#: Load [N, N·m] and gravity [m/s²] of the example, without zeros, so that no term vanishes.
+_EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
+_EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
+#: Reasons why a robot is not recorded: a singular platform at generic poses, and internal forces that equilibrium leaves
+#: undefined.
+SINGULAR = "the platform is singular at generic poses, which needs singular values"
+INDETERMINATE = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
+#: Reason why a robot is not recorded if its example already needs eigenvectors.
+CAREFUL = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"
 
 
 class PoseModel(NamedTuple):
@@ -91,8 +101,13 @@ class Pose:
     @cached_property
     def solution(self) -> Solution:
         """The equilibrium."""
-        wrenches = None if self.model.places is None else self.given[0]
-        return by_numpy(self.statics, self.frames, self.load, self.gravity, wrenches, self.model.places)
+        _, o = self.statics.mechanism.platform_pose(self.frames)
+        weights = self.statics.weights.wrenches_of_many(self.frames, o, self.gravity)
+        applied: tuple[AppliedLoad, ...] = ()
+        if self.model.places is not None:
+            rows = iter(self.given[0].reshape(-1, 6, self.x.shape[1]))
+            applied = tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in self.model.places.loads)
+        return solve_with_springs(self.statics, self.frames, self.load, self.gravity, applied=applied, weights=weights)
 
     @cached_property
     def system(self) -> tuple[Array, Array]:
@@ -217,9 +232,37 @@ def pose_record(
     pose = Pose(copy, *(recorded_input(tape, number, array) for number, array in enumerate(example)))
     rows, shapes, holds = {}, {}, {}
     for name in names:
-        with recording_equilibrium(model.statics) if name in OF_EQUILIBRIUM else recording():
+        with _recording_equilibrium(model.statics) if name in OF_EQUILIBRIUM else recording():
             array = outputs_at(pose, [name], tool)[name]
         rows[name] = tuple(tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist())
         shapes[name] = tuple(array.shape[:-1])
         holds[name] = tape.number_of(tape.holds())
     return PoseRecord(tape, rows, shapes, holds)
+
+
+@contextmanager
+def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
+    """Record the equilibrium of a robot, as context manager.
+
+    Raises:
+        NotRecordedError: a function is not a sequence of operations on scalars.
+    """
+    try:
+        with recording():
+            yield
+    except NotRecordedError as error:
+        found = solve_with_springs(robot, *example_of(robot))
+        if found.singular[0] or found.indeterminate[0]:
+            raise NotRecordedError(SINGULAR if found.singular[0] else INDETERMINATE) from error
+        if isinstance(error.__cause__, IndexError):  # a recorded mask selects poses
+            raise NotRecordedError(CAREFUL) from error
+        raise
+
+
+def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:
+    """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and wrenches at ``places`` (6 P, 1)."""
+    plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
+    if places is None:
+        return plain
+    count = 6 * sum(len(where) for _, where in places.loads)
+    return *plain, (np.resize(_EXAMPLE_LOAD, count) * (1 + 0.1 * np.arange(count)))[:, None]

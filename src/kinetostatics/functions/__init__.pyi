@@ -1,6 +1,6 @@
 from .c_export import CExport
 from .function import Function, Jacobian
-from .values import Quantity, Values
+from .inputs_outputs import Quantity, Values
 
 __all__ = [
     "CExport",

@@ -11,12 +11,12 @@ from typing import Protocol
 import numpy as np
 
 from kinetostatics.arguments import check_choice, path_name
-from kinetostatics.compensation.broyden import MOST, error_tolerance
+from kinetostatics.compensation import MOST, error_tolerance
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
 from kinetostatics.functions.c_programs import Exported, Programs, asked_outputs, identifier
-from kinetostatics.functions.values import LOADS, Facts, Quantity, Reference, Values
+from kinetostatics.functions.inputs_outputs import LOADS, Facts, Quantity, Reference, Values
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, SolverState
 from kinetostatics.math.arrays import Array
@@ -133,16 +133,10 @@ def _facts(function: Exported, parts: Programs, begin: SolverState) -> Facts:
         "searches": MOST,
         "absolute": {"residual_error": error_tolerance(function.robot.length)},
         "rough": function.robot.rough_residual,
-        "endless": _of_endless_actuators(parts),
+        "functions": sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,
     }
-
-
-def _of_endless_actuators(parts: Programs) -> str:
-    """Return a clause on the number of sines and cosines outside the records."""
-    count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.line.impose)
-    return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 
 def _references(

@@ -10,24 +10,23 @@ from typing import Protocol
 
 import numpy as np
 
-from kinetostatics.compensation.broyden import BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
+from kinetostatics.compensation import BroydenSearch, ScaledCoordinates, arrival_tolerance, error_tolerance
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.loop_record import (
     Program,
     guards_met,
     newton_record,
+    program_of,
     rates_record,
-    recorded_rows,
     side_record,
     start_record,
     structure_of,
 )
-from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
-from kinetostatics.engine.record import example_of, recorded_input
+from kinetostatics.engine.pose_record import PoseModel, PoseRecord, example_of, pose_record
 from kinetostatics.engine.record_derivatives import tangent_record
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
+from kinetostatics.functions.inputs_outputs import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.path_following import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
@@ -293,13 +292,9 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
 
 def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., Sequence[Array]]) -> CProgram:
     """Record a computation from columns of numbers; the last result is the validity of the record."""
-    tape, names = Tape(), tuple(examples)
-    inputs = [recorded_input(tape, number, array) for number, array in enumerate(examples.values())]
-
-    def rows() -> list[Array]:
-        return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), guards_met(tape)]
-
-    return c_program(name, tape, recorded_rows(tape, rows), np.array([]), names)
+    tape = Tape()
+    record = program_of(tape, [*examples.values()], lambda *inputs: [*computed(*inputs), guards_met(tape)])
+    return c_program(name, tape, (*record.numbers, *record.truths), np.array([]), tuple(examples))
 
 
 def _pose(stands: Array) -> tuple[Array, Array]:

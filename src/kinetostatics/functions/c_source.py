@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.engine.c_code import literal
 from kinetostatics.functions.c_programs import CJacobian, Line, Programs
-from kinetostatics.functions.values import LOADS, Facts, Quantity
+from kinetostatics.functions.inputs_outputs import LOADS, Facts, Quantity
 from kinetostatics.math.arrays import Array
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.engine.c_code import literal
 from kinetostatics.functions.c_source import c_array, valid
-from kinetostatics.functions.values import Facts, Reference
+from kinetostatics.functions.inputs_outputs import Facts, Reference
 
 
 def test(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> str:

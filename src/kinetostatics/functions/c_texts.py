@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from kinetostatics.functions.c_programs import Programs
 from kinetostatics.functions.c_source import size, source, valid
 from kinetostatics.functions.c_test import test
-from kinetostatics.functions.values import Facts, Quantity, Reference
+from kinetostatics.functions.inputs_outputs import Facts, Quantity, Reference
 
 #: Statuses in C: name, number (as in Python) and meaning.
 STATUSES = (
@@ -34,7 +34,6 @@ _KINDS = {
     "arc tangents": ("angle",),
     "signs, roundings": ("negative", "absolute", "whole"),
 }
-_REST = "comparisons, choices"
 
 
 def files(name: str, scalar: str, facts: Facts, references: Sequence[Reference]) -> dict[str, str]:
@@ -54,7 +53,6 @@ def _statuses(facts: Facts) -> Sequence[tuple[str, int, str]]:
 
 
 def _about(facts: Facts) -> str:
-    """Return the purpose of the function."""
     if not facts["compensates"]:
         return "sag and forces of one pose"
     return "actuator coordinates and feedforward forces with which the loaded platform has its target pose"
@@ -167,6 +165,11 @@ int {name}_differentiate(
 
 
 def _wrapper(name: str, facts: Facts) -> str:
+    differentiate = f"""    int differentiate(const Input &input, Output &output, ::{name}_jacobian &jacobian)
+    {{
+        return ::{name}_differentiate(&input, &state_, &output, &jacobian);
+    }}
+"""
     return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics.
 #ifndef {name.upper()}_HPP
 #define {name.upper()}_HPP
@@ -185,7 +188,7 @@ public:
     void reset() {{ ::{name}_start(&state_); }}
     // Returns the status; see {name}_status.
     int evaluate(const Input &input, Output &output) {{ return ::{name}_evaluate(&input, &state_, &output); }}
-{_differentiates(name, facts)}    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
+{differentiate if facts["parts"].jacobian else ""}    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
 
 private:
     ::{name}_state state_;
@@ -194,16 +197,6 @@ private:
 }}  // namespace {name}
 
 #endif
-"""
-
-
-def _differentiates(name: str, facts: Facts) -> str:
-    if facts["parts"].jacobian is None:
-        return ""
-    return f"""    int differentiate(const Input &input, Output &output, ::{name}_jacobian &jacobian)
-    {{
-        return ::{name}_differentiate(&input, &state_, &output, &jacobian);
-    }}
 """
 
 
@@ -237,8 +230,16 @@ def _readme(name: str, scalar: str, facts: Facts) -> str:
         for c, item in zip(facts["names"], facts["coordinates"], strict=True)
     )
     where = " at the corrected pose" if facts["compensates"] else ""
-    inside = "Arguments and results are `float`; computations are in `double`, as `float` closes loops badly.\n\n"
-    inner = "" if scalar == "double" else inside
+    count = facts["functions"]
+    outside = f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
+    floats = derivatives = ""
+    if scalar == "float":
+        floats = "Arguments and results are `float`; computations are in `double`, as `float` closes loops badly.\n\n"
+    if parts.jacobian is not None:
+        derivatives = f"""`{name}_differentiate` also computes exact derivatives with closed loops, row by row, with the output's
+components first: {", ".join(f"`{field}`" for _, _, field in parts.jacobian.pairs)}.
+
+"""
     return f"""# {facts["robot"]} for a controller
 
 {_about(facts)[0].upper()}{_about(facts)[1:]}.
@@ -268,11 +269,11 @@ Outputs{where}, besides `residual`, the largest residual of the equations of the
 
 {outputs}
 
-{_derivatives(name, facts)}| status | | |
+{derivatives}| status | | |
 |---|---:|---|
 {statuses}
 
-{inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot remains in its
+{floats}A call follows the straight line of coordinates from the last pose to the new one, so that the robot remains in its
 assembly mode; one step is enough if both are close to each other, as in a controller. There are at most
 `{name.upper()}_MOST_STEPS` (200) steps, each with at most {facts["corrections"]} corrections of
 {parts.line.newton.operations:,} operations; the analysis takes {parts.pose.operations:,} operations.
@@ -292,24 +293,12 @@ Operations, counted:
 {_operations(facts)}
 
 A call near the last pose is one step of a line. `state.corrections` counts the corrections of the loops. Operations that set up
-lines and copy states are not in the table{facts["endless"]}.
+lines and copy states are not in the table{outside}.
 
 The test program (`build/{name}_test`) also measures calls with small steps about reference poses, on the machine on which it
 runs: corrections of the loops per call, time by `clock()`, and time stamps of an x86 processor or cycles of a Cortex-M
 (`DWT->CYCCNT`). For your own controller compile {name}.c and {name}_test.c with its compiler and options and run the program
 there; on a Cortex-M without an operating system, printing needs semihosting, for instance.
-"""
-
-
-def _derivatives(name: str, facts: Facts) -> str:
-    """Return the paragraph on derivatives."""
-    programs = facts["parts"].jacobian
-    if programs is None:
-        return ""
-    fields = ", ".join(f"`{field}`" for _, _, field in programs.pairs)
-    return f"""`{name}_differentiate` also computes exact derivatives with closed loops, row by row, with the output's
-components first: {fields}.
-
 """
 
 
@@ -324,12 +313,6 @@ From the target pose, Broyden's method searches for the commanded pose of the un
 {parts.search.learn.operations:,} further operations. Then the actuators follow a straight line from the target pose to the
 positions found; unless the loaded platform arrives at its target pose, the status is UNREACHABLE.
 """
-
-
-def _counted(counts: Mapping[str, int]) -> dict[str, int]:
-    """Return the number of operations in each column."""
-    found = {title: sum(counts.get(kind, 0) for kind in kinds) for title, kinds in _KINDS.items()}
-    return found | {_REST: sum(counts.values()) - sum(found.values())}
 
 
 def _operations(facts: Facts) -> str:
@@ -347,9 +330,9 @@ def _operations(facts: Facts) -> str:
     if parts.jacobian is not None:
         inputs = {value.name: size(value) for _, value, _ in parts.jacobian.pairs}
         often["derivatives: results"] = str(sum(inputs.values()))
-    titles = [*_KINDS, _REST]
-    rows = [f"| function | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
+    rows = [f"| function | how often | {' | '.join(_KINDS)} | comparisons, choices |", f"|---|---|{'---:|' * (len(_KINDS) + 1)}"]
     for what, program in parts.all:
-        numbers = _counted(program.counts)
-        rows.append(f"| {what} | {often.get(what, '1')} | {' | '.join(f'{numbers[title]:,}' for title in titles)} |")
+        numbers = [sum(program.counts.get(kind, 0) for kind in kinds) for kinds in _KINDS.values()]
+        numbers.append(program.operations - sum(numbers))
+        rows.append(f"| {what} | {often.get(what, '1')} | {' | '.join(f'{number:,}' for number in numbers)} |")
     return "\n".join(rows)

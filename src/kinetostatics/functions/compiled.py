@@ -19,7 +19,7 @@ from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.pose_code import PoseCode
 from kinetostatics.engine.programs import compiled_loops
 from kinetostatics.engine.scalars import NotRecordedError, Number
-from kinetostatics.functions.values import TOLERANCE, Values, flat_loads
+from kinetostatics.functions.inputs_outputs import TOLERANCE, Values, flat_loads
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
 from kinetostatics.kinematics.path_following import longest_strides

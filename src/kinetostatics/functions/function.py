@@ -14,13 +14,22 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword, names_in
-from kinetostatics.compensation.compensate import compensate as compensated
+from kinetostatics.compensation import compensate as compensated
 from kinetostatics.engine.programs import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
-from kinetostatics.functions.inputs_outputs import PATHS, inputs_of, outputs_of
-from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values, flat_loads
+from kinetostatics.functions.inputs_outputs import (
+    ALWAYS,
+    LOADS,
+    PATHS,
+    TOLERANCE,
+    Quantity,
+    Values,
+    flat_loads,
+    inputs_of,
+    outputs_of,
+)
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.alternatives import prescribed_platform
 from kinetostatics.kinematics.configuration import Configuration
@@ -289,10 +298,8 @@ class Jacobian:
         derivatives = Derivatives(pose, function.prescribed, target, loads, fields, self.of)
         found: dict[str, dict[str, Array]] = {name: {} for name in self.of}
         for name in self.by:
-            if name == "load":
-                parts = derivatives.by_load()
-            elif name == "gravity":
-                parts = derivatives.by_gravity()
+            if name in LOADS:
+                parts = derivatives.by_components(name)
             elif name in function.names:
                 parts = derivatives.by_coordinate(function.names.index(name))
             else:

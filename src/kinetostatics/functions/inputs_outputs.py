@@ -1,17 +1,32 @@
-"""Inputs and outputs of a function of a robot: names, shapes, units, frames."""
+"""Inputs and outputs of a function of a robot: names, shapes, units, frames; its results, and checks of loads."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from kinetostatics.arguments import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.layout.mapping import ResultMapping
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import orientation_named
 from kinetostatics.quantities import COMPUTED, QUANTITIES, axes_of, units_along
 from kinetostatics.robot import Robot
 
+Facts: TypeAlias = dict[str, Any]  # data of the texts in C, by name
+#: A pose with loads and Python's results: coordinates, load, gravity, outputs, status.
+Reference: TypeAlias = tuple[dict[str, float], Array, Array, dict[str, Array], int]
+#: Inputs of every function besides coordinates, and outputs besides the requested ones.
+LOADS = ("load", "gravity")
+ALWAYS = ("status", "residual")
+#: Gap of a loop [m, rad] above which a pose of a function is not reached.
+TOLERANCE = 1e-10
 #: Paths in a result of the possible outputs of functions, by name.
 PATHS: Mapping[str, str] = {
     **{name: name for name in (*COMPUTED, "status") if name not in LOADS},
@@ -21,6 +36,89 @@ PATHS: Mapping[str, str] = {
 #: Additional descriptions of some outputs, and of some with compensation.
 _MORE = {"status": "; kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"}
 _MORE_CORRECTED = {"actuators": ", corrected", "status": f"{_MORE['status']}; UNREACHABLE also where no correction was found"}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """An input, an output or a parameter of a function.
+
+    Attributes:
+        name: its name.
+        shape: shape without batch axes.
+        units: one unit for all components, or units along the last axis (for contributions: the first).
+        axes: labels along its axes, by name of the axis, if any.
+        meaning: description with frame and reference point.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    units: tuple[str, ...]
+    axes: Mapping[str, tuple[str, ...]] = field(default_factory=dict, hash=False)
+    meaning: str = ""
+
+    def __str__(self) -> str:
+        units = ", ".join(dict.fromkeys(self.units))
+        shape = f" {self.shape}" if self.shape else ""
+        return f"{self.name}{shape} [{units}]" + (f": {self.meaning}" if self.meaning else "")
+
+
+class Values(Mapping[str, Array]):
+    """Result of a function: arrays by name, batch axes first, and the corresponding pose.
+
+    Attributes:
+        origin: start of the next line for compiled code; None if there is none.
+    """
+
+    def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
+        self._arrays, self._made, self.origin = ResultMapping(arrays), pose, origin
+
+    @cached_property
+    def pose(self) -> Configuration:
+        """The pose or poses; ``near=`` of the next call."""
+        return self._made()
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Include the pose, not the function that computes it."""
+        return _known, (dict(self._arrays), self.pose)
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._arrays:
+            raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
+        return self._arrays[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._arrays
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return f"<Values: {', '.join(self._arrays)}>"
+
+
+def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:
+    """Return load (6, N) and gravity (3, N) of all poses, and the batch shape of these with ``shapes``.
+
+    Raises:
+        ArgumentError: a number is not finite, or shapes do not fit.
+    """
+    arrays = finite_numbers("load", load), finite_numbers("gravity", gravity)
+    for name, array, size in zip(LOADS, arrays, (6, 3), strict=True):
+        if array.shape[-1:] != (size,):
+            raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
+    try:
+        shape = np.broadcast_shapes(*shapes, *(array.shape[:-1] for array in arrays))
+    except ValueError:
+        raise ArgumentError("the shapes of coordinates, load and gravity do not fit together") from None
+    wrench, field = (np.broadcast_to(array, (*shape, array.shape[-1])).reshape(-1, array.shape[-1]).T for array in arrays)
+    return wrench, field, shape
+
+
+def _known(arrays: Mapping[str, Array], pose: Configuration) -> Values:
+    return Values(arrays, lambda: pose)
 
 
 def _quantity(robot: Robot, path: str, more: Mapping[str, str]) -> Quantity:

@@ -18,8 +18,7 @@ from kinetostatics.files.parameter_units import parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import SolverChoice, assemble
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.parametric.errors import ErrorParameter, errors_of
-from kinetostatics.parametric.robot_numbers import STEP, RobotNumber, numbers_of_parts
+from kinetostatics.parametric.robot_numbers import STEP, ErrorParameter, RobotNumber, errors_of, numbers_of_parts
 from kinetostatics.robot import Robot
 
 if TYPE_CHECKING:

@@ -1,4 +1,7 @@
-"""Numbers of a robot's parts by name, and the description with another value of one."""
+"""Numbers of a robot's parts and its assembly errors, by name, and the description with another value of one number.
+
+Assembly errors are ``JOINT.error.x`` … ``rz`` along and about the axes of the joint's own frame, and ``BEAM.error.length``.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Origin
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.math.arrays import Array
@@ -180,3 +184,55 @@ def _displaced(origin: Origin, k: int, by: float) -> Origin:
     turn[k - 3] = by
     rotation = matrix[:3, :3] @ exponential(turn)[..., 0]
     return Origin(origin.xyz, tuple(orientation_named("xyz").coordinates(rotation[..., None])[:, 0].tolist()))
+
+
+# ---- assembly errors ------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ErrorParameter:
+    """An assembly error of a joint or beam of the unloaded robot.
+
+    Attributes:
+        name: ``PART.error.KIND``.
+        part: the joint or beam.
+        kind: "x" … "rz" of a joint, along and about the axes of its frame; "length" or "temperature" of a beam.
+        unit: SI unit.
+    """
+
+    name: str
+    part: str
+    kind: str
+    unit: str
+
+    @property
+    def value(self) -> float:
+        """Value of the nominal robot: zero."""
+        return 0.0
+
+
+def errors_of(robot: Robot) -> dict[str, ErrorParameter]:
+    """Return the errors of all joints and beams of the limbs, by name."""
+    found = []
+    for limb in robot.topology.limbs:
+        for edge in limb.edges:
+            if edge.joint is not None:
+                found += [(edge.joint, kind, "rad" if k > 2 else "m") for k, kind in enumerate(COMPONENTS)]
+            elif edge.beam is not None:
+                found.append((edge.beam, "length", "m"))
+                if robot.description.beams[edge.beam].thermal_expansion:
+                    found.append((edge.beam, "temperature", "K"))
+    every = (ErrorParameter(f"{part}.error.{kind}", part, kind, unit) for part, kind, unit in found)
+    return {item.name: item for item in every}
+
+
+def together(errors: Sequence[ErrorParameter], amounts: Array) -> dict[str, Keyword]:
+    """Return errors of given amounts (errors, N) as the argument ``assembly_errors`` of :func:`kinetostatics.analyze`."""
+    found: dict[str, Keyword] = {}
+    for error, row in zip(errors, amounts, strict=True):
+        if error.kind in COMPONENTS:
+            own = found.setdefault(error.part, {"twist": np.zeros((amounts.shape[1], 6)), "frame": "joint"})
+            own["twist"][:, COMPONENTS.index(error.kind)] = row
+        else:
+            found.setdefault(error.part, {})[error.kind] = row
+    return found
