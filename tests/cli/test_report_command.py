@@ -42,7 +42,7 @@ def pose():
 
 def test_figures_open_no_windows(monkeypatch, tmp_path):
     plt = pytest.importorskip("matplotlib.pyplot")
-    monkeypatch.setattr("kinetostatics.cli.report_page._map", lambda *_: None)
+    monkeypatch.setattr("kinetostatics.cli.robots._map", lambda *_: None)
     monkeypatch.setattr("kinetostatics.report_page.report_html", lambda *_: plt.get_backend())
     monkeypatch.setattr(plt, "switch_backend", lambda name: monkeypatch.setattr(plt, "get_backend", lambda: name))
     assert main([*COMMAND, "--out", str(tmp_path / "x.html")]) == 0

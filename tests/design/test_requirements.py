@@ -7,7 +7,7 @@ import pytest
 from parametric_machines import BEAM, HEAD, INERTIA, RHO, E, moving
 
 import kinetostatics as ks
-from kinetostatics.design.requirements import REQUIRABLE, Requirable, parse_requirement
+from kinetostatics.design.problem import REQUIRABLE, Requirable, parse_requirement
 
 pytest.importorskip("scipy")
 

@@ -6,7 +6,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
-from kinetostatics.design.requirements import parse_quantity, parse_requirement
+from kinetostatics.design.problem import parse_quantity, parse_requirement
 
 pytest.importorskip("xarray")
 

@@ -10,7 +10,7 @@ import xarray as xr
 from maps import near
 
 import kinetostatics as ks
-from kinetostatics.workspace import lazy
+from kinetostatics.workspace import run
 
 GRID = {"z": np.linspace(0.45, 0.65, 8), "rx": np.linspace(-0.15, 0.15, 5), "ry": np.array([-0.1, 0.0, 0.12])}
 
@@ -19,13 +19,13 @@ GRID = {"z": np.linspace(0.45, 0.65, 8), "rx": np.linspace(-0.15, 0.15, 5), "ry"
 def computed(monkeypatch):
     """Return the corners of the chunks that are computed."""
     places = []
-    compute = lazy._chunk
+    compute = run._chunk
 
     def counted(numbers, *arguments):
         places.append(tuple(int(numbers[f"number of {name}"][0]) for name in GRID))
         return compute(numbers, *arguments)
 
-    monkeypatch.setattr(lazy, "_chunk", counted)
+    monkeypatch.setattr(run, "_chunk", counted)
     return places
 
 

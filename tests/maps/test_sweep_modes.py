@@ -8,8 +8,8 @@ import xarray as xr
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace import continuity
+from kinetostatics.workspace.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.dataset import NOT_REACHED, REACHED, labels_of
-from kinetostatics.workspace.edges import JointScale, suspect_edges
 from kinetostatics.workspace.sweep_arguments import read_plan
 
 #: orientation, load, gravity, point, frame, assembly_errors and parameters of a sweep that asks for nothing more

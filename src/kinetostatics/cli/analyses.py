@@ -1,20 +1,30 @@
-"""Commands on the statics of poses: analyze, verify, compensate."""
+"""Commands on poses: analyze, verify, compensate, modes, response."""
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
+import os
+import shlex
 from typing import TYPE_CHECKING
 
-from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument
-from kinetostatics.cli.answers import answer, save_files
+from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, pose_of, where_of
-from kinetostatics.cli.options import FIGURES, check_files, given_of, value_of
-from kinetostatics.cli.rigid import rigid_advice
-from kinetostatics.cli.typed_values import GRID_HELP, MOST, VALUES_HELP, parse_coordinates
+from kinetostatics.cli.inputs import assembled, coordinate_kind, grid_of, load_robot, loads_of, payload_of, pose_of, where_of
+from kinetostatics.cli.output import FIGURES, answer, check_files, save_files
+from kinetostatics.cli.typed_values import (
+    GRID_HELP,
+    MOST,
+    VALUES_HELP,
+    given_of,
+    parse_coordinates,
+    parse_parameters,
+    parse_range,
+    value_of,
+)
 from kinetostatics.description.units import PLATFORM_KINDS
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.csv_tables import read_csv
 from kinetostatics.progress import waiting
 
@@ -22,7 +32,10 @@ if TYPE_CHECKING:
     from kinetostatics.dynamics.trajectory import Trajectory
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
-
+#: Frequencies of a response, unless their number is given.
+FREQUENCIES = 400
+#: Options of ``new`` for suggested elastic parts, in the order in which they are tried.
+SUGGESTIONS = (("elastic", "joint_stiffness"), ("elastic",), ("joint_stiffness",))
 
 # ---- analyze -------------------------------------------------------------------------------------------------------------
 
@@ -57,7 +70,7 @@ def _analyze(args: argparse.Namespace) -> int:
         if not (args.full or args.json):
             report = report.only(*args.only) if args.only else report.brief()
         if not args.json:
-            warnings = [*rigid_advice(robot, args, options), *warnings]
+            warnings = [*_rigid_advice(robot, args, options), *warnings]
     answer(report.to_dict() if args.json else report, warnings, args.out)
     return 0
 
@@ -69,6 +82,49 @@ def _trajectory(robot: Robot, args: argparse.Namespace) -> Trajectory:
     option, columns = _read_table(robot, args, timed=True)
     times = columns.pop("time")
     return trajectory(robot, times, **where_of(robot, option, columns, args))
+
+
+def _rigid_advice(robot: Robot, args: argparse.Namespace, loads: dict[str, Keyword]) -> list[str]:
+    """Return a warning with commands that make a rigid robot elastic and repeat the analysis of ``args``; none if it is elastic.
+
+    The commands are tested, without writing the file, at the same pose and under the same loads: the compliance must not be zero.
+    """
+    if robot.description.beams or robot.description.joint_stiffness:
+        return []
+    for options in SUGGESTIONS:
+        if _works(options, args, loads):
+            commands = "".join(f"\n  {shlex.join(words)}" for words in _commands(options, args))
+            return [f"nothing is elastic, so nothing sags; these commands make it elastic, by what the file suggests:{commands}"]
+    return ["nothing is elastic, so nothing sags: links get a <beam>, actuators a <joint_stiffness>"]
+
+
+def _works(options: tuple[str, ...], args: argparse.Namespace, loads: dict[str, Keyword]) -> bool:
+    from kinetostatics.analysis import analyze
+    from kinetostatics.authoring.from_urdf import SUGGESTED, extend_robot
+
+    given: dict[str, Keyword] = {"platform_link": args.platform_link, "base_link": args.base_link}
+    given |= dict.fromkeys(options, SUGGESTED)
+    try:
+        made = extend_robot(args.robot, parameters=parse_parameters(args.parameters), **given)
+        return bool(analyze(pose_of(made, args)[0], **loads).compliance.any())
+    except KinetostaticsError:
+        return False
+
+
+def _commands(options: tuple[str, ...], args: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """Return the command that writes the elastic robot, and the one that analyses it."""
+    stem = os.path.basename(args.robot).partition(".")[0] + "_elastic"
+    names = itertools.chain([stem], (f"{stem}_{k}" for k in itertools.count(2)))
+    out = next(file for name in names if not os.path.exists(file := f"{name}.urdf.xacro"))
+    made = ["kinetostatics", "new", "--from", args.robot]
+    for option, value in (("--platform-link", args.platform_link), ("--base-link", args.base_link)):
+        made += [option, value] if value is not None else []
+    made += ["--set", *args.parameters] if args.parameters else []
+    for name in options:
+        made += [f"--{name.replace('_', '-')}", "suggested"]
+    typed = args.command_line
+    place = typed.index(args.robot, 2)
+    return [*made, "--out", out], [*typed[:place], out, *typed[place + 1 :]]
 
 
 ANALYZE = Command(
@@ -225,5 +281,87 @@ compensate 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --controlled x y z
 compensate 3rps --platform z=0.5 rx=-10deg:10deg:21 ry=0 --load 0 0 -500 0 0 0 --out tilted.nc
 plot tilted.nc --kind line --what residual_error:x uncorrected_error:x --out missed.svg
 compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
+""",
+)
+
+
+# ---- modes ---------------------------------------------------------------------------------------------------------------
+
+
+def _modes(args: argparse.Namespace) -> int:
+    """Print frequencies, effective masses and shares of energy."""
+    with waiting("computing modes"):
+        options = {**payload_of(args), **given_of(("count", "drives"), args)}
+        configuration, warnings = pose_of(load_robot(args), args)
+        report = MODES.called()(configuration, **options).report()
+        answered = report.to_dict() if args.json else report
+    answer(answered, warnings)
+    return 0
+
+
+MODES = Command(
+    _modes,
+    help="compute natural frequencies and modes at one pose",
+    description=(
+        "Compute the lowest natural frequencies at one pose, with effective masses by direction and the shares of energy\n"
+        "of every part. Beams vibrate as continuous rods: nothing is discretized, and no mode is missed."
+    ),
+    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "drives", "json"),
+    own={"count": Argument("count", "number of modes (default: 6)", "N")},
+    function="dynamics.vibrations:modes",
+    notes=VALUES_HELP,
+    examples="""
+modes 3rps
+modes 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --count 10
+modes delta --payload 2kg --payload-center 0 0 -50mm
+modes ur10 --drives free --json
+""",
+)
+
+
+# ---- response ------------------------------------------------------------------------------------------------------------
+
+
+def _response(args: argparse.Namespace) -> int:
+    """Print the largest responses, and write figures and tables."""
+    with waiting("computing the frequency response"):
+        import numpy as np
+
+        check_files(args.out, ("csv", *FIGURES))
+        first, last, count = parse_range("--frequencies", "frequencies", args.frequencies)
+        options = {**payload_of(args), **given_of(("damping", "drives", "tool"), args)}
+        configuration, warnings = pose_of(load_robot(args), args)
+        found = RESPONSE.called()(configuration, np.geomspace(first, last, count or FREQUENCIES), **options)
+        drawn = given_of(("what", "components"), args)
+        for path in args.out:
+            save_files([path], "frequency_response", found, **drawn)
+        shown = found.to_dict() if args.json else found.report()
+    answer(shown, warnings, args.out)
+    return 0
+
+
+RESPONSE = Command(
+    _response,
+    help="compute the frequency response of the platform: compliance, and transmissibility from the floor",
+    description=(
+        "Compute the response of the platform to harmonic forces on it, and to harmonic motion of the floor, at one pose.\n"
+        "The dynamic stiffness is solved at each frequency: no modes are left out."
+    ),
+    arguments=(*ROBOT, *POSE, "payload", "payload_center", "payload_link", "tool", "drives", "json"),
+    own={
+        "frequencies": Argument("text", f"frequencies [Hz], logarithmically spaced (COUNT: {FREQUENCIES})", "FIRST:LAST[:COUNT]"),
+        "damping": Argument("number", "damping ratio of all modes (default: 0.02)", "ZETA"),
+        "what": Argument("text", "what a figure shows (default: compliance)", choices=("compliance", "transmissibility")),
+        "components": Argument("texts", "directions in a figure (default: x y z)", "NAME"),
+        "out": Argument("texts", "write a figure (.svg, .pdf, .png) or a table (.csv)", "FILE"),
+    },
+    function="dynamics.vibrations:frequency_response",
+    required=("robot", "frequencies"),
+    usage="ROBOT --frequencies FIRST:LAST[:COUNT] [options]",
+    notes=VALUES_HELP,
+    examples="""
+response 3rps --frequencies 1:500 --out compliance.svg response.csv
+response 3rps --frequencies 1:500:1000 --damping 0.01 --tool 0 0 200mm --what transmissibility --out floor.svg
+response delta --frequencies 10:300 --payload 2kg --components rx ry rz --json
 """,
 )

@@ -11,29 +11,47 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from kinetostatics.arguments import ARGUMENTS, Argument, Keyword
-from kinetostatics.cli.options import Options
+from kinetostatics.arguments import ARGUMENTS, POSE, Argument, Keyword
+from kinetostatics.cli.typed_values import option_of
 
 #: Module of each command, in the order of the help.
 COMMANDS: Mapping[str, str] = {
     "check": "robots",
     "analyze": "analyses",
     "compensate": "analyses",
-    "modes": "vibration",
-    "response": "vibration",
-    "sweep": "sweep",
+    "modes": "analyses",
+    "response": "analyses",
+    "sweep": "maps",
     "view": "view",
     "verify": "analyses",
-    "report": "report_page",
+    "report": "robots",
     "tolerances": "designs",
     "sensitivities": "designs",
     "optimize": "designs",
-    "calibrate": "calibrate",
+    "calibrate": "designs",
     "new": "new",
-    "plot": "plot",
+    "plot": "maps",
     "export": "robots",
     "robots": "robots",
 }
+
+
+def _action(argument: Argument) -> dict[str, Keyword]:
+    """Return the keywords of an argument for argparse."""
+    if argument.kind == "flag":
+        return {"action": "store_true"}
+    metavar = argument.metavar
+    if argument.choices:
+        return {"choices": argument.choices}
+    if argument.kind == "optional text":
+        return {"metavar": metavar, "nargs": "?", "const": ""}
+    if argument.kind == "texts or none":
+        return {"metavar": metavar, "nargs": "*", "action": "extend"}
+    if not argument.kind:
+        return {"metavar": metavar, "nargs": "+", "action": "append", "default": []}
+    if argument.kind in ("items", "texts"):
+        return {"metavar": metavar, "nargs": "+", "action": "extend", "default": []}
+    return {"metavar": metavar, "nargs": argument.size or None}
 
 
 @dataclass(frozen=True)
@@ -88,10 +106,24 @@ class Command:
             description=self.description or f"{self.help[0].upper()}{self.help[1:]}.",
             epilog=f"{self.notes}\nexamples:\n{examples}".lstrip("\n"),
         )
-        options = Options(parser, self.grid, self.required)
-        either = parser.add_mutually_exclusive_group() if self.exclusive else None
+        groups: dict[str, argparse._ActionsContainer] = {"": parser}
+        alternatives: dict[tuple[str, ...], argparse._ActionsContainer] = {}
         for key, argument in self.options.items():
-            options.add(key, argument, either if key in self.exclusive else None)
+            if argument.group not in groups:
+                groups[argument.group] = parser.add_argument_group(argument.group)
+            place = groups[argument.group]
+            for names in (POSE[:2], self.exclusive):
+                if key in names:
+                    place = alternatives[names] = alternatives.get(names) or place.add_mutually_exclusive_group()
+            option = option_of(key, argument)
+            keywords: dict[str, Keyword] = {"help": argument.help, **_action(argument)}
+            if self.grid and key in POSE[:2]:
+                keywords["metavar"] += "S"  # NAME=VALUES
+            if option.startswith("-"):
+                keywords |= {"dest": key, "required": key in self.required}
+            elif key not in self.required:
+                keywords["nargs"] = "?"
+            place.add_argument(option, **keywords)
         parser.set_defaults(run=self.run, arguments=self.options)
 
 

@@ -8,8 +8,16 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.options import given_of, value_of
-from kinetostatics.cli.typed_values import number_of, parse_coordinates, parse_items, parse_parameters, parse_values, typed_units
+from kinetostatics.cli.typed_values import (
+    given_of,
+    number_of,
+    parse_coordinates,
+    parse_items,
+    parse_parameters,
+    parse_values,
+    typed_units,
+    value_of,
+)
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from typing import NoReturn
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.answers import print_message
 from kinetostatics.cli.commands import COMMANDS, command
+from kinetostatics.cli.output import print_message
 from kinetostatics.exceptions import KinetostaticsError, PlatformMissingError
 
 #: Exit code of any error; 0 is success and 1 a command's negative answer.

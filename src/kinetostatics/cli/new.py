@@ -9,9 +9,8 @@ import sys
 from kinetostatics.arguments import Argument, Keyword
 from kinetostatics.authoring.file_arguments import odd_lengths
 from kinetostatics.authoring.known_names import KNOWN_NAMES
-from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
-from kinetostatics.cli.options import check_folder
+from kinetostatics.cli.output import check_folder, print_warnings
 from kinetostatics.cli.typed_values import number_of, parse_items, parse_parameters, unit_of
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.progress import waiting

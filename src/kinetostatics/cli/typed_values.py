@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import math
 import re
 from collections.abc import Iterable, Sequence
 
-from kinetostatics.arguments import Keyword, whole_number
+from kinetostatics.arguments import Argument, Keyword, whole_number
 from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit, typed_number
 from kinetostatics.exceptions import ArgumentError
 
@@ -159,3 +160,40 @@ def whole_number_of(option: str, text: str, least: int = 1) -> int:
     with contextlib.suppress(ArgumentError):
         number = parse_quantity(text, "number")
     return whole_number(option, int(number) if number is not None and number.is_integer() else None, least, shown=text.strip())
+
+
+# ---- values of options ------------------------------------------------------------------------------------------------
+
+
+def option_of(name: str, argument: Argument) -> str:
+    """Return the option of an argument, such as ``--platform-link``; the name of a positional argument has no dashes."""
+    return argument.option or f"--{name.replace('_', '-')}"
+
+
+def value_of(name: str, args: argparse.Namespace) -> Keyword:
+    """Return the value of an option for the function, None if not given.
+
+    Raises:
+        ArgumentError: the value is invalid; the message begins with the option.
+    """
+    argument, given = args.arguments[name], getattr(args, name)
+    option = option_of(name, argument)
+    if given is None or given is False or given == []:
+        return None
+    if argument.kind == "items":
+        return parse_items(option, given)
+    if argument.kind == "count":
+        return whole_number_of(option, given, argument.least)
+    if argument.kind in ("", "flag", "text", "optional text", "texts", "names"):
+        return given
+    if argument.kind == "wrench":
+        return [number_of(option, text, "force" if k < 3 else "moment") for k, text in enumerate(given)]
+    if argument.size:
+        return [number_of(option, text, argument.kind) for text in given]
+    return number_of(option, given, argument.kind)
+
+
+def given_of(names: Iterable[str], args: argparse.Namespace) -> dict[str, Keyword]:
+    """Return the values of the given options by argument name."""
+    values = {name: value_of(name, args) for name in names}
+    return {name: value for name, value in values.items() if value is not None}

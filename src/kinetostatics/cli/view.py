@@ -8,11 +8,10 @@ import functools
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import LOADS, POSE, ROBOT, Argument, Keyword
-from kinetostatics.cli.answers import print_warnings
 from kinetostatics.cli.commands import Command
 from kinetostatics.cli.inputs import assembled, coordinate_kind, load_robot, loads_of, payload_of, pose_of, swept_coordinates
-from kinetostatics.cli.options import given_of, value_of
-from kinetostatics.cli.typed_values import VALUES_HELP, parse_items, parse_range
+from kinetostatics.cli.output import print_warnings
+from kinetostatics.cli.typed_values import VALUES_HELP, given_of, parse_items, parse_range, value_of
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,

@@ -16,11 +16,18 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, need_scipy, warn, whole_number
 from kinetostatics.description.units import KINDS
-from kinetostatics.design.problem import Evaluation, Problem, assembled, grid_of, rank
-from kinetostatics.design.requirements import REQUIRABLE, parse_quantity, parse_requirement
+from kinetostatics.design.problem import (
+    REQUIRABLE,
+    Evaluation,
+    Problem,
+    assembled,
+    grid_of,
+    parse_quantity,
+    parse_requirement,
+    rank,
+)
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.variables import Choice, Range, Vary, read_variables, typed_units
-from kinetostatics.design.varied_numbers import VariedNumbers, sizes_of
+from kinetostatics.design.variables import Choice, Range, VariedNumbers, Vary, read_variables, sizes_of, typed_units
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import read_robot_file

@@ -17,8 +17,7 @@ from kinetostatics.analysis import check_keywords
 from kinetostatics.arguments import whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
-from kinetostatics.design.problem import Problem
-from kinetostatics.design.requirements import REQUIRABLE, Requirement
+from kinetostatics.design.problem import REQUIRABLE, Problem, Requirement
 from kinetostatics.design.variables import Vary, combinations
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.math.arrays import Array, frozen

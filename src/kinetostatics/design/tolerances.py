@@ -19,8 +19,8 @@ from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check, check_choice, check_mapping, warn, whole_number
 from kinetostatics.description.units import parse_number
 from kinetostatics.design.monte_carlo import WANTED, random_robots
-from kinetostatics.design.requirements import typed_unit
 from kinetostatics.design.sensitivities import slopes_by
+from kinetostatics.design.variables import typed_unit
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.functions.derivatives import Derivatives, derivatives_at
 from kinetostatics.kinematics.configuration import Configuration

@@ -1,4 +1,4 @@
-"""Design variables of an optimization: ranges or lists of values of one parameter, catalogues of several parameters."""
+"""Design variables of an optimization: their ranges, lists and catalogues of values, and the robots with these values."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinetostatics.description.units import parse_number
-from kinetostatics.design.requirements import typed_unit
+from kinetostatics.description.units import parse_number, typed_number
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.csv_tables import read_csv
+from kinetostatics.parametric.parametric_robot import ParametricRobot, check_unit
+from kinetostatics.parametric.robot_numbers import RobotNumber
+from kinetostatics.robot import Robot
 
 #: Catalogues of the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
@@ -57,6 +59,11 @@ class Choice:
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
     units: tuple[tuple[str, ...], ...] = ()
+
+
+def typed_unit(text: str) -> str:
+    """Return the unit given with a number; empty without a unit."""
+    return (typed_number(text) or (0.0, ""))[1]
 
 
 def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
@@ -167,3 +174,62 @@ def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:
         pairs = zip(choices, rows, strict=True)
         found.append({name: value for choice, row in pairs for name, value in zip(choice.names, row, strict=True)})
     return found
+
+
+@dataclass(frozen=True)
+class VariedNumbers:
+    """Varied numbers, and the robots with their values.
+
+    Attributes:
+        robots: the parametric robot.
+        alike: numbers by name, or by a pattern such as ``rod_*.outer_diameter`` for a common value.
+    """
+
+    robots: ParametricRobot
+    alike: Mapping[str, Sequence[RobotNumber]]
+
+    def own(self, name: str) -> float:
+        """Return the value in the file; for several numbers, their mean."""
+        return float(np.mean([item.value for item in self.alike[name]]))
+
+    @property
+    def are_own(self) -> bool:
+        """Whether all numbers of each pattern are equal in the file, so that its robot is a possible design."""
+        return all(len({item.value for item in several}) == 1 for several in self.alike.values())
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a number; empty if it has none or is uncertain."""
+        found = self.alike[name][0].unit
+        return "" if found == "1" else found
+
+    def robot(self, values: Mapping[str, float]) -> Robot:
+        """Return the robot with these values; expressions of the file are evaluated with them.
+
+        Raises:
+            RobotFileError: the robot is invalid with these values.
+        """
+        return Robot(self.robots.description({item.name: value for name, value in values.items() for item in self.alike[name]}))
+
+
+def sizes_of(robots: ParametricRobot, names: Sequence[str], typed: Sequence[tuple[str, str]]) -> VariedNumbers:
+    """Return the varied numbers of a robot.
+
+    Args:
+        robots: the parametric robot.
+        names: names of numbers, or patterns.
+        typed: names with the units of their given values.
+
+    Raises:
+        ArgumentError: a name is unknown, a number is named twice, numbers of a pattern have different units, or a value has a
+            unit of another kind.
+    """
+    alike: dict[str, list[RobotNumber]] = {}
+    for name, number in robots.select(names, "vary"):
+        alike.setdefault(name, []).append(number)
+    for name, several in alike.items():
+        if len(units := {item.unit for item in several}) > 1:
+            kinds = ", ".join(sorted(units))
+            raise ArgumentError(f"vary: {name} names numbers in several units, {kinds}; numbers of one pattern have one value")
+    for name, unit in typed:
+        check_unit(alike[name][0], unit, "vary")
+    return VariedNumbers(robots, alike)

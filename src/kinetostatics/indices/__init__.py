@@ -12,8 +12,7 @@ try:
 except ModuleNotFoundError:
     raise KinetostaticsError("workspace maps need xarray: pip install 'kinetostatics[sweep]'") from None
 
-from kinetostatics.indices.map_at_point import at_point
-from kinetostatics.indices.map_variables import swept, valid
+from kinetostatics.indices.map_variables import at_point, swept, valid
 from kinetostatics.indices.named import INDICES, Extreme, best, names, quantity, stiffness_along, worst
 from kinetostatics.measures import Measure
 

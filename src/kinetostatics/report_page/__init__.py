@@ -18,7 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.renderings import html_path
 from kinetostatics.report_page import chapters
 from kinetostatics.results.tool_point import tool_on_robot
-from kinetostatics.workspace.provenance import versions
+from kinetostatics.workspace.sweep_plan import versions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

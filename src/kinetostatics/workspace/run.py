@@ -17,14 +17,13 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.threads import in_threads, threads
 from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.robot import Robot
-from kinetostatics.workspace import provenance
 from kinetostatics.workspace.block import compute_block, make_ready
 from kinetostatics.workspace.continuity import continued
-from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of
-from kinetostatics.workspace.grid import Block, block_sizes, sizes_of
+from kinetostatics.workspace.dataset import REACHED, Labels, check_names, dataset, labels_of, shapes
+from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, sizes_of
 from kinetostatics.workspace.store import Arrays, Store, check_memory, is_there, open_map, packages_of
 from kinetostatics.workspace.sweep_arguments import need, read_plan, try_plan, try_robots
-from kinetostatics.workspace.sweep_plan import Combination, SweepPlan
+from kinetostatics.workspace.sweep_plan import Combination, SweepPlan, attributes_of_map
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +36,8 @@ LEAST, MOST, MOST_COSTLY = 10_000, 32_000, 2000
 SHARE = 4
 #: Largest number of joint coordinates in memory for continuity (130 MB).
 REGION = 2**24
+#: Number of poses in a chunk with chunks="auto".
+AUTO = 20_000
 
 
 def sweep(
@@ -147,11 +148,9 @@ def sweep(
         labels = labels_of(plan, first)
         try_plan(plan, first)
         check_names(plan, labels, outputs)
-        attributes = provenance.attributes(plan, labels, first, command_line)
+        attributes = attributes_of_map(plan, first, command_line)
         if chunks is not None:
-            from kinetostatics.workspace.lazy import lazy_dataset
-
-            return lazy_dataset(plan, labels, chunks, attributes, computed)
+            return _lazy_dataset(plan, labels, chunks, attributes)
         try_robots(plan)
     most = MOST if all(item.group in ("default", "always") for item in labels.variables.values()) else MOST_COSTLY
     sizes = block_sizes(plan.axes, min(most, max(LEAST, math.ceil(plan.size / (SHARE * number)))))
@@ -280,3 +279,55 @@ def _regions(plan: SweepPlan, labels: Labels) -> list[Block]:
     thick = max(2, REGION // (layer * max(1, len(labels.loose))))
     whole = tuple(slice(0, n) for n in shape[1:])
     return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]
+
+
+# ---- dask ----------------------------------------------------------------------------------------------------------------
+
+
+def _lazy_dataset(
+    plan: SweepPlan, labels: Labels, chunks: Mapping[str, int] | str, attributes: Mapping[str, object]
+) -> xr.Dataset:
+    """Return a Dataset of dask arrays: each chunk is a separate sweep, computed by dask's scheduler.
+
+    Args:
+        plan: plan of the sweep.
+        labels: labels of the Dataset.
+        chunks: sizes along dimensions, or "auto".
+        attributes: attributes of the Dataset.
+
+    Raises:
+        ArgumentError: the chunks are invalid.
+    """
+    import dask.array as da
+    import xarray as xr
+
+    if isinstance(chunks, str):
+        if chunks != "auto":
+            raise ArgumentError(f"chunks is {chunks!r}; it must be sizes by dimension, or 'auto'")
+        sizes = block_sizes(plan.axes, AUTO)
+    else:
+        sizes = chunk_sizes(plan.axes, chunks)
+    pieces = dict(zip((axis.name for axis in plan.axes), sizes, strict=True))
+    empty = {
+        name: da.empty(shape, dtype=item.dtype, chunks=_pieces(plan, pieces, item.varies, shape))  # type: ignore[no-untyped-call]
+        for (name, shape), item in zip(shapes(plan, labels).items(), labels.variables.values(), strict=True)
+    }
+    whole = dataset(plan, labels, empty, attributes)
+    numbers = {
+        f"number of {axis.name}": (axis.name, da.arange(axis.size, chunks=size))  # type: ignore[no-untyped-call]
+        for axis, size in zip(plan.axes, sizes, strict=True)
+    }
+    found = xr.map_blocks(_chunk, xr.Dataset(numbers, whole.coords), (plan, labels), template=whole)
+    return found.assign_coords(whole.coords)  # labels and units are known already
+
+
+def _pieces(plan: SweepPlan, sizes: Mapping[str, int], varies: tuple[str, ...], shape: tuple[int, ...]) -> tuple[int, ...]:
+    mine = [sizes[axis.name] for axis in plan.axes if axis.kind in varies]
+    return (*mine, *shape[len(mine) :])
+
+
+def _chunk(numbers: xr.Dataset, plan: SweepPlan, labels: Labels) -> xr.Dataset:
+    """Compute a chunk."""
+    ends = (numbers[f"number of {axis.name}"].values for axis in plan.axes)
+    part = plan.within(tuple(slice(int(found[0]), int(found[-1]) + 1) for found in ends))
+    return computed(part, labels, block_sizes(part.axes, AUTO), {}, 1)

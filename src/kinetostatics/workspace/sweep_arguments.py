@@ -27,9 +27,8 @@ from kinetostatics.quantities import VARIABLES
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.statics.link_loads import parse_link_loads
-from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, naming_parameters
+from kinetostatics.workspace.sweep_plan import Links, Source, SweepPlan, files_of, naming_parameters, text_digest, versions
 
 #: Largest number of robots that are built for checks before the computation.
 TRIED = 50
@@ -127,7 +126,7 @@ def read_plan(
         payload,
         check("closure_tolerance", closure_tolerance),
         variables,
-        provenance.versions(),
+        versions(),
         engine_for(engine, math.prod(axis.size for axis in axes)),
         modes=modes,
     )
@@ -182,8 +181,8 @@ def _source(
         found = robot if isinstance(robot, Robot) else Robot(robot)
         path = found.description.path
     description = found.description
-    files = provenance.files_of(description)
-    return found, Source(path, None if varying else description, files, provenance.text_digest(description), links)
+    files = files_of(description)
+    return found, Source(path, None if varying else description, files, text_digest(description), links)
 
 
 def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:

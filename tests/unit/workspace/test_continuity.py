@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from kinetostatics.workspace.continuity import PROBES, _Front
-from kinetostatics.workspace.edges import JointScale, suspect_edges
+from kinetostatics.workspace.continuity import PROBES, JointScale, _Front, suspect_edges
 
 
 def steps(*sizes):

@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from kinetostatics.arguments import Keyword
-from kinetostatics.cli.options import FIGURES, ending_of
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.layout.renderings import painted, wants_colour
 
 if TYPE_CHECKING:
     from kinetostatics.layout.report import Report
 
-
-def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
-    """Write results to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
-    for path in paths:
-        if ending_of(path) in FIGURES:
-            save_figure(path, figure, found, **drawn)
-        else:
-            found.save(path, *how)
-
-
-def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
-    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file."""
-    from kinetostatics import plot  # raises an error if Matplotlib is missing
-    from kinetostatics.plot.style import draw_into_files, save_and_close
-
-    draw_into_files()
-    save_and_close(getattr(plot, kind)(*shown, **options), path, dpi)
+#: Endings of figures.
+FIGURES = ("svg", "pdf", "png")
 
 
 def print_json(values: Mapping[str, object]) -> None:
@@ -88,3 +74,62 @@ def print_message(kind: str, text: str, commands: Iterable[str] = ()) -> None:
         begin, line, colour = f"kinetostatics: {kind}:", " ".join(text.split()), wants_colour(sys.stderr)
         whole = painted(kind, f"{begin} {line}", colour) if kind == "warning" else f"{painted(kind, begin, colour)} {line}"
         print(whole, *(f"  {item}" for item in commands), sep="\n", file=sys.stderr)
+
+
+# ---- files --------------------------------------------------------------------------------------------------------------
+
+
+def check_folder(path: str | None) -> None:
+    """Check that the folder of a file of ``--out`` exists, before long computations.
+
+    Raises:
+        ArgumentError: the folder does not exist.
+    """
+    folder = os.path.dirname(path or "")
+    if folder and not os.path.isdir(folder):
+        raise ArgumentError(f"--out: there is no folder {folder}")
+
+
+def check_files(paths: Iterable[str], endings: Iterable[str]) -> None:
+    """Check that files of ``--out`` can be written, before long computations.
+
+    Args:
+        paths: paths of the files.
+        endings: allowed endings; figures need Matplotlib.
+
+    Raises:
+        ArgumentError: a folder does not exist, or an ending is not allowed.
+        KinetostaticsError: Matplotlib is missing.
+    """
+    for path in paths:
+        check_folder(path)
+        ending = ending_of(path)
+        if ending not in endings:
+            raise ArgumentError(f"--out: {path} does not end in {' or '.join(f'.{each}' for each in endings)}")
+        if ending in FIGURES:
+            from kinetostatics.plot.style import format_of  # raises an error if Matplotlib is missing
+
+            format_of(path)
+
+
+def ending_of(path: str) -> str:
+    """Return the ending of a file name, in lower case."""
+    return os.path.splitext(path)[1].removeprefix(".").lower()
+
+
+def save_files(paths: Iterable[str], figure: str, found: Keyword, *how: object, **drawn: Keyword) -> None:
+    """Write results to files: figures of a kind of :mod:`kinetostatics.plot`, or by ``found.save(path, *how)``."""
+    for path in paths:
+        if ending_of(path) in FIGURES:
+            save_figure(path, figure, found, **drawn)
+        else:
+            found.save(path, *how)
+
+
+def save_figure(path: str, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
+    """Draw a figure of a kind of :mod:`kinetostatics.plot` and write it to a file."""
+    from kinetostatics import plot  # raises an error if Matplotlib is missing
+    from kinetostatics.plot.style import draw_into_files, save_and_close
+
+    draw_into_files()
+    save_and_close(getattr(plot, kind)(*shown, **options), path, dpi)
