@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
 import re
@@ -15,9 +14,10 @@ from kinetostatics.authoring.file_arguments import SectionText
 from kinetostatics.authoring.known_names import options_of
 from kinetostatics.authoring.limb_text import limb_macro
 from kinetostatics.authoring.notation import JOINTS, parse_architecture
-from kinetostatics.authoring.placement import SYMMETRIC, direction
+from kinetostatics.authoring.placement import direction
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.files.writer import write_text
 from kinetostatics.robot import Robot
 
 
@@ -73,44 +73,35 @@ def new_robot(
     Raises:
         ArgumentError: the notation or a value is invalid, or the platform is movable with locked actuators.
     """
-    chosen = name if name is not None or path is None else os.path.basename(os.fsdecode(path)).split(".")[0]
-    design = _design(
+    if name is None and path is not None:
+        name = os.path.basename(os.fsdecode(path)).split(".")[0]
+    text = robot_text(
         architecture,
-        dict(
-            base_radius=base_radius,
-            platform_radius=platform_radius,
-            height=height,
-            arrangement=arrangement,
-            azimuths=azimuths,
-            placements=placements,
-            guide=guide,
-            axis=axis,
-            sections=sections,
-            name=chosen,
-        ),
-        values,
+        base_radius=base_radius,
+        platform_radius=platform_radius,
+        height=height,
+        arrangement=arrangement,
+        azimuths=azimuths,
+        placements=placements,
+        guide=guide,
+        axis=axis,
+        sections=sections,
+        name=name,
+        **values,
     )
-    text = file_text(design)
-    robot = Robot(parse_robot_text(text, f"<{design.architecture.text}>" if path is None else path_name("path", path)))
-    _check_held(robot, design.architecture.text)
+    limbs = parse_architecture(architecture).text
+    robot = Robot(parse_robot_text(text, f"<{limbs}>" if path is None else path_name("path", path)))
+    _check_held(robot, limbs)
     if path is not None:
-        write_new(text, path)
+        write_text(path, text, new=True)
     return robot
 
 
 def robot_text(architecture: str, **options: Keyword) -> str:
     """Return the text of the file of :func:`new_robot`, with the same arguments except ``path``."""
-    known = {item.name for item in inspect.signature(new_robot).parameters.values() if item.kind is item.KEYWORD_ONLY}
-    values = {key: options.pop(key) for key in list(options) if key not in known}
-    return file_text(_design(architecture, dict.fromkeys(known) | options, values))
-
-
-def _design(architecture: str, options: dict[str, Keyword], values: Mapping[str, Keyword]) -> Design:
-    """Return the design of a robot; missing arguments are those of its name, or defaults."""
     parsed = parse_architecture(architecture)
     given = {key: value for key, value in options.items() if value is not None}
-    known = options_of(architecture, parsed.text, given)
-    return design_robot(parsed, **{**options, "arrangement": SYMMETRIC, **known, **given}, values=values)
+    return file_text(design_robot(parsed, **(options_of(architecture, parsed.text, given) | given)))
 
 
 def _check_held(robot: Robot, architecture: str) -> None:
@@ -122,22 +113,6 @@ def _check_held(robot: Robot, architecture: str) -> None:
         analyze(robot.assemble())
     except StaticsError as error:
         raise ArgumentError(f"{architecture}, in this placement: {error}") from None
-
-
-def write_new(text: str, path: str | os.PathLike[str]) -> None:
-    """Write a new file.
-
-    Raises:
-        ArgumentError: the file exists, or cannot be written.
-    """
-    name = path_name("path", path)
-    try:
-        with open(name, "x", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-    except FileExistsError:
-        raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
-    except OSError as error:
-        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
 
 
 # ---- text of the file -------------------------------------------------------------------------------------------------

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.arguments import check_choice, warn
+from kinetostatics.arguments import Keyword, check_choice, warn
 from kinetostatics.authoring.file_arguments import (
     SHAPES,
     FileArguments,
@@ -23,7 +23,17 @@ from kinetostatics.authoring.file_arguments import (
 from kinetostatics.authoring.limb_parts import Skeleton, skeleton_of
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, LimbPlace, arranged, limb_frame, tabled
+from kinetostatics.authoring.placement import (
+    CARTESIAN,
+    DIRECTIONS,
+    PLANAR,
+    SPHERICAL,
+    SYMMETRIC,
+    LimbPlace,
+    arranged,
+    limb_frame,
+    tabled,
+)
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
 
@@ -59,17 +69,14 @@ BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
 def design_robot(
     parsed: Architecture,
     *,
-    base_radius: float | None,
-    platform_radius: float | None,
-    height: float | None,
-    arrangement: str,
-    azimuths: Sequence[float] | None,
-    placements: object,
-    guide: str | None,
-    axis: str | None,
-    sections: Mapping[str, str] | None,
-    name: str | None,
-    values: Mapping[str, object],
+    arrangement: str = SYMMETRIC,
+    azimuths: Sequence[float] | None = None,
+    placements: object = None,
+    guide: str | None = None,
+    axis: str | None = None,
+    sections: Mapping[str, str] | None = None,
+    name: str | None = None,
+    **given: Keyword,
 ) -> Design:
     """Return the design of a generated file of an architecture; the other arguments are those of :func:`new_robot`."""
     by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
@@ -77,8 +84,6 @@ def design_robot(
     for what, word in (("guide", guide), ("axis", axis)):
         if word is not None:
             check_choice(what, word, DIRECTIONS)
-    main = {"base_radius": base_radius, "platform_radius": platform_radius, "height": height}
-    given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
     for words in odd_lengths(given):
         warn(words)
@@ -93,7 +98,10 @@ def design_robot(
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),
     }
-    turn = 60 if spherical else 30 if _wants_turn(skeletons, planar=planar) else 0
+    straight = not any(skeleton.has_elbow for skeleton in skeletons)
+    pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
+    # with straight radial limbs, the platform could turn about Z; an offset of its azimuths prevents it
+    turn = 60 if spherical else 30 if straight and (planar or pivoted) else 0
     if turn or "platform_turn" in given:
         sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
@@ -111,17 +119,11 @@ def design_robot(
     shared = add_section_arguments(arguments, chosen)
     add_mass_arguments(arguments, skeletons, sizes)
     arguments.check_all_used(_reasons(skeletons))
-    everything = parsed, skeletons, places, spans, prefixes, chosen, arguments
-    options = tuple(_limb_options(k, *everything) for k in range(len(skeletons)))
+    options = tuple(
+        _limb_options(k, parsed, skeletons, places, spans, prefixes[k], chosen, arguments.texts) for k in range(len(skeletons))
+    )
     name = name if name is not None else re.sub(r"\W+", "_", parsed.text.lower()).strip("_")
     return Design(name, parsed, skeletons, tuple(places), options, chosen, shared, arguments)
-
-
-def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
-    """Whether radial limbs would leave the platform a rotation about Z, which an offset of its azimuths prevents."""
-    straight = not any(skeleton.has_elbow for skeleton in skeletons)
-    pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
-    return straight and (planar or pivoted)
 
 
 # ---- the arguments of the file --------------------------------------------------------------------------------------
@@ -207,15 +209,11 @@ def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank:
 
 def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
     """Return the reasons why arguments of other robots do not exist here, by name."""
-    found = {"base_radius": "its placements come from a table", "base_height": "its placements come from a table"}
-    if not any(skeleton.has_elbow for skeleton in skeletons):
-        found["rod_length"] = "it follows from height and radii"
-        for name in ("crank_length", "crank_angle", "elbow"):
-            found[name] = "no limb has an elbow"
-    else:
-        found["rod_length"] = "it follows from crank_angle"
-        found["elbow"] = "crank_angle tells where the elbow is"
-    return found
+    found = dict.fromkeys(("base_radius", "base_height"), "its placements come from a table")
+    if any(skeleton.has_elbow for skeleton in skeletons):
+        return {**found, "rod_length": "it follows from crank_angle", "elbow": "crank_angle tells where the elbow is"}
+    found |= dict.fromkeys(("crank_length", "crank_angle", "elbow"), "no limb has an elbow")
+    return {**found, "rod_length": "it follows from height and radii"}
 
 
 # ---- limbs ---------------------------------------------------------------------------------------------------------
@@ -227,9 +225,9 @@ def _limb_options(
     skeletons: Sequence[Skeleton],
     places: Sequence[LimbPlace],
     spans: Sequence[np.ndarray],
-    prefixes: Sequence[Mapping[str, str]],
+    prefixes: dict[str, str],
     sections: Mapping[str, SectionText],
-    arguments: FileArguments,
+    names: Collection[str],
 ) -> LimbOptions:
     skeleton, place = skeletons[k], places[k]
     alike = [n for n, other in enumerate(skeletons) if other.group == skeleton.group]
@@ -238,20 +236,11 @@ def _limb_options(
         _check_oblique(architecture, k, skeleton, spans[k])
     polar = all(places[n].at_base is not None for n in alike)
     parameters, head, guide_direction = _head(skeleton, place, polar=polar, axes=any(places[n].axis is not None for n in alike))
-    widths = {role: _widths(prefix, sections[prefix]) for role, prefix in prefixes[k].items()}
+    widths = {role: _widths(prefix, sections[prefix].shape) for role, prefix in prefixes.items()}
     kinds = "".join(kind.lower() if kind[0] != "4" else f"_{kind.lower()}" for kind in skeleton.group.kinds)
     same = [group for group in architecture.groups if group.kinds == skeleton.group.kinds]
     letter = "" if len(same) == 1 else f"_{same.index(skeleton.group) + 1}"
-    return LimbOptions(
-        f"limb_{kinds}{letter}",
-        head,
-        parameters,
-        guide_direction,
-        oblique,
-        dict(prefixes[k]),
-        widths,
-        arguments.texts,
-    )
+    return LimbOptions(f"limb_{kinds}{letter}", head, parameters, guide_direction, oblique, prefixes, widths, names)
 
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
@@ -289,6 +278,5 @@ def _head(skeleton: Skeleton, place: LimbPlace, *, polar: bool, axes: bool) -> t
     return f"i base_point platform_point{more}", placed, "guide_direction"
 
 
-def _widths(prefix: str, section: SectionText) -> tuple[str, ...]:
-    names = SHAPES[section.shape]
-    return (f"{prefix}_{names[0]}",) if len(names) == 1 or section.shape == "tube" else (f"{prefix}_width", f"{prefix}_height")
+def _widths(prefix: str, shape: str) -> tuple[str, ...]:
+    return (f"{prefix}_width", f"{prefix}_height") if shape.startswith("rect") else (f"{prefix}_{SHAPES[shape][0]}",)

@@ -11,7 +11,7 @@ from numbers import Real
 from kinetostatics.arguments import check_mapping
 from kinetostatics.authoring.limb_parts import Skeleton
 from kinetostatics.authoring.notation import Architecture
-from kinetostatics.description.units import KNOWN, find_unit, typed_number
+from kinetostatics.description.units import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
 
 #: Largest plausible lengths [m], by the last part of an argument's name; larger ones are probably in mm.
@@ -101,13 +101,12 @@ class FileArguments:
 def odd_lengths(values: Mapping[str, object]) -> list[str]:
     """Return hints at implausibly large lengths [m], which are probably in mm."""
     found = []
-    for name, value in values.items():
-        match = _LENGTH.search(name)
+    for name in filter(_LENGTH.search, values):
         try:
-            number = float(value)  # type: ignore[arg-type]
+            number = float(values[name])  # type: ignore[arg-type]
         except (TypeError, ValueError):
             continue
-        if match is not None and LARGEST[match[1]] < abs(number) < math.inf:
+        if LARGEST[_LENGTH.findall(name)[0]] < abs(number) < math.inf:
             found.append(
                 f"{name} = {number:g} m: lengths are in m; write {number / 1000:g} for {number:g} mm, or {number:g}mm on the "
                 "command line"
@@ -191,7 +190,10 @@ def parse_section(text: str, what: str = "section") -> SectionText:
     names = SHAPES[shape]
     if len(rest) != len(names):
         raise ArgumentError(f"{what}: {text!r} has {len(rest)} sizes; a {shape} has {len(names)}: {', '.join(names)}")
-    sizes = {name: _length(what, text, word) for name, word in zip(names, rest, strict=True)}
+    sizes = {name: parse_number(word, "length", f"{what}, {text!r}") for name, word in zip(names, rest, strict=True)}
+    for name, size in sizes.items():
+        if not 0 < size < 1e3:
+            raise ArgumentError(f"{what}: the {name} of {text!r} is {size:g} m; it must be between 0 and 1000 m")
     inner = sizes.get("inner_diameter", 0.0)
     if inner and inner >= sizes["outer_diameter"]:
         raise ArgumentError(
@@ -202,20 +204,6 @@ def parse_section(text: str, what: str = "section") -> SectionText:
             f"{what}: the wall of {text!r} is thicker than half its width or height; the thickness is the third size"
         )
     return SectionText(shape, sizes, material)
-
-
-def _length(what: str, text: str, word: str) -> float:
-    typed = typed_number(word)
-    if typed is None:
-        raise ArgumentError(f"{what}: {word!r} in {text!r} is no length; {EXAMPLE}")
-    value, unit = typed
-    found = find_unit(unit) if unit else None
-    if unit and (found is None or found.kind != "length"):
-        raise ArgumentError(f"{what}: {unit!r} in {text!r} is no unit of length; units are {KNOWN}")
-    length = value if found is None else found.in_si(value)
-    if not 0 < length < 1e3:
-        raise ArgumentError(f"{what}: {word!r} in {text!r} is {length:g} m; a size is greater than zero and smaller than 1000 m")
-    return length
 
 
 # ---- arguments of sections and masses ---------------------------------------------------------------------------------
@@ -238,21 +226,17 @@ def chosen_sections(
     prefixes: list[dict[str, str]] = []
     for skeleton in skeletons:
         alike = [k for k, other in enumerate(skeletons, 1) if other.group == skeleton.group]
-        mine: dict[str, str] = {}
+        kinds = {span.kind for span in skeleton.spans}
+        prefixes.append({})
         for role in (*skeleton.roles, "cylinder"):
-            own = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), None)
-            if role == "cylinder" and (
-                (own is None and role not in given) or not any(s.kind == "telescope" for s in skeleton.spans)
-            ):
+            own = next((f"{role}_{k}" for k in alike if f"{role}_{k}" in given), role)
+            if role == "cylinder" and (own not in given or "telescope" not in kinds):
                 continue
-            prefix = own or role
-            paired = role == "rod" and any(span.kind in ("rods", "parallelogram") for span in skeleton.spans)
-            mine[role] = prefix
-            if prefix not in found:
-                found[prefix] = (
-                    parse_section(given[prefix], f"sections, {prefix}") if prefix in given else _usual(lengths[role], paired)
-                )
-        prefixes.append(mine)
+            prefixes[-1][role] = own
+            if own in given:
+                found[own] = parse_section(given[own], f"sections, {own}")
+            elif own not in found:
+                found[own] = _usual(lengths[role], role == "rod" and not kinds.isdisjoint(("rods", "parallelogram")))
     return found, prefixes
 
 
@@ -265,13 +249,14 @@ def _usual(length: float, paired: bool) -> SectionText:
 def add_section_arguments(arguments: FileArguments, sections: Mapping[str, SectionText]) -> bool:
     """Add sizes and materials; return whether all beams share one material."""
     for prefix, section in sections.items():
-        for number, (size, value) in enumerate(section.sizes.items()):
-            heading = f"section of {prefix}: {section.shape}" if number == 0 else ""
+        heading = f"section of {prefix}: {section.shape}"
+        for size, value in section.sizes.items():
             comment = {"width": "along the revolute joints' axes", "height": "across them"}.get(size, "")
             if size == "inner_diameter":
                 _add_wall(arguments, prefix, section)
             else:
                 arguments.add(f"{prefix}_{size}", value, comment, heading)
+            heading = ""
     if any(prefix.startswith("cylinder") for prefix in sections):
         arguments.add("cylinder_part", 0.5, "the cylinder's part of a telescope's length where all joints read zero")
     shared = len({section.material for section in sections.values()}) <= 1 and not any(
@@ -307,15 +292,18 @@ def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> No
 
 def add_mass_arguments(arguments: FileArguments, skeletons: Sequence[Skeleton], sizes: Mapping[str, float]) -> None:
     """Add the masses of rigid parts."""
+    masses = {
+        ("carriage_mass", 2.0, "of each carriage, at B_i"): any(skeleton.guide for skeleton in skeletons),
+        ("elbow_mass", 0.2, "of each elbow, which holds a pair of rods"): any(
+            point.kind == "4S" for skeleton in skeletons if skeleton.has_elbow for point in skeleton.points
+        ),
+        ("head_mass", 0.2, "of each end of a parallelogram"): any(
+            span.kind == "parallelogram" for skeleton in skeletons for span in skeleton.spans
+        ),
+    }
     heading = "masses"
-    if any(skeleton.guide for skeleton in skeletons):
-        arguments.add("carriage_mass", 2.0, "of each carriage, at B_i", heading)
-        heading = ""
-    if any(point.kind == "4S" for skeleton in skeletons if skeleton.has_elbow for point in skeleton.points):
-        arguments.add("elbow_mass", 0.2, "of each elbow, which holds a pair of rods", heading)
-        heading = ""
-    if any(span.kind == "parallelogram" for skeleton in skeletons for span in skeleton.spans):
-        arguments.add("head_mass", 0.2, "of each end of a parallelogram", heading)
+    for argument in (argument for argument, is_there in masses.items() if is_there):
+        arguments.add(*argument, heading)
         heading = ""
     arguments.add(
         "platform_thickness", rounded(arguments.number("platform_radius", sizes["platform_radius"]) / 8), "a solid disc", heading

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from kinetostatics.arguments import check_mapping, path_name
-from kinetostatics.authoring.by_name import write_new
 from kinetostatics.authoring.file_arguments import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.spans import MATERIAL, WALL, Span, chain_joints, spans
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
@@ -22,6 +21,7 @@ from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
 from kinetostatics.files.urdf import drivable, first_base, plain_transmission
+from kinetostatics.files.writer import write_text
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
@@ -94,7 +94,7 @@ def extend_robot(
     if description.beams:
         _ = robot.beams  # raises an error if a beam does not fit between its joints
     if path is not None:
-        write_new(text, path)
+        write_text(path, text, new=True)
     return robot
 
 

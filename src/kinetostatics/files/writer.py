@@ -99,20 +99,20 @@ def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]
     write_text(name, text)
 
 
-def write_text(path: str | os.PathLike[str], text: str) -> None:
-    """Write a file; an existing file is replaced.
+def write_text(path: str | os.PathLike[str], text: str, new: bool = False) -> None:
+    """Write a file; an existing file is replaced, or if it must be ``new``, an error.
 
     Raises:
         ArgumentError: the file cannot be written.
     """
     name = path_name("path", path)
     try:
-        with open(name, "w", encoding="utf-8", newline="\n") as file:
+        with open(name, "x" if new else "w", encoding="utf-8", newline="\n") as file:
             file.write(text)
-    except OSError as error:
-        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
-    except ValueError as error:  # a path with a null character
-        raise ArgumentError(f"{name!r} cannot be written: {error}") from None
+    except FileExistsError:
+        raise ArgumentError(f"{name} exists and is not overwritten; delete it or choose another name") from None
+    except (OSError, ValueError) as error:  # a path with a null character is a ValueError
+        raise ArgumentError(f"{name} cannot be written: {getattr(error, 'strerror', None) or error}") from None
 
 
 def write_table(path: str | os.PathLike[str], columns: Mapping[str, Sequence[str]]) -> None:
