@@ -119,7 +119,8 @@ def planar():
 
 
 def exechon():
-    limbs = [((0, y, 0), (0, y, 0)) for y in (-0.05, 0.05)] + [((0.18, 0, 0), (0.086, 0, 0))]
+    limbs = [{"base": (0, y, 0), "platform": (0, y, 0)} for y in (-0.05, 0.05)]
+    limbs.append({"base": (0.18, 0, 0), "platform": (0.086, 0, 0)})
     return (
         "2-U[P]R+S[P]R",
         dict(placements=limbs, height=0.3),

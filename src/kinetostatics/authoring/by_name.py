@@ -14,7 +14,7 @@ from kinetostatics.authoring.file_arguments import SectionText
 from kinetostatics.authoring.known_names import options_of
 from kinetostatics.authoring.limb_text import limb_macro
 from kinetostatics.authoring.notation import JOINTS, parse_architecture
-from kinetostatics.authoring.placement import direction
+from kinetostatics.authoring.placement import direction, vector_text
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.files.writer import write_text
@@ -246,11 +246,7 @@ def _call(design: Design, k: int) -> str:
     if place.at_base is not None and place.at_platform is not None:
         values |= {"at_base": f"${{{place.at_base.text}}}", "at_platform": f"${{{place.at_platform.text}}}"}
     values |= {"base_point": f"${{{place.base_text}}}", "platform_point": f"${{{place.platform_text}}}"}
-    values["axis"] = "across" if place.axis is None else f"${{{_vector(direction(place.axis, azimuth))}}}"
-    values["guide_direction"] = f"${{{_vector(direction(place.guide, azimuth))}}}"
+    values["axis"] = "across" if place.axis is None else f"${{{vector_text(direction(place.axis, azimuth))}}}"
+    values["guide_direction"] = f"${{{vector_text(direction(place.guide, azimuth))}}}"
     names = options.parameters.split()
     return f"  <xacro:{options.macro} " + " ".join(f'{key}="{values[key]}"' for key in names) + "/>"
-
-
-def _vector(values: Sequence[float]) -> str:
-    return "[" + ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in values) + "]"

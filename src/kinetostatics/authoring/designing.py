@@ -106,7 +106,7 @@ def design_robot(
         sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
     if placements is not None:
-        places = tabled(parsed, skeletons, placements, word)
+        places = tabled(len(skeletons), placements, word)
     else:
         places = arranged(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
     spans = [limb_frame(place, sizes["height"])[0] for place in places]

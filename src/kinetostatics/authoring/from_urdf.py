@@ -20,7 +20,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_nam
 from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
-from kinetostatics.files.urdf import drivable, first_base, plain_transmission
+from kinetostatics.files.urdf import drivable, first_base, plain_transmission, tree_root
 from kinetostatics.files.writer import write_text
 from kinetostatics.files.xacro import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
@@ -129,12 +129,14 @@ def extension(
         closed, description = (), describe(root, name, [], platform_link, base_link)
         driven, holding = _actuators(root, description, actuators)
     candidates = spans(description, found.zero_frames)
+    tree = tree_root(description.links, description.joints)
+    floats = description.base != tree and description.base == first_base(tree, description.joints)
     known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *driven, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
         _turned_axes(description) if loops else "",
         f"  <platform link={quoted(description.platform)}/>\n" if not root.named("platform") else "",
-        f"  <base link={quoted(description.base)}/>\n" if base_link is not None or _floats(description) else "",
+        f"  <base link={quoted(description.base)}/>\n" if base_link is not None or floats else "",
         *(textwrap.indent(to_text(write_loop(loop), header=False, indented=True), "  ") + "\n" for loop in closed),
         _actuators_text(driven, "actuators: joints that move and have no transmission in the file; their brakes hold"),
         _actuators_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
@@ -147,16 +149,6 @@ def extension(
         return whole_text(found.root, additions), False, warnings
     comment = f"{os.path.basename(name)} as it is, and what the statics need; comments suggest the rest, in m, kg, N and rad"
     return including_text(description.name, include, _safe(comment), additions), True, warnings
-
-
-def _floats(description: RobotDescription) -> bool:
-    """Return whether the base is connected to the root of the tree by a floating joint."""
-    children = {joint.child for joint in description.joints.values()}
-    tree = next(name for name in description.links if name not in children)
-    return description.base != tree and description.base == first_base(tree, description.joints)
-
-
-# ---- loops of other tools --------------------------------------------------------------------------------------------------
 
 
 def _turned_axes(description: RobotDescription) -> str:
@@ -221,10 +213,8 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
     rest = [link for link in suggested if link not in chosen]
     result = ""
     if written:
-        result += (
-            "\n  <!-- elastic links: straight beams between two joints; each link keeps its mass and its centre of mass -->\n"
-        )
-        result += "".join(written)
+        comment = "elastic links: straight beams between two joints; each link keeps its mass and its centre of mass"
+        result += f"\n  <!-- {comment} -->\n" + "".join(written)
     if rest:
         result += (
             f"\n  <!-- Links that could be beams, as tubes of {MATERIAL} with the link's mass and a wall of {WALL:g} of their\n"
@@ -312,9 +302,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     if given == SUGGESTED:
         chosen = dict(suggested)
         if not chosen:
-            raise ArgumentError(
-                "joint_stiffness: no actuator of the file has an effort to estimate its stiffness from; give numbers"
-            )
+            raise ArgumentError("joint_stiffness: no actuator of the file has an effort, the basis of suggestions; give numbers")
     elif isinstance(given, str):
         raise ArgumentError(f"joint_stiffness is {given!r}; it is {SUGGESTED!r}, or numbers by joint: {{'elbow': 3e4}}")
     else:
@@ -322,7 +310,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
     result = ""
     if chosen:
         result += "\n  <!-- elastic actuators and gears, in N m/rad, slides in N/m -->\n"
-        result += "".join(_stiffness(name, value) + "\n" for name, value in chosen.items())
+        result += "".join(f"  {_stiffness(name, value)}\n" for name, value in chosen.items())
     rest = [joint for joint in actuators if joint.name in suggested and joint.name not in chosen]
     if rest:
         result += (
@@ -330,14 +318,11 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
             f"       that the file has, moved them by {TURN * 1e3:g} mrad or {SLIDE * 1e3:g} mm. Makers of gears say more. -->\n"
         )
         result += "".join(
-            f"  <!-- {_safe(_stiffness(joint.name, suggested[joint.name]).strip())} effort {joint.effort:g} {_unit(joint)} -->\n"
+            f"  <!-- {_safe(_stiffness(joint.name, suggested[joint.name]))} effort {joint.effort:g} "
+            f"{JOINT_TYPES[joint.type].force_unit.replace('·', ' ')} -->\n"
             for joint in rest
         )
     return result
-
-
-def _unit(joint: Joint) -> str:
-    return JOINT_TYPES[joint.type].force_unit.replace("·", " ")
 
 
 def _actuator_stiffness(joint: Joint) -> float:
@@ -353,4 +338,4 @@ def _positive(description: RobotDescription, name: str, value: object) -> float:
 
 
 def _stiffness(name: str, value: float) -> str:
-    return f'  <joint_stiffness joint={quoted(name)} drive="{value:.12g}"/>'
+    return f'<joint_stiffness joint={quoted(name)} drive="{value:.12g}"/>'

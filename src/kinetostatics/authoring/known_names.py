@@ -44,6 +44,7 @@ _PLANAR = {"arrangement": "planar", "platform_radius": 0.08}
 _CARTESIAN = {"arrangement": "cartesian", "base_radius": 0.4, "platform_radius": 0.08}
 _SPHERICAL = {"arrangement": "spherical", "platform_radius": 0.15}
 _HANGING = {"platform_radius": 0.1, "height": -0.5}
+_CROSSED = {"azimuths": (0.0, 1.5707963267948966), "platform_radius": 0.1}
 #: Carriages in pairs on three parallel rails along X.
 _HEXAGLIDE = tuple(
     {"base": (x, y, 0), "platform": (u, v, 0), "guide": (1, 0, 0)}
@@ -64,10 +65,7 @@ KNOWN_NAMES = (
     KnownName("Exechon", "2-U[P]R+S[P]R", "three telescopes, overconstrained: one translation, two rotations", also=("tripod",)),
     KnownName("Tricept", "3-U[P]S+UP", "telescopes around a passive tube: one translation, two rotations", also=("tripod",)),
     KnownName(
-        "Gough-Stewart",
-        "6-U[P]S",
-        "six telescopes: all six freedoms",
-        also=("stewart", "gough", "stewart-gough", "hexapod"),
+        "Gough-Stewart", "6-U[P]S", "six telescopes: all six freedoms", also=("stewart", "gough", "stewart-gough", "hexapod")
     ),
     KnownName("Hexa", "6-[R]US", "cranks and rods: all six freedoms", also=("rotary hexapod",)),
     KnownName("Linapod", "6-[P]US", "rods on upright guides: all six freedoms", {"height": -0.5}),
@@ -88,12 +86,7 @@ KNOWN_NAMES = (
     KnownName(
         "spherical 3-RRR", "3-[R]RR", "three rotations about a point, an Agile Eye", _SPHERICAL, ("agile eye", "spherical")
     ),
-    KnownName(
-        "Sarrus",
-        "[R]RR+RRR",
-        "two limbs across each other: one translation",
-        {"azimuths": (0.0, 1.5707963267948966), "platform_radius": 0.1},
-    ),
+    KnownName("Sarrus", "[R]RR+RRR", "two limbs across each other: one translation", _CROSSED),
 )
 
 _SERIAL = (
@@ -104,12 +97,8 @@ _SERIAL = (
 OTHERS = {
     ("scara",): f'{_SERIAL}; for a double SCARA write kinetostatics new "five-bar"',
     ("puma", "ur", "ur3", "ur5", "ur10", "cartesian", "gantry"): _SERIAL,
-    ("h4", "i4", "par4", "quattro"): (
-        "has an articulated platform, which the notation of limbs does not describe; write its file by hand"
-    ),
-    ("cable", "cdpr", "cable driven", "cable driven parallel"): (
-        "is driven by cables, which transmit tension only; limbs here transmit tension and compression"
-    ),
+    ("h4", "i4", "par4", "quattro"): "has an articulated platform, unlike the notation of limbs; write its file by hand",
+    ("cable", "cdpr", "cable driven", "cable driven parallel"): "is driven by cables, which transmit tension only, unlike limbs",
 }
 
 
@@ -124,15 +113,11 @@ def named(text: str) -> KnownName | None:
         if name in map(_plain, names):
             raise ArgumentError(f"{text!r} {reason}")
     found = [known for known in KNOWN_NAMES if name in map(_plain, (known.name, *known.also))]
-    return chosen(text, [known for known in found if name != _plain(known.architecture)])  # 3-RPS is notation
+    return _single(text, [known for known in found if name != _plain(known.architecture)])  # 3-RPS is notation
 
 
-def chosen(text: str, found: list[KnownName]) -> KnownName | None:
-    """Return the mechanism if exactly one was found, None if none.
-
-    Raises:
-        ArgumentError: several were found.
-    """
+def _single(text: str, found: list[KnownName]) -> KnownName | None:
+    """Return the mechanism that was found, or None; several are an error."""
     if len(found) > 1:
         commands = " or ".join(f'kinetostatics new "{known.name}" ({known.about})' for known in found)
         raise ArgumentError(f"{text!r} is more than one mechanism; write {commands}")
@@ -153,7 +138,7 @@ def options_of(text: str, architecture: str, given: Mapping[str, Keyword]) -> di
     if (known := named(text)) is None and "placements" not in given:
         alike = [known for known in KNOWN_NAMES if known.architecture == architecture and "placements" not in known.options]
         alike = [known for known in alike if given.get("arrangement", known.arrangement) == known.arrangement]
-        known = chosen(text, alike)
+        known = _single(text, alike)
     return {} if known is None else dict(known.options)
 
 

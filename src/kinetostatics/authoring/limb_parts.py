@@ -55,7 +55,6 @@ class Skeleton:
         guide_turns: whether the guide is a cylindrical joint.
         points: its points, from base to platform.
         spans: links between consecutive points.
-        ends_rigid: whether its last link is fixed to the platform.
     """
 
     group: AlikeLimbs
@@ -63,7 +62,6 @@ class Skeleton:
     guide_turns: bool
     points: tuple[LimbPoint, ...]
     spans: tuple[LimbSpan, ...]
-    ends_rigid: bool
 
     @property
     def has_elbow(self) -> bool:
@@ -83,10 +81,8 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
         ArgumentError: the directions of its joints do not follow from the notation.
     """
     text, joints = architecture.source, list(group.joints)
-    guide, guide_turns = None, False
-    if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1):
-        guide = joints.pop(0)
-        guide_turns = guide.kind == "C"
+    guide = joints.pop(0) if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1) else None
+    guide_turns = guide is not None and guide.kind == "C"
     for one, other in zip((guide, *joints), joints, strict=False):
         if one is not None and one.kind == other.kind == "P":
             raise error_at(text, other.place, "two prismatic joints in a row: their directions do not follow from the notation")
@@ -107,9 +103,8 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
             waiting = LimbSpan("telescope", "rod", joint, joint.kind == "C") if slides else LimbSpan("parallelogram", "rod")
         elif joint.kind == "4S":
             if waiting is not None or not last:
-                raise error_at(
-                    text, joint.place, "the rods of (4S) end at the platform; write it last, behind [R] or [P]: '3-[R](4S)'"
-                )
+                reason = "the rods of (4S) end at the platform; write it last, behind [R] or [P]: '3-[R](4S)'"
+                raise error_at(text, joint.place, reason)
             if points and points[-1].kind:
                 spans.append(LimbSpan("rod", "rod"))
                 points.append(LimbPoint("4S", joint))
@@ -126,46 +121,30 @@ def skeleton_of(architecture: Architecture, group: AlikeLimbs) -> Skeleton:
                 text, joint.place, f"more than {MAX_POINTS} joints that turn: the notation does not tell where their axes point; "
                 "write U for two axes that cross, S for three that meet in a point"
             )  # fmt: skip
-    ends_rigid = waiting is not None and waiting.kind != "rods"
     if waiting is not None:
         spans.append(waiting)
-        points.append(LimbPoint("4S" if waiting.kind == "rods" else "", points[-1].symbol if waiting.kind == "rods" else None))
+        points.append(LimbPoint("4S", points[-1].symbol) if waiting.kind == "rods" else LimbPoint("", None))
     if len(points) > MAX_POINTS:
         raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
     if len(spans) > 1:
         spans = [LimbSpan(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
-    return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans), ends_rigid)
+    return Skeleton(group, guide, guide_turns, _named(points), tuple(spans))
 
 
-def _with_axes(points: list[LimbPoint]) -> list[LimbPoint]:
-    """Return points with the order of the axes of universal joints.
+def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
+    """Return points with letters that distinguish joints of one kind, and with the order of the axes of universal joints.
 
     The axis on the side of an adjacent revolute joint is parallel to this joint. Otherwise the axis on the side of base or
     platform is along the limb's y, and the other one perpendicular to the rod. A telescope fixed to the platform counts as an
     adjacent revolute joint: the first axis is then radial and fixed in the base.
     """
-    found = []
-    for number, point in enumerate(points):
-        if point.kind == "U":
-            before = points[number - 1].kind if number else ""
-            after = points[number + 1].kind if number + 1 < len(points) else ""
-            if before in ("R", "C"):
-                axes = "nx"
-            elif after in ("R", "C") or (number + 1 < len(points) and not after):
-                axes = "xn"
-            else:
-                axes = "xn" if number and number == len(points) - 1 else "nx"
-            point = LimbPoint("U", point.symbol, axes)
-        found.append(point)
-    return found
-
-
-def _named(points: list[LimbPoint]) -> tuple[LimbPoint, ...]:
-    """Return points with distinct letters for joints of the same kind."""
     kinds = [point.kind for point in points]
     found = []
     for number, point in enumerate(points):
-        alike = kinds.count(point.kind)
-        letter = "abc"[kinds[:number].count(point.kind)] if alike > 1 else ""
-        found.append(LimbPoint(point.kind, point.symbol, point.axes, letter))
+        letter = "abc"[kinds[:number].count(point.kind)] if kinds.count(point.kind) > 1 else ""
+        before, after = kinds[number - 1] if number else "", [*kinds, "end"][number + 1]
+        axes = ""
+        if point.kind == "U":
+            axes = "xn" if before not in ("R", "C") and (after in ("R", "C", "") or (number and after == "end")) else "nx"
+        found.append(LimbPoint(point.kind, point.symbol, axes, letter))
     return tuple(found)

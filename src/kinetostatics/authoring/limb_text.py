@@ -7,6 +7,7 @@ roll about its x.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
@@ -71,28 +72,20 @@ def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
         flat = {role: len(width) > 1 for role, width in options.widths.items()}
         walk.lines, walk.actuators = spherical_limb(skeleton, options.prefixes, flat)
     else:
-        _write(skeleton, options, walk)
+        walk.write(*options.head, *_geometry(skeleton, options), "")
+        _guide(skeleton, options, walk)
+        for number in range(len(skeleton.points) - 1):
+            _joint_and_link(skeleton, options, number, walk)
+        last = skeleton.points[-1] if skeleton.points else LimbPoint("", None)
+        if last.kind != "4S":  # the loops of its rods are already written
+            _to_platform(skeleton, last, walk)
     for number, joint in enumerate(walk.actuators):
         letter = "abcdef"[number] if len(walk.actuators) > 1 else ""
         walk.write(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
         if "actuator_stiffness" in options.given:
             walk.write(f'<joint_stiffness joint="{joint}" drive="$(arg actuator_stiffness)"/>')
-    body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
+    body = textwrap.indent("\n".join(walk.lines), "    ")
     return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
-
-
-def _write(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
-    """Write everything except transmissions."""
-    walk.write(*options.head, *_geometry(skeleton, options), "")
-    _guide(skeleton, options, walk)
-    for number, point in enumerate(skeleton.points):
-        is_last = number == len(skeleton.points) - 1
-        if is_last and (point.kind or skeleton.ends_rigid):
-            _to_platform(skeleton, point, walk)
-        elif not is_last:
-            _joint_and_link(skeleton, options, number, walk)
-    if not skeleton.points:
-        _to_platform(skeleton, LimbPoint("", None), walk)
 
 
 # ---- geometry ------------------------------------------------------------------------------------------------------
@@ -163,13 +156,13 @@ def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
     walk.link, walk.last_joint = "carriage_${i}", "prismatic_${i}"
 
 
-def _turn(pitch: str, before: str) -> str:
+def _turn(pitch: str, before: str = "0") -> str:
     """Return the expression of the angle from one pitch to another."""
+    if pitch == before:
+        return "0"
     if before == "0":
         return f"${{{pitch}}}"
-    if pitch == "0":
-        return f"${{-{before}}}"
-    return f"${{{pitch} - {before}}}"
+    return f"${{-{before}}}" if pitch == "0" else f"${{{pitch} - {before}}}"
 
 
 def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
@@ -180,12 +173,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
     if span.kind == "rods":
         _rod_pair(options, walk)
         return
-    if span.kind == "telescope":
-        child = "cylinder_${i}"
-    elif span.kind == "parallelogram":
-        child = "head_${i}"
-    else:
-        child = f"{role}_${{i}}"
+    child = {"telescope": "cylinder", "parallelogram": "head"}.get(span.kind, role) + "_${i}"
     inner = "turning_${i}" if span.turns else child
     _tree_joint(skeleton, point, inner, pitch, roll, walk)
     if span.turns:
@@ -208,7 +196,7 @@ def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk:
 def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, roll: str, walk: _Walk) -> None:
     """Write the joint of the tree at a point, and store its name as the joint at the inner end of the child."""
     at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
-    turn, tilt = _turn(pitch, walk.pitch), "0" if roll == "0" else f"${{{roll}}}"
+    turn, tilt = _turn(pitch, walk.pitch), _turn(roll)
     name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
     driven = point.symbol is not None and point.symbol.driven and point.kind == "R"
     if point.kind in ("R", "C"):
@@ -226,8 +214,8 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
             order, first, second = 'first="y" second="x"', f'rpy="0 {turn} 0"', f' rpy2="{tilt} 0 0"' if roll != "0" else ""
             walk.last_joint = f"{name}_x"
         else:
-            back = "0 0 0" if walk.pitch == "0" else f"0 {_turn('0', walk.pitch)} 0"
-            order, first, second = 'first="x" second="y"', f'rpy="{back}"', f' rpy2="0 ${{{pitch}}} 0"'
+            order, first = 'first="x" second="y"', f'rpy="0 {_turn("0", walk.pitch)} 0"'
+            second = f' rpy2="0 {_turn(pitch)} 0"'
             walk.last_joint = f"{name}_y"
         walk.write(
             f'<xacro:universal name="{name}" {at} {cross} {order}',
@@ -251,17 +239,15 @@ def _tree_joint(skeleton: Skeleton, point: LimbPoint, child: str, pitch: str, ro
 
 
 def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
-    if len(widths) == 1:
-        return (
-            f'<xacro:draw_cylinder diameter="${{{widths[0]}}}" length="${{{length}}}" material="steel" xyz="0 0 ${{{middle}}}"/>'
-        )
-    return f'<xacro:draw_box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}" material="steel" xyz="0 0 ${{{middle}}}"/>'
+    size = f'cylinder diameter="${{{widths[0]}}}" length="${{{length}}}"'
+    if len(widths) == 2:
+        size = f'box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}"'
+    return f'<xacro:draw_{size} material="steel" xyz="0 0 ${{{middle}}}"/>'
 
 
 def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
     """Write a rod or crank of constant length, after its inner joint."""
-    role = skeleton.spans[number].role
-    start, after = walk.last_joint, skeleton.points[number + 1]
+    role, start, after = skeleton.spans[number].role, walk.last_joint, skeleton.points[number + 1]
     walk.write(
         f'<link name="{walk.link}">', f"  {_drawn(options.widths[role], f'{role}_length', f'{role}_length / 2')}", "</link>"
     )
@@ -297,21 +283,17 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
     """Write cylinder, slide and rod of a telescope."""
     span, start = skeleton.spans[number], walk.last_joint
     role, end = span.role, _inner_name(skeleton.points[number + 1], in_tree=number + 1 < len(skeleton.points) - 1)
-    length = f"{role}_length"
+    length, width, beam = f"{role}_length", options.widths[role][-1], options.prefixes[role]
     slide = "telescope_${i}" if skeleton.guide is not None else "prismatic_${i}"
-    width = options.widths[role][-1]
-    beam = options.prefixes[role]
     if "cylinder" in options.prefixes:
-        outer = options.widths["cylinder"]
+        where, rest = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
         walk.write(
             "<!-- cylinder and rod have constant lengths; the locked actuator joins them rigidly -->",
             f'<link name="{walk.link}">',
-            f"  {_drawn(outer, f'cylinder_part * {length}', f'cylinder_part * {length} / 2')}",
+            f"  {_drawn(options.widths['cylinder'], where, f'{where} / 2')}",
             "</link>",
         )
-        where, rest = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
-        middle = f"{rest} / 2"
-        walk.end = f"0 0 ${{{rest}}}"
+        middle, walk.end = f"{rest} / 2", f"0 0 ${{{rest}}}"
     else:
         walk.write(
             "<!-- massless: the beam below is the whole telescope, and its length follows the slide -->",
@@ -322,8 +304,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         )
         where, rest, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
         walk.end = "0 0 0"
-    effort = ' effort="2000"' if span.slide is not None and span.slide.driven else ""
-    rod = f"{role}_${{i}}"
+    is_driven, rod = span.slide is not None and span.slide.driven, f"{role}_${{i}}"
+    effort = ' effort="2000"' if is_driven else ""
     walk.write(
         f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '
         f'upper="${{stroke}}"{effort}/>',
@@ -338,14 +320,13 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
         )
     else:
         walk.write(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
-    if span.slide is not None and span.slide.driven:
+    if is_driven:
         walk.actuators.append(slide)
     walk.link, walk.last_joint = rod, slide
 
 
 def _rod_pair(options: LimbOptions, walk: _Walk) -> None:
-    width = options.widths["rod"][-1]
-    beam = options.prefixes["rod"]
+    width, beam = options.widths["rod"][-1], options.prefixes["rod"]
     walk.write(
         "<!-- two rods between spherical joints: they keep their far ends parallel to this one -->",
         f'<xacro:rod_pair i="${{i}}" link="{walk.link}" width="${{pair_width}}" pitch="${{rod_pitch}}" length="${{rod_length}}"',
@@ -370,11 +351,9 @@ def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
 
 def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
     """Write the loop that closes the limb at the platform."""
-    if point.kind == "4S":  # the loops of its rods are already written
-        return
     end = "${limb_x} ${limb_y} ${limb_z}" if len(skeleton.points) < 2 else walk.end
     at = f'link="{walk.link}" platform="seat_${{i}}" xyz="{end}"'
-    back = f"0 {_turn('0', walk.pitch)} 0" if walk.pitch != "0" else "0 0 0"
+    back = f"0 {_turn('0', walk.pitch)} 0"
     name, limit = _inner_name(point, in_tree=False), 'angle_max="${joint_angle_max}"'
     if point.kind == "R":
         walk.write(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
@@ -383,20 +362,14 @@ def _to_platform(skeleton: Skeleton, point: LimbPoint, walk: _Walk) -> None:
     elif point.kind == "C":
         walk.write(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')
     elif point.kind == "U" and point.axes == "nx":
-        walk.write(
-            f'<xacro:universal_loop name="{name}" {at} rpy="{back}"',
-            f'                      axis="0 1 0" axis2="1 0 0" {limit}/>',
-        )
+        walk.write(f'<xacro:universal_loop name="{name}" {at} rpy="{back}"')
+        walk.write(f'                      axis="0 1 0" axis2="1 0 0" {limit}/>')
     elif point.kind == "U":
-        flat = "0 0 0" if walk.roll == "0" else f"${{-{walk.roll}}} 0 0"
-        seat = "0 0 0" if walk.pitch == "0" else f"0 ${{{walk.pitch}}} 0"
         walk.write(
-            f'<xacro:universal_loop name="{name}" {at} rpy="{flat}" rpy2="{seat}"',
+            f'<xacro:universal_loop name="{name}" {at} rpy="{_turn("0", walk.roll)} 0 0" rpy2="0 {_turn(walk.pitch)} 0"',
             f'                      axis="1 0 0" axis2="0 1 0" {limit}/>',
         )
     elif point.kind == "S":
-        roll = "0" if walk.roll == "0" else f"${{{walk.roll}}}"
-        seat = "0" if walk.pitch == "0" else f"${{{walk.pitch}}}"
-        walk.write(f'<xacro:spherical_loop name="{name}" {at} rpy2="{roll} {seat} 0" {limit}/>')
+        walk.write(f'<xacro:spherical_loop name="{name}" {at} rpy2="{_turn(walk.roll)} {_turn(walk.pitch)} 0" {limit}/>')
     else:
         walk.write(f'<xacro:fixed_loop name="{name}" {at} rpy="{back}"/>')

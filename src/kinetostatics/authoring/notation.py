@@ -157,28 +157,20 @@ def parse_architecture(text: str) -> Architecture:
         raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
     if known := named(text):
         text = known.architecture
-    if _is_a_word(text):
+    foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
+    if re.fullmatch(r"\s*\dR\s*", text) or (len(foreign) > 1 and re.search("[A-Za-z]{4,}", text)):  # 6R, or an unknown name
         raise ArgumentError(
             f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S, or one of the names that "
             "kinetostatics new --list shows"
         )
-    groups, at = [], 0
-    while True:
-        group, at = _group(text, at)
+    groups, at = [], -1
+    while at < len(text):
+        group, at = _group(text, at + 1)  # behind a plus, or another separator
         groups.append(group)
-        if at == len(text):
-            break
-        at += 1  # a plus, or another separator
     found = Architecture(text, tuple(groups))
     if len(found.limbs) > MAX_LIMBS:
         raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
     return found if found.actuators else _with_usual_actuators(found)
-
-
-def _is_a_word(text: str) -> bool:
-    """Whether a text is a name, not notation: a word of four letters with foreign ones, or a chain of revolutes (6R)."""
-    foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
-    return re.fullmatch(r"\s*\dR\s*", text) is not None or (len(foreign) > 1 and re.search("[A-Za-z]{4,}", text) is not None)
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:
@@ -189,8 +181,7 @@ def error_at(text: str, place: int, reason: str) -> ArgumentError:
 
 def _group(text: str, at: int) -> tuple[AlikeLimbs, int]:
     """Return the limbs of one term, and the position of the next separator."""
-    start = re.compile(r"\s*").match(text, at)
-    place = (start.end() if start else at) + 1
+    place = len(text) - len(text[at:].lstrip()) + 1
     head = _TERM.match(text, at)
     count = 1
     if head is not None and head[1] and not _GROUP.match(text, head.start(1)):
@@ -226,7 +217,7 @@ def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
             found, position = _joint(text, position)
             inside += found
         if not inside:
-            raise error_at(text, place, "no joint stands in the bracket; a driven joint is written [P]")
+            raise error_at(text, place, "the bracket is empty; a driven joint is written [P]")
         return [_driven(text, joint) for joint in inside], end + 1
     group = _GROUP.match(text, at)
     if group is not None:

@@ -161,11 +161,11 @@ def arranged(
             base, platform = _pair(k, values)
         if "platform_turn" in values:
             platform = Angle(f"{platform.text} + platform_turn", platform.value + values["platform_turn"])
-        (x, y), (u, v) = (
-            (values[radius] * math.cos(at.value), values[radius] * math.sin(at.value))
-            for radius, at in (("base_radius", base), ("platform_radius", platform))
-        )
-        places.append(LimbPlace((x, y, values["base_height"]), (u, v, 0.0), base, platform, axis=axis, guide=guide))
+        ends = [
+            (values[radius] * math.cos(at.value), values[radius] * math.sin(at.value), z)
+            for radius, at, z in (("base_radius", base, values["base_height"]), ("platform_radius", platform, 0.0))
+        ]
+        places.append(LimbPlace(ends[0], ends[1], base, platform, axis=axis, guide=guide))
     return places
 
 
@@ -193,20 +193,14 @@ def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values
     places = []
     for k, skeleton in enumerate(skeletons):
         beside = all(point.kind in ("R", "C") for point in skeleton.points) and skeleton.has_elbow
-        unit = [0.0, 0.0, 0.0]
-        unit[(k + 1) % 3 if beside else k] = -1.0 if beside else 1.0
-        along, across = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
-        along[k], across[(k + 1) % 3] = 1.0, 1.0
-
-        def point(radius: str, unit: list[float] = unit) -> tuple[Point, str]:
-            x, y, z = (values[radius] * item for item in unit)
-            words = ("0", radius, f"-{radius}")
-            return (x, y, z), "[" + ", ".join(words[int(item)] for item in unit) + "]"
-
-        base, base_text = point("base_radius")
-        platform, platform_text = point("platform_radius")
-        axis, rail = (along, along) if beside else (across, along)
-        places.append(LimbPlace(base, platform, None, None, base_text, platform_text, _point(axis), _point(rail)))
+        along, across = np.eye(3)[[k, (k + 1) % 3]]
+        unit = -across if beside else along
+        ends, texts = [], []
+        for radius in ("base_radius", "platform_radius"):
+            ends.append(_point(values[radius] * unit))
+            texts.append("[" + ", ".join(("0", radius, f"-{radius}")[int(item)] for item in unit) + "]")
+        axis = _point(along if beside else across)
+        places.append(LimbPlace(ends[0], ends[1], None, None, texts[0], texts[1], axis, _point(along)))
     return places
 
 
@@ -236,38 +230,32 @@ def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
     return found
 
 
-def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: object, guide: str) -> list[LimbPlace]:
-    """Return the placements of limbs in a table: for each a mapping, (base, platform) or (base, platform, direction).
+def tabled(limbs: int, table: object, guide: str) -> list[LimbPlace]:
+    """Return the placements of limbs in a table, for each a mapping; ``guide`` is the default.
 
     Raises:
         ArgumentError: the table is invalid.
     """
     if isinstance(table, (str, os.PathLike)):
         table = read_placements(table)
-    if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != len(skeletons):
+    if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != limbs:
         count = f" has {len(table)} rows; it" if isinstance(table, Sequence) else ""
-        raise ArgumentError(f"placements{count} must be a list with one row for each of the {len(skeletons)} limbs: {ROW}")
+        raise ArgumentError(f"placements{count} must be a list with one row for each of the {limbs} limbs: {ROW}")
     places = []
-    for k, (row, skeleton) in enumerate(zip(table, skeletons, strict=True), 1):
+    for k, row in enumerate(table, 1):
         what = f"placements, limb {k}"
-        if not isinstance(row, Mapping):
-            parts = list(row) if isinstance(row, Sequence) and not isinstance(row, str) else []
-            if len(parts) not in (2, 3):
-                raise ArgumentError(f"{what}: {row!r} is not a row; write {ROW}")
-            row = dict(zip(("base", "platform", "guide" if skeleton.guide is not None else "axis"), parts, strict=False))
+        if not isinstance(row, Mapping) or "base" not in row or "platform" not in row:
+            raise ArgumentError(f"{what}: {row!r} is not a row; write {ROW}")
         for key in row:
             if key not in COLUMNS:
                 raise ArgumentError(f"{what}: {key!r} is unknown; {near_names(key, COLUMNS)}")
-        if "base" not in row or "platform" not in row:
-            raise ArgumentError(f"{what}: base and platform are both needed; write {ROW}")
         points = {key: _vector(f"{what}, {key}", value) for key, value in row.items()}
         for key in ("axis", "guide"):
             if key in points and not any(points[key]):
                 raise ArgumentError(f"{what}: {key} is 0 0 0; it must be a direction")
         base, platform = points["base"], points["platform"]
-        places.append(
-            LimbPlace(base, platform, None, None, _text(base), _text(platform), points.get("axis"), points.get("guide", guide))
-        )
+        texts = vector_text(base), vector_text(platform)
+        places.append(LimbPlace(base, platform, None, None, *texts, points.get("axis"), points.get("guide", guide)))
     return places
 
 
@@ -283,5 +271,6 @@ def _point(values: Sequence[float] | np.ndarray) -> Point:
     return x, y, z
 
 
-def _text(point: Point) -> str:
-    return "[" + ", ".join(repr(value) if value else "0" for value in point) + "]"
+def vector_text(vector: Sequence[float]) -> str:
+    """Return an expression of three numbers."""
+    return "[" + ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in vector) + "]"

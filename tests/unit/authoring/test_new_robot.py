@@ -55,7 +55,8 @@ def test_a_table_in_a_file_and_in_python(tmp_path):
     lines += [", ".join(map(str, (*base, *platform))) for base, platform in rows]
     table = tmp_path / "table.csv"
     table.write_text("\n".join(lines))
-    robots = [ks.new_robot("3-UPS+UP", placements=[*rows, ((0, 0, 0), (0, 0, 0))]), ks.new_robot("3-RPS", placements=table)]
+    mappings = [{"base": base, "platform": platform} for base, platform in [*rows, ((0, 0, 0), (0, 0, 0))]]
+    robots = [ks.new_robot("3-UPS+UP", placements=mappings), ks.new_robot("3-RPS", placements=table)]
     for robot in robots:
         for (base, platform), found in zip(rows, ends(robot), strict=False):
             np.testing.assert_allclose(found, [base, (*platform[:2], 0.5)], atol=1e-15)
