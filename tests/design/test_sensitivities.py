@@ -175,7 +175,7 @@ def test_a_file_without_arguments_has_the_numbers_of_its_parts(cantilever, tmp_p
     found = ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
     assert set(found) == {"rod.outer_diameter", "rod.youngs_modulus", "rod.density", "tip.mass"}  # ν does nothing here
     np.testing.assert_allclose(found["rod.outer_diameter"].twist, cantilever["diameter"].twist, rtol=1e-8, atol=1e-16)
-    assert "one per cent more of each dimension of a part" in str(found)
+    assert "increasing each dimension of a part by 1 %" in str(found)
     changed = ks.Robot(cantilever.result.robot.description.changed("rod", density=1000.0))
     assert "rod.outer_diameter" in ks.sensitivities(changed.assemble())
 
@@ -365,7 +365,7 @@ def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):
     assert list(found) == ["diameter", "holes"] and found.effect("holes") == (0.0, 0.0)
     # the tip's weight farther out: m g L² / (2 E I) down a metre
     assert found["holes"].twist[2] == pytest.approx(-5 * 9.81 * 0.8**2 / (2 * 2e11 * np.pi * 0.04**4 / 64), rel=1e-6)
-    assert "holes is zero, and so is one per cent of it" in str(found)
+    assert "holes is zero, so that 1 % of it changes nothing" in str(found)
 
 
 def test_what_an_analysis_takes_besides_load_and_gravity_is_differenced():

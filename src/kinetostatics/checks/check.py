@@ -32,7 +32,7 @@ from kinetostatics.layout.numbers import join_words
 from kinetostatics.limbs.geometry import Basis
 from kinetostatics.mechanism.limbs import AttachedBodies
 from kinetostatics.results.result import Result
-from kinetostatics.results.warnings import near_singular_message, undetermined_parts
+from kinetostatics.results.warnings import indeterminate_parts, near_singular_warnings
 from kinetostatics.robot import Robot
 
 T = TypeVar("T")
@@ -166,8 +166,7 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     if problem is not None:
         (at_zero if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
-        words = near_singular_message(zero)
-        at_zero += [words.replace("the pose is", "the zero pose is", 1)] if words else []
+        at_zero += [text.replace("the pose is", "the zero pose is", 1) for text in near_singular_warnings(zero)]
     found += facts_of_poses(generic)
     at_zero += [text for text in facts_of_poses(zero, f"{AT_ZERO} ") if text.removeprefix(f"{AT_ZERO} ") not in found]
     return found, at_zero, problems
@@ -203,7 +202,7 @@ def _complaint(result: Result) -> str | None:
 
 def facts_of_poses(result: Result, where: str = "") -> list[str]:
     """Return warnings of missing results at generic poses, or at the pose named by ``where``."""
-    found = [where + undetermined_parts(result)] if np.any(result.indeterminate) else []
+    found = [where + indeterminate_parts(result)] if np.any(result.indeterminate) else []
     bad = {
         limb.name
         for solution in result.solutions

@@ -80,7 +80,7 @@ def _sections(found: Calibration) -> list[ReportSection]:
     title = f"Estimates; a stiffness as a factor of the file's (intervals: {100 * found.level:.4g} %)"
     return [
         ReportSection(title, [Table.of_rows(("unknown", "file", "estimate", "interval"), rows, "lrrl")], "estimates"),
-        _not_determined(found.unidentifiable, "the estimates above of these are among many that fit equally well"),
+        _not_determined(found.unidentifiable, "other values of these unknowns fit equally well"),
         ReportSection("Measured less computed", [Table.of_rows(header, fits)], "residuals"),
         ReportSection("", [*map(Text, _sentences(found)), *outliers]),
     ]
@@ -90,7 +90,7 @@ def _outlier(found: Calibration, k: int) -> str:
     item = found.outliers[k]
     units = UNITS_BY_KIND[found.gauges[item.gauge].kind]
     measured, computed = quantity(item.measured, units), quantity(item.computed, units)
-    left = "" if not np.all(found.used) else "; look at it, or leave it out"
+    left = "" if not np.all(found.used) else "; check it or leave it out"
     off = f"{abs(item.studentized):.3g} times its standard deviation off{left}"
     return f"outlier: row {item.row}, {item.gauge}: measured {measured}, computed {computed}, {off}"
 

@@ -82,8 +82,7 @@ def _one(found: Compensation) -> Iterator[ReportSection]:
     yield ReportSection("", [Text(f"Corrected: {join_words(found.controlled)}{of}. {left}")])
     yield from _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.controlled) >= 3:
-        notes = "If x, y and z are controlled, the tip reaches its target exactly, as far as the actuators allow."
-        yield ReportSection("", [Text(notes)])
+        yield ReportSection("", [Text("With controlled x, y and z the tip reaches its target, as far as the actuators allow.")])
 
 
 def _actuators(found: Compensation) -> Table:
@@ -121,7 +120,7 @@ def _uncorrectable(found: Compensation) -> Iterator[ReportSection]:
     parts = NumberFormat.of(found.uncorrectable_parts, ANGLES, ROUNDING)
     columns.append(Column.of("residual error", list(found.uncorrectable_parts), parts))
     place = f"at {point_name(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
-    notes = "No choice of controlled coordinates changes these residual errors; times that length they are displacements."
+    notes = "No choice of controlled coordinates changes these residual errors. Times that length, they are displacements."
     title = f"Twists that the actuators cannot produce, {place}"
     yield ReportSection(title, [Table(columns), Text(notes)], "directions")
 

@@ -67,8 +67,7 @@ def _mode_sections(modes: Modes) -> Iterator[ReportSection]:
     ]
     blocks: list[Block] = [Table(columns)]
     if modes.zero_frequencies:
-        what = count(int(modes.zero_frequencies), "motion")
-        blocks.append(Text(f"Nothing resists {what}, of frequency zero, left out here."))
+        blocks.append(Text(f"Not listed: {count(int(modes.zero_frequencies), 'free motion')} of frequency zero."))
     yield ReportSection("Modes, and their effective masses [%] along x, y, z and about axes through o", blocks, "modes")
     for title, key, shares in (
         ("Strain energy by part [%]: what to stiffen", "strain", modes.strain_energy_shares),

@@ -49,7 +49,7 @@ def _sentences(found: Optimum) -> list[str]:
             notes.append(f"{item.text} is violated{where}.")
         else:
             saves = f": relaxing it by 1 % would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
-            notes.append(f"{item.text} decides{where}{saves}.")
+            notes.append(f"{item.text} is active{where}{saves}.")
     notes += [f"{text}." for text in found.at_bounds]
     notes += [f"{name} has no influence on objective or requirements." for name in found.no_influence]
     if found.feasible and not found.active and not found.at_bounds:

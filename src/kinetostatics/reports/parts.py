@@ -216,7 +216,7 @@ def _beams(result: Result, noise: NoiseFloor) -> list[Block]:
     notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
     if any(type(beam.description.section) is BeamSection for beam in beams):
         notes.append(f"stress {MISSING}: the outline of <section> is unknown; give a circle, tube, rectangle or rectangular_tube")
-    notes.append("N/N_Euler: forces relative to those at which the beam buckles, alone or with others")
+    notes.append("N/N_Euler: ratio of the forces to the buckling load of the beam, alone or with others")
     return [Table(columns), *map(Text, notes)]
 
 

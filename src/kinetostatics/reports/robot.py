@@ -189,7 +189,7 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
         freedoms = f"{locked} freedom{'s' * (locked != 1)}"
         lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
     if count or mobility.redundant_actuators:
-        lines.append("errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances")
+        lines.append("errors of lengths and angles, and temperature, cause self-stress: see kinetostatics tolerances")
     return lines
 
 
@@ -211,7 +211,7 @@ def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]
     for item in redundancies:
         if len(item.limbs) > 1:
             text = f"{item.count} between {join_words(item.limbs)}"
-            lines.append(text + (f": they brace by {join_words(item.wrenches)}" if item.wrenches else ""))
+            lines.append(text + (f", with self-stress by {join_words(item.wrenches)}" if item.wrenches else ""))
         elif not item.limbs and item.joints:
             lines.append(f"{item.count} in the loops {join_words(item.joints)}, which join links that are welded to one another")
         elif not item.limbs:
@@ -282,12 +282,12 @@ def _spans(facts: RobotFacts, limb: LimbFacts) -> list[str]:
 
 #: Explanations of wrench labels, by a word in the labels.
 _LEGEND = {
-    "": "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight",
-    "limb ": "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
-    "(else a world axis) made square to z, x = y × z",
-    "component": "components: coordinates, in a basis, of the platform's wrench on a limb that is a network; the forces of "
-    "its beams and joints are others",
-    "complementary": "complementary wrenches: complete the basis without a simple geometric meaning",
+    "": "Constraint wrenches hold the platform; attached wrenches transmit the limb's weight to it.",
+    "limb ": "Limb axes: z is along the last beam (without beams, from the first joint to the last). y is perpendicular to z, in "
+    "the plane of z and the first passive axis of rotation (without one, a world axis). x = y × z.",
+    "component": "Components are coordinates, in a basis, of the wrench of a limb that is a network; the forces in its beams "
+    "and joints differ.",
+    "complementary": "Complementary wrenches complete the basis; they have no simple geometric meaning.",
 }
 
 

@@ -58,17 +58,19 @@ def _sections(found: Sensitivities, size: float, who: str) -> Iterator[ReportSec
             columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
         kinds = {is_part(name) for name in sizes}
         what = "parameter" if len(kinds) > 1 else "dimension of a part" if kinds == {True} else "parameter of the file"
-        yield ReportSection(f"Effect of one per cent more of each {what}", [Table(columns), *_more(sizes)], "parameters")
+        yield ReportSection(f"Effect of increasing each {what} by 1 %", [Table(columns), *_more(sizes)], "parameters")
     shifts = [name for name in found if is_location(name)]
     if shifts and moved:
         by = Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r")
         columns = [Column("what", shifts[:MOST]), by, *moved_by([found.shift_effect(name) for name in shifts[:MOST]])]
-        title = "Effect of a millimetre or milliradian of each placement or centre of mass, along and about its own axes"
+        title = "Effect of moving each placement or centre of mass by 1 mm or 1 mrad, along and about its own axes"
         yield ReportSection(title, [Table(columns), *_more(shifts)], "placements")
     if found.sources:
         names = sorted(found.sources, key=found.source_effect)
         columns = [Column("what", names), *moved_by([found.source_effect(name) for name in names])]
-        yield ReportSection("Effect of one per cent more stiffness of each part: stiffen the first", [Table(columns)], "sources")
+        yield ReportSection(
+            "Effect of increasing the stiffness of each part by 1 %: stiffen the first", [Table(columns)], "sources"
+        )
     yield ReportSection("", _sentences(found, sizes))
 
 
@@ -83,7 +85,7 @@ def _sentences(found: Sensitivities, sizes: Sequence[str]) -> list[Block]:
     found_texts: list[Block] = [Text(note)]
     for name in sizes:
         if found[name].value == 0:
-            zero = f"{name} is zero, and so is one per cent of it: see its derivatives (--json)"
+            zero = f"{name} is zero, so that 1 % of it changes nothing: see its derivatives (--json)"
             found_texts.append(Text(zero, "warning"))
     reasons: dict[str, list[str]] = {}
     for name, why in found.skipped.items():

@@ -51,13 +51,15 @@ def stiffness_blocks(result: Result) -> list[Block]:
 
 
 def stiffness_extremes(result: Result) -> list[tuple[str, str]]:
-    """Return the least and the largest stiffness against a force, and their directions."""
+    """Return the least and the largest stiffness against a force, in one unit, and their directions."""
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
+    form = NumberFormat.of(sizes, STIFFNESSES)
     found = []
     for word, k in (("softest", 2), ("stiffest", 0)):
         alike = axes[:, np.abs(values - values[k]) <= EQUAL * abs(values[k])]
-        found.append((word, "rigid" if np.isinf(sizes[k]) else f"{quantity(sizes[k], STIFFNESSES)} {_directions(alike)}"))
+        size = quantity(sizes[k], ((form.unit, form.factor),))
+        found.append((word, "rigid" if np.isinf(sizes[k]) else f"{size} {_directions(alike)}"))
     return found
 
 

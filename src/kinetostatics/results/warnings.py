@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,26 +58,26 @@ def near_singularity(result: Result) -> NearSingularity:
     return NearSingularity(index, amplification)
 
 
-def near_singular_message(result: Result) -> str | None:
-    """Return a warning that names the nearly free motion and its stiffness; None if no pose is nearly singular."""
+def near_singular_warnings(result: Result) -> list[str]:
+    """Return a warning that names the nearly free motion and its stiffness; an empty list if no pose is nearly singular."""
     found = near_singularity(result)
-    where = found.where
-    if not np.any(where):
-        return None
+    if not np.any(found.where):
+        return []
     worst, length = found.worst, result.robot.length
     if found.constraint_index[worst] < LEAST_CONSTRAINT:
         values, vectors = np.linalg.eigh(_constraint(result)[worst])
         twists = canonical_basis(vectors[:, values < LEAST_CONSTRAINT**2]).T
-        why = f"limbs must carry about {1 / found.constraint_index[worst]:.2g} times a load along it"
+        why = f"a load along this motion causes limb wrenches {1 / found.constraint_index[worst]:.2g} times as large"
     else:
         twists = _amplifications(result)[1][worst][None]
-        why = f"joints carry about {found.force_amplification[worst]:.2g} times as much under such a load as near the zero pose"
+        times = f"{found.force_amplification[worst]:.2g} times"
+        why = f"a load along this motion causes joint forces {times} as large as near the zero pose"
     scale = np.repeat([1.0, length], 3)
     C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[worst]) * scale[:, None] * scale
     motions = [describe_twist(_clean(twist) / scale, length) + _stiffness(twist, C, length) for twist in twists]
-    poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
-    at = "" if result.shape == () else ", at the worst"
-    return f"{poses} nearly singular{at}: the platform is almost free in {' and '.join(motions)}; {why}"
+    at = ", at the worst" if result.shape else ""
+    poses = _poses(result, found.where)
+    return [f"{poses} nearly singular{at}: the platform is almost free in {' and '.join(motions)}; {why}"]
 
 
 def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
@@ -162,11 +161,11 @@ def _stiffness(twist: Array, C: Array, length: float) -> str:
     return f" ({1 / (soft * turn**2):.3g} N·m/rad)" if turn > 0 else f" ({1 / soft:.3g} N/m)"
 
 
-#: Fraction of the Euler load above which linear theory is doubtful.
+#: Fraction of the buckling load above which linear theory is doubtful.
 EULER_WARNING = 0.05
 #: Displacement (relative to the characteristic length) and rotation [rad] of the platform above which linear theory is doubtful.
 LARGE_MOTION = 0.1
-#: Relative change of stiffness by forces up to which there is no warning.
+#: Relative change of the stiffness by forces above which there is a warning.
 CHANGE = 0.01
 #: Component of a self-stress below which a joint counts as unstressed.
 NOTHING = 1e-9
@@ -176,15 +175,8 @@ OPEN_LOOPS = 1e-9
 
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot, of its poses, and of the results under the loads."""
-    found = [
-        *_tipping(result),
-        *_buckling(result),
-        *_loaded(result),
-        *result.robot.warnings,
-    ]
-    found += _open_loops(result) + _large_motions(result)
-    near = near_singular_message(result)
-    found += [near] if near else []
+    found = [*_instability(result), *_buckling(result), *result.robot.warnings]
+    found += [*_open_loops(result), *_large_motions(result), *near_singular_warnings(result)]
     for item in result.configuration.limits_exceeded.values():
         slides = result.robot.mechanism.connections[item.joint].type.is_slide
         factor, unit = (1e-3, " mm") if slides else (np.pi / 180, "°")
@@ -192,11 +184,11 @@ def result_warnings(result: Result) -> tuple[str, ...]:
         where = f" in {int(item.where.sum())} poses" if item.where.shape else f": {float(item.value) / factor:.6g}{unit}"
         found.append(f"{item.joint} is beyond its limits of {lower} to {upper}{unit}{where}")
     if np.any(result.indeterminate):
-        found.append(undetermined_parts(result))
+        found.append(indeterminate_parts(result))
     return tuple(dict.fromkeys(found))
 
 
-def _tipping(result: Result) -> list[str]:
+def _instability(result: Result) -> list[str]:
     """Return a warning if springs and weights make poses unstable: an eigenvalue of the tangent stiffness is negative or 0."""
     if not result.robot.description.springs:
         return []
@@ -205,24 +197,38 @@ def _tipping(result: Result) -> list[str]:
     if not np.any(where):
         return []
     first = int(np.argmax(where))
-    restoring = "the elastic restoring forces between parts of its limbs"
+    stiffness = "within its limbs"
     if of_platform[first]:
         scale = np.repeat([1.0, result.robot.length], 3)
         C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[first]) * scale[:, None] * scale
         values, vectors = np.linalg.eigh(C)
-        restoring = f"the elastic restoring forces of the platform in {_motions(values, vectors, 0, scale)}"
-    poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
-    at = "" if result.shape == () else ", at the first of them"
-    return [f"{poses} unstable: the forces of springs and weights reach or exceed {restoring}{at}; the results do not apply"]
+        stiffness = f"of the platform in {_motions(values, vectors, 0, scale)}"
+    at = ", at the first of them" if result.shape else ""
+    return [f"{_poses(result, where)} unstable: springs and weights overcome the stiffness {stiffness}{at}; no result applies"]
 
 
-def _loaded(result: Result) -> list[str]:
-    """Return a warning if forces change the stiffness, constant in linear theory."""
-    near = _near(result)
-    changed = _changed_stiffness(result)
-    if changed:
-        return ["; ".join([*near, changed])]
-    return [f"{text}; linear theory underestimates the deflections" for text in near]
+def _poses(result: Result, where: NDArray[np.bool_]) -> str:
+    """Return subject and verb of a sentence on the poses in a mask (N,)."""
+    return f"{int(where.sum())} of {where.size} poses are" if result.shape else "the pose is"
+
+
+def _buckling(result: Result) -> list[str]:
+    """Return warnings about members near buckling, and about forces that change the stiffness, constant in linear theory."""
+    ratios = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
+    members: dict[str, list[str]] = {}
+    for name, ratio in ratios.items():
+        members.setdefault(f"{ratio:.6g}", []).append(name)
+    beyond, near = list[str](), list[str]()
+    for beams in members.values():
+        ratio, plural = ratios[beams[0]], "s" * (len(beams) > 1)
+        text = f"the forces are {100 * ratio:.3g} % of the buckling load of beam{plural} {', '.join(beams)}"
+        if ratio >= 1:
+            beyond.append(f"{text}: no result applies")
+        elif ratio > EULER_WARNING:
+            near.append(text)
+    if changed := _changed_stiffness(result):
+        return [*beyond, "; ".join([*near, changed])]
+    return [*beyond, *(f"{text}; linear theory underestimates the deflections" for text in near)]
 
 
 def _changed_stiffness(result: Result) -> str:
@@ -245,12 +251,12 @@ def _changed_stiffness(result: Result) -> str:
     largest = int(np.argmax(np.abs(np.nan_to_num(changes))))
     where = "" if result.shape == () else " at the pose that is softest under them"
     if sound[worst] and np.isnan(changes[largest]):
-        return "" if np.any(result.buckles) else f"the forces exceed those at which the robot is stable{where}: no result applies"
+        return "" if np.any(result.buckles) else f"the forces exceed the buckling load of the robot{where}: no result applies"
     if not sound[worst] or abs(changes[largest]) <= CHANGE:
         return ""
     against = _motions(changes, motions, largest, scale)
     change = f"the forces change the stiffness of the platform against {against} by {100 * changes[largest]:+.2g} %{where}"
-    return f"{change}: linear theory neglects this, result.second_order does not"
+    return f"{change}, which linear theory neglects: see result.second_order"
 
 
 def _motions(values: Array, vectors: Array, k: int, scale: Array) -> str:
@@ -269,30 +275,6 @@ def _negative(solution: Solution) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.sum(counts[:-1], axis=0) + np.zeros(solution.o.shape[1], dtype=np.intp), counts[-1]
 
 
-def _ratios(result: Result) -> Iterator[tuple[str, float]]:
-    """Yield a clause for each member, or the robot, that can buckle, with its largest ratio of load to critical load."""
-    together: dict[str, list[str]] = {}
-    worst = {beam.name: float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0)) for beam in result.beams.values()}
-    for name, ratio in worst.items():
-        together.setdefault(f"{ratio:.6g}", []).append(name)
-    for names in together.values():
-        yield f"beam {names[0]} buckles" if len(names) == 1 else f"beams {', '.join(names)} buckle", worst[names[0]]
-
-
-def _buckling(result: Result) -> list[str]:
-    return [
-        f"{what}: the forces are {100 * worst:.3g} % of those at which this begins"
-        for what, worst in _ratios(result)
-        if worst >= 1
-    ]
-
-
-def _near(result: Result) -> list[str]:
-    """Return clauses about what the forces are near to."""
-    found = [(what, worst) for what, worst in _ratios(result) if EULER_WARNING < worst < 1]
-    return [f"the forces are {100 * worst:.3g} % of those at which {what}" for what, worst in found]
-
-
 def _open_loops(result: Result) -> list[str]:
     open_by = float(np.nanmax(result.configuration.residual, initial=0.0))
     if open_by <= OPEN_LOOPS:
@@ -308,12 +290,12 @@ def _large_motions(result: Result) -> list[str]:
     if shift < LARGE_MOTION * result.robot.length and turn < LARGE_MOTION:
         return []
     return [
-        f"the platform moves by {shift:.3g} m and {turn:.3g} rad, which linear theory does not cover: look for wrong units "
-        "in moduli, diameters and masses"
+        f"the platform moves by {shift:.3g} m and {turn:.3g} rad, too much for linear theory: check the units of moduli, "
+        "diameters and masses"
     ]
 
 
-def undetermined_parts(result: Result) -> str:
+def indeterminate_parts(result: Result) -> str:
     """Return a warning that names the rigid limbs and rings with statically indeterminate forces."""
     rigid: dict[str, None] = {}
     rings: dict[str, dict[str, None]] = {}
@@ -332,6 +314,5 @@ def undetermined_parts(result: Result) -> str:
         f"the rigid rings in {limb} ({', '.join(joints)}) are overconstrained in themselves" for limb, joints in rings.items()
     ]
     return (
-        f"{' and '.join(what) or 'rigid parts are overconstrained'}: their forces are statically indeterminate; "
-        "undetermined forces are NaN"
+        f"{' and '.join(what) or 'rigid parts are overconstrained'}: their forces are statically indeterminate, returned as NaN"
     )

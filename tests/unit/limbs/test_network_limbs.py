@@ -34,7 +34,7 @@ def test_labels_say_what_intensities_are(result):
         for label in (*limb.labels, *limb.attached_labels):
             assert label.startswith(("force component ", "couple component ", "complementary wrench"))
     report = " ".join(str(result.robot).split())
-    assert "components: coordinates, in a basis, of the platform's wrench on a limb that is a network" in report
+    assert "Components are coordinates, in a basis, of the wrench of a limb that is a network" in report
 
 
 def test_wrenches_times_intensities_are_all_that_the_platform_puts_on_a_limb(result):
