@@ -62,7 +62,7 @@ found = ks.tolerances(pose)
 found
 
 # %% [markdown]
-# Only some errors lock in forces. The others move the platform, and a
+# Only some errors cause self-stress. The others move the platform, and a
 # calibration takes them out.
 
 # %%

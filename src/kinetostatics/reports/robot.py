@@ -189,7 +189,7 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
         freedoms = f"{locked} freedom{'s' * (locked != 1)}"
         lines.append(f"{mobility.redundant_actuators} {more}with the actuators locked: {actuators} actuators hold {freedoms}")
     if count or mobility.redundant_actuators:
-        lines.append("errors of lengths and angles, and temperature, cause self-stress: see kinetostatics tolerances")
+        lines.append("errors of lengths, angles and temperature cause self-stress: see kinetostatics tolerances")
     return lines
 
 

@@ -343,7 +343,7 @@ def test_overconstraint_and_local_freedoms():
     text = whole(robot("2pru_upr"))
     assert summary(text)["redundant constraints"] == (
         "3 (overconstrained) 3 between limb_1, limb_2 and limb_3, with self-stress by a force along x and a couple about z "
-        "errors of lengths and angles, and temperature, cause self-stress: see kinetostatics tolerances"
+        "errors of lengths, angles and temperature cause self-stress: see kinetostatics tolerances"
     )
     words = [line.split(": ")[1] for line in part(text, "Limbs") if line.startswith("limb_")]
     assert words == ["P(driven) R U", "P(driven) R U, like limb_1", "U P(driven) R"]

@@ -11,16 +11,14 @@ from kinetostatics.results import warnings
 from kinetostatics.results.warnings import NearSingularity, _bases, _joint_forces, indeterminate_parts
 
 
-@pytest.mark.parametrize(
-    ("ratio", "words"), [(0.049, []), (0.051, ["linear theory"]), (0.999, ["linear theory"]), (1.0, ["no result"])]
-)
+@pytest.mark.parametrize(("ratio", "words"), [(0.049, ""), (0.051, "linear theory"), (0.999, "linear theory"), (1, "no result")])
 def test_members_that_buckle_together_share_one_warning_from_a_twentieth_of_their_buckling_load_on(ratio, words, monkeypatch):
     monkeypatch.setattr(warnings, "_changed_stiffness", lambda result: "")
     ratios = {"a": [0.2, 1.5], "b": [0.2, 1.5], "c": ratio, "d": [np.nan, 0.0]}
     beams = {name: SimpleNamespace(name=name, euler_ratio=np.array(ratio)) for name, ratio in ratios.items()}
     both, *one = warnings._buckling(SimpleNamespace(beams=beams))
     assert both == "the forces are 150 % of the buckling load of beams a, b: no result applies"
-    assert len(one) == len(words) and all("beam c" in text and word in text for text, word in zip(one, words, strict=True))
+    assert len(one) == bool(words) and all("beam c" in text and words in text for text in one)
 
 
 @pytest.mark.parametrize(("part", "joints"), [(0.9e-9, "a, c"), (1.1e-9, "a, b, c"), (-1.1e-9, "a, b, c")])
