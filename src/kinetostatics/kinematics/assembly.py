@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from kinetostatics.arguments import check, check_mapping, numbers
-from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, KinetostaticsError, near_names
 from kinetostatics.kinematics.alternatives import choices_text, closed_near, prescribed_platform, tried_start
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.loop_constraints import Placed, joined
@@ -18,7 +18,7 @@ from kinetostatics.kinematics.path_following import FARTHEST, LONGEST_TURN, MOST
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.rotations import Orientation, orientation_named, orientations_with
 
 #: Gap of a loop [m, rad] that always counts as closed.
@@ -70,9 +70,9 @@ def assemble(
     poses, arrived, gone = follow(solver, prescribed, start, target, origin)
     if raising and not arrived.all():
         worst = np.array([np.argmin(arrived)])
-        _say_unreachable(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
-    given_names = () if platform is None else tuple(names)
+        raise _unreachable_error(robot, prescribed, names, poses.take(worst), target[:, worst], float(gone[worst[0]]))
     how = shape, arrived, convention, closure_tolerance, raising
+    given_names = () if platform is None else tuple(names)
     return closed_pose(robot, poses, solver.place(poses.x), *how, (solver, prescribed, target), given_names)
 
 
@@ -94,11 +94,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, closure_tolerance: fl
 
 
 def _start(robot: RobotKinematics, near: Configuration, shape: tuple[int, ...]) -> SolverState:
-    """Return the poses (one, or one per target) at which the straight lines start.
-
-    Raises:
-        ArgumentError: ``near`` is not a configuration of this robot, or has another batch shape.
-    """
+    """Return the poses (one, or one per target) at which the straight lines start."""
     if not isinstance(near, Configuration):
         raise ArgumentError(f"near= needs a Configuration or values of joints, got {near!r}; robot.assemble(…) creates one")
     if near.robot is not robot:
@@ -113,7 +109,7 @@ def closed_pose(
     poses: SolverState,
     placed: Placed,
     shape: tuple[int, ...],
-    arrived: NDArray[np.bool_],
+    arrived: Mask,
     convention: Orientation,
     closure_tolerance: float,
     raising: bool,
@@ -154,22 +150,21 @@ def closed_pose(
             worst[rough] = np.max(np.abs(now.residual), axis=0, initial=0.0)
     else:
         worst = np.full(q.shape[1], np.inf)
-    closed = np.ones(q.shape[1], dtype=bool)
+    largest = np.zeros(q.shape[1])
     loop_gaps: dict[str, tuple[Array, Array]] = {}
     if robot.equations.couplings.count or not (2 * worst <= min(closure_tolerance, SURELY_CLOSED)).all():
         loop_gaps = robot.equations.loop_gaps(residual, poses.x)
-    for metres, radians in loop_gaps.values():
-        closed &= (metres <= closure_tolerance) & (radians <= closure_tolerance)
-    if loop_gaps and closure_tolerance > SURELY_CLOSED and np.isfinite(closure_tolerance):
-        wide = np.zeros(q.shape[1], dtype=bool)
-        for metres, radians in loop_gaps.values():
-            wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
+        largest = np.max([largest, *(size for pair in loop_gaps.values() for size in pair)], axis=0)
+    closed = largest <= closure_tolerance
+    if closure_tolerance > SURELY_CLOSED and np.isfinite(closure_tolerance):
+        wide = largest > SURELY_CLOSED
         if np.any(closed & wide) and not robot.accepts(closure_tolerance):
             closed &= ~wide
     reached = arrived & closed
     if raising and not reached.all():
         first = int(np.argmin(reached))
-        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in loop_gaps.items()}, closure_tolerance)
+        gaps = {name: (float(a[first]), float(b[first])) for name, (a, b) in loop_gaps.items()}
+        raise _open_error(robot, gaps, closure_tolerance)
     if not reached.all():
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
@@ -190,10 +185,8 @@ def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dic
     every: dict[str, ArrayLike] = {**dict.fromkeys(robot.actuators_outside_limbs, 0.0), **given}
     missing = [name for name in driven if name not in every]
     if missing:
-        raise CoordinatesError(
-            f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints",
-            robot.mobility.platform,
-        )
+        text = f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints"
+        raise CoordinatesError(text, robot.mobility.platform)
     return every
 
 
@@ -207,15 +200,12 @@ def platform_coordinates(
     """
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
-    known = convention.pose_names
+    known, mobility = convention.pose_names, robot.mobility.platform
     for name in platform:
         if name not in known:
-            raise CoordinatesError(
-                f"no platform coordinate {name!r} with orientation {convention.name!r}: "
-                + (f"it needs orientation {needed}" if (needed := orientations_with(name)) else near_names(name, known)),
-                robot.mobility.platform,
-            )
-    mobility = robot.mobility.platform
+            needed = orientations_with(name)
+            hint = f"it needs orientation {needed}" if needed else near_names(name, known)
+            raise CoordinatesError(f"no platform coordinate {name!r} with orientation {convention.name!r}: {hint}", mobility)
     if len(platform) != mobility:
         raise CoordinatesError(
             f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
@@ -233,17 +223,20 @@ def platform_coordinates(
     return prescribed, [name for name in known if name in platform]
 
 
-def _say_unreachable(
+def _unreachable_error(
     robot: RobotKinematics, prescribed: PrescribedCoordinates, names: list[str], pose: SolverState, target: Array, gone: float
-) -> None:
+) -> KinetostaticsError:
     mobility = robot.mobility.platform
     hints = robot.unit_hints(dict(zip(names, target, strict=True)))
-    expected = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
-    text = f"{robot.name!r} (mobility {mobility}) cannot reach {expected}: "
+
+    def as_text(values: Array) -> str:
+        return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
+
+    text = f"{robot.name!r} (mobility {mobility}) cannot reach {as_text(target[:, 0])}: "
     if gone == 0 and is_too_far(robot.solver, prescribed, pose, target)[0]:
         text += f"lines are followed up to {FARTHEST:.0e} times the robot's reach and {LONGEST_TURN * MOST_TURNED:.0f} rad, "
         text += "and the one to there is longer"
-        raise AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
+        return AssemblyError("; ".join([text, *hints]), {}, mobility, gone)
     nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
     text += f"on the straight line from the start the loops close up to {100 * gone:.1f} % of the way; "
@@ -251,7 +244,7 @@ def _say_unreachable(
         convention = prescribed.orientation
         others = "" if convention is None else f"; {choices_text(robot, convention, names, pose)}"
         advice = tried_start(robot, prescribed, target)
-        raise CoordinatesError(
+        return CoordinatesError(
             f"{robot.name!r} moves to a target from its zero pose, or from that of near=, and there the coordinates "
             f"{', '.join(names)} do not determine the pose: it is a singular pose for them{others}{'; ' * bool(advice)}{advice}",
             mobility,
@@ -266,41 +259,29 @@ def _say_unreachable(
         else:
             text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:
-        text += (
-            "the nearest that was found is "
-            + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
-            + f", where {worst_gaps_text(robot.equations, gaps)}"
-        )
-    raise AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
+        text += f"the nearest that was found is {as_text(found)}, where {worst_gaps_text(robot.equations, gaps)}"
+    return AssemblyError("; ".join([text, *hints]), gaps, mobility, gone)
 
 
-def _say_open(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]], closure_tolerance: float) -> None:
+def _open_error(robot: RobotKinematics, loop_gaps: dict[str, tuple[float, float]], closure_tolerance: float) -> AssemblyError:
     worst = max(max(pair) for pair in loop_gaps.values())
     loops = {loop.name for loop in robot.equations.loops}
-    what = (
-        "loops" if any(max(pair) > closure_tolerance for name, pair in loop_gaps.items() if name in loops) else "coupled joints"
-    )
-    verb = "do not close" if what == "loops" else "do not fit together"
-    worst_gaps = worst_gaps_text(robot.equations, loop_gaps, closure_tolerance)
-    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps}, more than the tolerance {closure_tolerance:g}"
+    is_loop = any(max(pair) > closure_tolerance for name, pair in loop_gaps.items() if name in loops)
+    text = f"the loops of {robot.name!r} do not close" if is_loop else f"the coupled joints of {robot.name!r} do not fit together"
+    text += f": {worst_gaps_text(robot.equations, loop_gaps, closure_tolerance)}, more than the tolerance {closure_tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)
     elif robot.mobility.redundant_constraints and worst < 1e-2:
         text += (
-            f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
-            "the file's angles or lengths are "
+            f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when the "
+            f"file's angles or lengths are rounded{', which is the likely reason' if robot.zero_is_near else ' or wrong'}: "
+            "write them with full precision, as ${pi/2} in xacro, "
         )
         if robot.zero_is_near:
-            text += (
-                "rounded, which is the likely reason: write them with full precision, as ${pi/2} in xacro, or accept the gap "
-                f"with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
-            )
+            text += f"or accept the gap with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
         else:
-            text += (
-                "rounded or wrong: write them with full precision, as ${pi/2} in xacro, and look at the frames, as where all "
-                f"joints are at zero, {gaps_text(robot.zero_loop_gaps)}"
-            )
-    raise AssemblyError(text, loop_gaps, robot.mobility.platform)
+            text += f"and look at the frames, as where all joints are at zero, {gaps_text(robot.zero_loop_gaps)}"
+    return AssemblyError(text, loop_gaps, robot.mobility.platform)
 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:

@@ -15,7 +15,7 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported
-from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.math.arrays import Array, Index, Mask, batch_first, frozen
 from kinetostatics.math.rotations import Orientation, orientation_named
 from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.mechanism.tree import Frames
@@ -45,7 +45,7 @@ class LimitExceeded:
     value: Array
     lower: float
     upper: float
-    where: NDArray[np.bool_]
+    where: Mask
 
     def __repr__(self) -> str:
         beyond = f"{float(self.value):.6g}" if self.value.shape == () else f"{int(self.where.sum())} of {self.where.size} poses"
@@ -78,7 +78,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     model_q: Array
     frames: Frames
     loop_residual: Array
-    reached: NDArray[np.bool_]
+    reached: Mask
     prescribed: tuple[str, ...] = ()
     closure_tolerance: float = CLOSING
 
@@ -143,9 +143,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def residual(self) -> Array:
         """Largest gap of a loop (…) [m or rad, the larger number]."""
-        worst = np.zeros(self.model_q.shape[1])
-        for metres, radians in self.loop_gaps.values():
-            worst = np.maximum(worst, np.maximum(metres, radians))
+        worst = np.max([0.0 * self.reached, *(size for pair in self.loop_gaps.values() for size in pair)], axis=0)
         return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
 
     def frame(self, link: str) -> Array:
@@ -157,8 +155,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         known = self.robot.mechanism.body_of
         if not isinstance(link, str) or link not in known:
             raise ArgumentError(f"no link {link!r}: {near_names(link, known)}")
-        body, placement = known[link]
-        return self._homogeneous(body, placement)
+        return self._homogeneous(*known[link])
 
     @property
     def platform_frame(self) -> Array:
@@ -176,11 +173,8 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         """
         convention = self.orientation if orientation is None else orientation_named(orientation)
         R, position = self.robot.mechanism.platform_pose(self.frames)
-        rows = [*position, *convention.coordinates(R)]
-        names = convention.pose_names
-        return {
-            name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in zip(names, rows, strict=True)
-        }
+        rows = zip(convention.pose_names, [*position, *convention.coordinates(R)], strict=True)
+        return {name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in rows}
 
     @cached_property
     def platform(self) -> Mapping[str, Array]:
@@ -205,22 +199,17 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
         return ResultMapping(found)
 
     @cached_property
-    def limit_exceeded(self) -> NDArray[np.bool_]:
+    def limit_exceeded(self) -> Mask:
         """(…) whether a joint is beyond its limit or cone; False where the pose is not reached."""
-        beyond = np.zeros(self.shape, dtype=bool)
-        for item in self.limits_exceeded.values():
-            beyond |= item.where
-        beyond.setflags(write=False)
-        return beyond
+        where = [item.where for item in self.limits_exceeded.values()]
+        return frozen(np.any([np.zeros(self.shape, dtype=bool), *where], axis=0))
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED or UNREACHABLE."""
         reached = self.reached.reshape(self.shape)
         status = np.where(reached, np.where(self.limit_exceeded, Status.LIMIT_EXCEEDED, Status.OK), Status.UNREACHABLE)
-        status = np.asarray(status.astype(np.int8))
-        status.setflags(write=False)
-        return status
+        return frozen(np.asarray(status.astype(np.int8)))
 
 
 def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuration:
@@ -231,7 +220,7 @@ def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuratio
     return taken(configuration, np.broadcast_to(numbers, shape).ravel(), shape)
 
 
-def taken(configuration: Configuration, which: NDArray[np.intp], shape: tuple[int, ...]) -> Configuration:
+def taken(configuration: Configuration, which: Index, shape: tuple[int, ...]) -> Configuration:
     """Return the poses ``which`` of a configuration, with the batch shape ``shape``."""
     return replace(
         configuration,

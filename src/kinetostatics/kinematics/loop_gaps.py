@@ -11,14 +11,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.kinematics.loop_constraints import Closures, LoopEquations
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import NOTHING, ranked
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -189,7 +188,7 @@ class _Candidates:
     names: list[tuple[str, bool, str]]
     rotation: Array
     origin: Array
-    carried: NDArray[np.bool_]
+    carried: Mask
 
 
 def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
@@ -322,9 +321,7 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
     )
 
 
-def _closed(
-    closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float) -> tuple[Array, Array, Mask]:
     """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate with the smallest gaps, and the mask (N,) of closure.
 
     Args:
@@ -362,6 +359,6 @@ def _closed(
     return rotation, shift, _are_closed(closures, residual, size)
 
 
-def _are_closed(closures: Closures, residual: Array, size: float) -> NDArray[np.bool_]:
+def _are_closed(closures: Closures, residual: Array, size: float) -> Mask:
     """Return the mask (N,) of poses at which all loops are closed within :data:`CLOSES`."""
     return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

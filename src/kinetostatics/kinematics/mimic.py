@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Tree, TreeJoint
 
@@ -116,23 +115,21 @@ class Couplings:
         size[np.isin(self.columns, self.given_with(columns))] = np.inf
         return self.residual(x, given=columns) / size, gradient / size
 
-    def given_with(self, columns: tuple[int, ...]) -> NDArray[np.intp]:
+    def given_with(self, columns: tuple[int, ...]) -> Index:
         """Return the freedoms of the followers whose leaders are among the given ``columns``."""
-        given = [item.follower.first_v for item in self.items if item.leader.first_v in columns]
-        return np.array(given, dtype=np.intp)
+        return np.array([item.follower.first_v for item in self.items if item.leader.first_v in columns], dtype=np.intp)
 
     def moving_with(self, column: int) -> list[tuple[int, float]]:
         """Return a freedom and the freedoms of its followers, each with its rate per unit rate of the former."""
-        followers = [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
-        return [(column, 1.0), *followers]
+        return [
+            (column, 1.0),
+            *((item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column),
+        ]
 
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
         """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.
 
-        Args:
-            columns: the given freedoms.
-            values: their coordinates (len(columns), N) [m, rad]; angles may exceed one turn.
-            x: coordinates.
+        ``values`` (len(columns), N) are the coordinates of the given freedoms [m, rad]; angles may exceed one turn.
         """
         for item in self.items:
             if item.leader.first_v in columns:

@@ -88,17 +88,14 @@ class MobilityAnalysis:
     @cached_property
     def mobility(self) -> Mobility:
         """Mobility of the platform, local freedoms and redundant constraints."""
-        ranks, gaps, platforms = [], [], []
+        found = []
         for pose in self.poses:
             _, gradient = self.solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, gap = null_space(gradient[:, :, 0], self.rank_tolerance)
             values = np.linalg.svd(self._platform_map(pose) @ free, compute_uv=False)
-            platforms.append(int(np.sum(values > self.rank_tolerance)))
-            ranks.append(rank)
-            gaps.append(gap)
-        best = int(np.argmax(ranks))
-        freedoms, platform = self.solver.tree.nv - ranks[best], platforms[best]
-        return Mobility(platform, freedoms - platform, self.solver.equations.count - ranks[best], gaps[best])
+            found.append((rank, gap, int(np.sum(values > self.rank_tolerance))))
+        rank, gap, platform = max(found, key=lambda item: item[0])
+        return Mobility(platform, self.solver.tree.nv - rank - platform, self.solver.equations.count - rank, gap)
 
     def fixes_platform(self, prescribed: PrescribedCoordinates) -> bool:
         """Whether the prescribed coordinates determine the platform's pose, at generic poses."""
@@ -164,13 +161,11 @@ class MobilityAnalysis:
         return np.where(regular[:, None, None], U[:, :, : self.mobility.platform], np.nan)
 
     def _platform_map(self, pose: SolverState) -> Array:
-        """Return the scaled (6, nv) map from scaled tree freedoms to the platform's twist at o, at one pose."""
         return self._platform_maps(pose)[:, :, 0]
 
     def _platform_maps(self, poses: SolverState) -> Array:
-        """Return the maps (6, nv, N) of :meth:`_platform_map` at N poses."""
-        solver = self.solver
-        frames = solver.equations.forward(poses.x)
+        """Return the scaled maps (6, nv, N) from scaled tree freedoms to the platform's twist at o."""
+        solver, frames = self.solver, self.solver.equations.forward(poses.x)
         twists = solver.tree.twists(frames) * solver.platform_signs[:, None]
         _, position = solver.mechanism.platform_pose(frames)
         return move_twist(twists, position) / np.repeat([solver.length, 1.0], 3)[:, None, None] * solver.column_scale[:, None]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.arrays import Array, Mask, chunks
 from kinetostatics.math.threads import in_threads
 
 #: Largest step along a line, in rad and in characteristic lengths. After a larger one, Newton's method may converge steadily to
@@ -29,7 +28,7 @@ def follow(
     start: SolverState,
     target: Array,
     origin: tuple[Array, Array] | None = None,
-) -> tuple[SolverState, NDArray[np.bool_], Array]:
+) -> tuple[SolverState, Mask, Array]:
     """Follow every pose's own straight line of prescribed coordinates, in chunks.
 
     Args:
@@ -67,7 +66,7 @@ def _follow_chunk(
     start: SolverState,
     target: Array,
     origin: tuple[Array, Array] | None,
-) -> tuple[SolverState, NDArray[np.bool_], Array]:
+) -> tuple[SolverState, Mask, Array]:
     N = target.shape[1]
     # angles of free rotations are known except for full turns: take the shorter line
     first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
@@ -114,7 +113,7 @@ def _follow_chunk(
     return state, gone >= 1, gone
 
 
-def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> NDArray[np.bool_]:
+def is_too_far(solver: Solver, prescribed: PrescribedCoordinates, start: SolverState, target: Array) -> Mask:
     """Return the mask of targets (n, N) beyond the largest length of a line."""
     strides = _strides(solver, prescribed, solver.line(prescribed, start, target)[0], target)
     most_turned, most_shifted = _longest(solver, prescribed, strides)
@@ -135,7 +134,7 @@ def _longest(solver: Solver, prescribed: PrescribedCoordinates, strides: Array) 
     return most_turned, most_shifted
 
 
-def _beyond(most_turned: Array, reaches: Array) -> NDArray[np.bool_]:
+def _beyond(most_turned: Array, reaches: Array) -> Mask:
     return np.asarray(~((most_turned <= MOST_TURNED) & (reaches <= FARTHEST)))
 
 
@@ -146,18 +145,11 @@ def _step(
     goal: Array,
     guess: SolverState | None = None,
     before: Array | None = None,
-    passing: NDArray[np.bool_] | None = None,
-) -> tuple[SolverState, NDArray[np.bool_]]:
-    """Return poses at ``goal``, and the mask (N,) of those reached without passing a singular pose.
+    passing: Mask | None = None,
+) -> tuple[SolverState, Mask]:
+    """Return poses at ``goal`` (n, N), and the mask (N,) of those reached without a singular pose since the poses ``here``.
 
-    Args:
-        solver: closes the loops.
-        prescribed: the prescribed coordinates.
-        here: present poses on the lines.
-        goal: (n, N) coordinates at the end of the step.
-        guess: initial poses for Newton's method; None: the present ones.
-        before: (N,) sizes of the steps from ``here`` to ``guess``, see :meth:`Solver.newton`.
-        passing: (N,) mask of intermediate poses, whose loops need not close accurately.
+    Newton's method starts from ``guess`` (None: ``here``); ``before`` and ``passing`` are as in :meth:`Solver.newton`.
     """
     moved, good = solver.newton(prescribed, here if guess is None else guess, goal, before, passing)
     if not prescribed.local_dofs and np.all(good):
@@ -168,7 +160,7 @@ def _step(
 
 
 def _predicted(
-    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: NDArray[np.bool_]
+    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, changes: Array, which: Mask
 ) -> tuple[SolverState, Array]:
     """Return poses and step sizes (N,): some poses are moved to first order in ``changes`` (n, N) of the coordinates.
 
@@ -184,13 +176,12 @@ def _predicted(
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return the largest steps of the prescribed coordinates (n,) [m, rad]."""
-    if (known := solver.strides.get(prescribed)) is not None:
-        return known
-    solver.strides[prescribed] = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
+    if prescribed not in solver.strides:
+        solver.strides[prescribed] = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
     return solver.strides[prescribed]
 
 
-def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> NDArray[np.bool_]:
+def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:
     """Return the mask (n,) of prescribed coordinates that are angles."""
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]

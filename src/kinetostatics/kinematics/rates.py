@@ -106,8 +106,8 @@ def moving_bodies(
         for side in (1, -1):
             there = target + side * k * step * velocity
             near, _, _ = follow(solver, prescribed, poses, there)
-            shifted = _twists(solver, prescribed, near, there, velocity[:, None])[:, :, 0]
-            derivative += np.where(moves, side * weight / step * shifted, 0.0)
+            shifted = _of_bodies(solver, near, _rates(solver, prescribed, near, there, velocity[:, None]))
+            derivative += np.where(moves, side * weight / step * shifted[:, :, 0], 0.0)
     return twists, derivative, _local(solver, prescribed, poses, target)
 
 
@@ -119,8 +119,9 @@ def actuator_rates(configuration: Configuration, motion: Motion) -> dict[str, Ar
     """
     robot, poses = configuration.robot, configuration.poses
     prescribed, velocity, _ = prescribed_motion(configuration, motion)
-    flat = velocity.reshape(len(velocity), -1)
-    twists = _twists(robot.solver, prescribed, poses, robot.solver.values(prescribed, poses), flat[:, None])[:, :, 0]
+    target = robot.solver.values(prescribed, poses)
+    rates = _rates(robot.solver, prescribed, poses, target, velocity.reshape(len(velocity), 1, -1))
+    twists = _of_bodies(robot.solver, poses, rates)[:, :, 0]
     found, frames = {}, robot.equations.forward(poses.x)
     for name in robot.description.driven:
         joint = robot.mechanism.connections[name]
@@ -151,11 +152,6 @@ def _rates(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState
     step = -least_squares(gradient, changes, prescribed.local_dofs)
     v = with_given(solver, prescribed, freedom_rates(solver, prescribed, gradient, changes, step))
     return np.asarray(np.einsum("vnN,nkN->vkN", v, rates))
-
-
-def _twists(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, rates: Array) -> Array:
-    """Return the twists (6, B, k, N) of all bodies about the world's origin."""
-    return _of_bodies(solver, poses, _rates(solver, prescribed, poses, target, rates))
 
 
 def _of_bodies(solver: Solver, poses: SolverState, v: Array) -> Array:

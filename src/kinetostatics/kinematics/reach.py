@@ -133,6 +133,4 @@ def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
     """Return the travel of an actuator below and above zero [m, rad]."""
     item = robot.mechanism.connections[name]
     far = _FAR * (robot.length if item.type.is_slide else 1.0)
-    low = item.lower if math.isfinite(item.lower) else -far
-    high = item.upper if math.isfinite(item.upper) else far
-    return min(max(low, -far), 0.0), max(min(high, far), 0.0)
+    return min(max(item.lower, -far), 0.0), max(min(item.upper, far), 0.0)

@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask, chunks, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import dot, have_one_sign, least_squares, surely_have_one_sign
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.tree import Frames
@@ -32,7 +31,7 @@ class SolverState(ShortRepr):
     x: Array
     c: Array
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> SolverState:
+    def take(self, which: Index | Mask) -> SolverState:
         """Return a copy of some poses."""
         return SolverState(self.x[:, which], self.c[:, which])
 
@@ -41,19 +40,15 @@ class SolverState(ShortRepr):
 class Correction(ShortRepr):
     """Result of one Newton correction of N poses.
 
-    Attributes:
-        poses: the poses; those whose corrections do not decrease are unchanged.
-        size: (N,) sizes of the scaled steps.
-        shrunk: (N,) ratio to the previous sizes.
-        done: (N,) mask of steadily converged poses.
-        going: (N,) mask of poses to be corrected again.
+    ``poses`` are unchanged where corrections do not decrease. ``size`` (N,) are the sizes of the scaled steps, ``shrunk`` (N,)
+    their ratios to the previous ones; ``done`` and ``going`` are masks of converged poses, and of those to be corrected again.
     """
 
     poses: SolverState
     size: Array
     shrunk: Array
-    done: NDArray[np.bool_]
-    going: NDArray[np.bool_]
+    done: Mask
+    going: Mask
 
 
 class Solver:
@@ -77,14 +72,13 @@ class Solver:
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
 
+    # caches, as cached properties, which are no part of recorded code
     @cached_property
-    def _free(self) -> dict[tuple[tuple[int, ...], ...], NDArray[np.intp]]:
-        """Cache of :meth:`free_columns`, by prescribed and fixed freedoms."""
+    def _free(self) -> dict[tuple[tuple[int, ...], ...], Index]:
         return {}
 
     @cached_property
     def _scales(self) -> dict[tuple[tuple[int, ...], ...], tuple[Array, Array]]:
-        """Cache of :meth:`_factors`, by prescribed and fixed freedoms."""
         return {}
 
     @cached_property
@@ -111,11 +105,10 @@ class Solver:
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
         """Return prescribed coordinates (n, N) of poses; full turns of actuators are chosen near ``near``."""
         frames = self.equations.forward(poses.x)
-        given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
-        rows = [
-            self.equations.couplings.coordinate(self.joint_of_column[column], poses.x, given[row])
-            for row, column in enumerate(prescribed.columns)
-        ]
+        given, coordinate = np.zeros((prescribed.size, 1)), self.equations.couplings.coordinate
+        if near is not None:
+            given = np.where(np.isfinite(near), near, 0.0)
+        rows = [coordinate(self.joint_of_column[column], poses.x, given[k]) for k, column in enumerate(prescribed.columns)]
         for row, number in enumerate(prescribed.loops, len(rows)):
             value = self.loop_coordinate(number, frames)
             if near is not None and not self.equations.loops[number].type.is_slide:
@@ -190,8 +183,7 @@ class Solver:
 
     def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> Array:
         """Return the scaled steps (f, n, N) of free columns and unknown angles per change of each coordinate, at solved poses."""
-        gradient, rates = self.rates(prescribed, poses, target)
-        return np.nan_to_num(-least_squares(gradient, rates, prescribed.local_dofs))
+        return np.nan_to_num(-least_squares(*self.rates(prescribed, poses, target), prescribed.local_dofs))
 
     def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
         """Return the derivatives of the m scaled residuals with respect to scaled steps and to prescribed coordinates.
@@ -207,11 +199,9 @@ class Solver:
             for moved, by in self.equations.couplings.moving_with(column):
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
-        for row, number in enumerate(prescribed.loops, given):
-            rates[at, row] = -1 / self.length if self.equations.loops[number].type.is_slide else -1.0
-            at += 1
-        for row, _ in enumerate(prescribed.positions, given + len(prescribed.loops)):
-            rates[at, row] = -1 / self.length
+        lengths = [self.equations.loops[number].type.is_slide for number in prescribed.loops] + [True] * len(prescribed.positions)
+        for row, is_length in enumerate(lengths, given):
+            rates[at, row] = -1 / self.length if is_length else -1.0
             at += 1
         if prescribed.angles and prescribed.orientation is not None:
             rates[at:, prescribed.first_angle :] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.angles)]
@@ -226,7 +216,7 @@ class Solver:
             self._scales[key] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
         return self._scales[key]
 
-    def free_columns(self, prescribed: PrescribedCoordinates) -> NDArray[np.intp]:
+    def free_columns(self, prescribed: PrescribedCoordinates) -> Index:
         """Return the unknown freedoms of the tree: neither fixed nor prescribed, directly or through a leader."""
         if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._free:
             followers = self.equations.couplings.given_with(prescribed.columns)
@@ -247,8 +237,7 @@ class Solver:
         v = zeros_for((self.tree.nv, poses.x.shape[1]), step)
         v[free] = step[: len(free)] * self.column_scale[free, None]
         c = np.array(poses.c, subok=True)
-        unknown = list(prescribed.unknown_angles)
-        c[unknown] += step[len(free) :]
+        c[list(prescribed.unknown_angles)] += step[len(free) :]
         return SolverState(self.tree.integrate(poses.x, v), c)
 
     def size(self, prescribed: PrescribedCoordinates, step: Array) -> Array:
@@ -266,8 +255,8 @@ class Solver:
         poses: SolverState,
         target: Array,
         before: Array | None = None,
-        passing: NDArray[np.bool_] | None = None,
-    ) -> tuple[SolverState, NDArray[np.bool_]]:
+        passing: Mask | None = None,
+    ) -> tuple[SolverState, Mask]:
         """Solve for ``target`` from nearby ``poses``; also return the mask (N,) of poses that converged steadily.
 
         A pose counts as converged only if the corrections decrease from the first one on, at ratios that do not grow, as they do
@@ -317,7 +306,7 @@ class Solver:
         target: Array,
         before: Array,
         shrunk: Array,
-        passing: NDArray[np.bool_] | None,
+        passing: Mask | None,
     ) -> Correction:
         """Correct poses once; their prescribed coordinates have been imposed already. See :meth:`newton`.
 
@@ -342,14 +331,12 @@ class Solver:
         shrunk = np.where(np.isfinite(before), ratio, SHRINKING)
         return Correction(self.advance(prescribed, poses, step), size, shrunk, done, ok & ~last)
 
-    def on_one_side(
-        self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
-    ) -> NDArray[np.bool_]:
+    def on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array) -> Mask:
         """Return the mask (N,) of pairs of poses without a singular pose between: gradients with determinants of one sign."""
         one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
         return have_one_sign(one, two)
 
-    def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
+    def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> Mask:
         """Return the mask (N,) of poses at which :meth:`on_one_side` is certain."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))

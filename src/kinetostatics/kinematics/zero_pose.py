@@ -42,14 +42,11 @@ _SHOWN = 6
 
 def box_diagonal(mechanism: Mechanism) -> float:
     """Return the diagonal [m] of the box around all bodies, joints and the platform with all joints at zero."""
-    body, placement = mechanism.platform_frame
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
-    points = [frames.position[:, :, 0].T]
-    for item in mechanism.connections.values():
-        points.append(frames.point(item.predecessor_body, item.predecessor_frame[:3, 3]).T)
-    points.append(frames.point(body, placement[:3, 3]).T)
-    cloud = np.concatenate(points)
-    return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+    places = [(item.predecessor_body, item.predecessor_frame) for item in mechanism.connections.values()]
+    points = [frames.point(body, frame[:3, 3]) for body, frame in (*places, mechanism.platform_frame)]
+    cloud = np.concatenate([frames.position[:, :, 0], *points], axis=1)
+    return float(np.linalg.norm(cloud.max(axis=1) - cloud.min(axis=1)))
 
 
 def characteristic_length(mechanism: Mechanism, topology: Topology, size: float) -> float:
@@ -77,9 +74,7 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
                     distances.append(float(np.linalg.norm(arm)))
                     break
     mean = float(np.mean(distances)) if distances else 0.0
-    if mean > 1e-3 * size:
-        return mean
-    return size / 4 if size > 0 else 1.0
+    return mean if mean > 1e-3 * size else size / 4 or 1.0
 
 
 def written_zero(equations: LoopEquations) -> SolverState:
@@ -176,11 +171,8 @@ def _missing_axes(mechanism: Mechanism) -> str:
     names = [name for name in description.default_axes if name in connections and connections[name].axis == (1.0, 0.0, 0.0)]
     if not names:
         return ""
-    one = len(names) == 1
-    return (
-        f"the <axis> of {', '.join(map(repr, names))}, which {'then is' if one else 'are then'} x: write "
-        f"{'it' if one else 'them'} first"
-    )
+    then, them = ("then is", "it") if len(names) == 1 else ("are then", "them")
+    return f"the <axis> of {', '.join(map(repr, names))}, which {then} x: write {them} first"
 
 
 def _other_links_text(mechanism: Mechanism, size: float) -> str:

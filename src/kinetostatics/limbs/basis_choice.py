@@ -11,7 +11,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs import force_method
@@ -26,7 +25,7 @@ from kinetostatics.limbs.wrench_candidates import (
     constraint_candidates,
     further_candidates,
 )
-from kinetostatics.math.arrays import Array, Index, settles
+from kinetostatics.math.arrays import Array, Index, Mask, settles
 from kinetostatics.math.linalg import canonical_basis, definite, dot, first_largest, normalize, numerical_rank, step_across
 
 #: Smallest singular value of the unit wrenches of a chosen basis, and smallest sine of the angle that determines a direction.
@@ -37,7 +36,7 @@ DEGENERATE = 1e-10
 RECIPROCAL = 1e-14
 
 
-def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, Mask]:
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and the mask (g, N) of degenerate canonical bases.
 
     Degenerate bases are replaced by orthonormal ones, from singular values. Otherwise, almost reciprocal candidates are projected
@@ -91,8 +90,7 @@ def _columns(
 
     The latter are reciprocal to ``twists``, and independent of the wrenches ``known`` and of one another.
     """
-    scale = _scale(group)
-    length = group.model.length
+    scale, length = _scale(group), group.model.length
     wrenches = CandidateWrenches(geometry, length, PARALLEL)
     found = [wrenches.of(candidate) for candidate in part if candidate.direction[0] != "complement"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "complement"]
@@ -102,9 +100,7 @@ def _columns(
     return found
 
 
-def _replace(
-    group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, allowed: Array, bad: NDArray[np.bool_]
-) -> None:
+def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, allowed: Array, bad: Mask) -> None:
     """Replace degenerate canonical bases by orthonormal ones from singular values."""
     s = scale[:, 0, 0]
     for limb, pose in np.argwhere(bad):
@@ -133,8 +129,8 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     twists = group.even_twists(geometry)[:, :, 0]
     allowed = allowed_twists(group, geometry)
     mine = twists[:, group.passive] if group.is_serial else allowed[:, :, 0] / _scale(group)
-    rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
-    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
+    rank, gap = max(numerical_rank(mine[:, :, p], tolerance) for p in range(generic))
+    carried_rank, _ = max(numerical_rank(twists[:, group.platform_joint, p], tolerance) for p in range(generic))
     if group.elimination is not None:
         rank = 6 - len(group.elimination.platform)
     n_c = 6 - rank
@@ -162,10 +158,8 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
         return geometry.twists[:, group.passive]
     assert group.elimination is not None
     A = group.joint_equations(geometry)
-    found = force_method.distribute(
-        group.elimination, A, group.joint_pattern, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:]))
-    )
-    return found.allowed / group.twist_scale
+    equations = A, group.joint_pattern, group.platform_sum, np.zeros((len(A), *A.shape[2:]))
+    return force_method.distribute(group.elimination, *equations).allowed / group.twist_scale
 
 
 def _chosen(
@@ -180,23 +174,16 @@ def _chosen(
 ) -> tuple[Candidate, ...]:
     """Choose candidates one by one: reciprocal to given twists, and independent of ``known`` and of those already chosen.
 
-    Args:
-        group: the limb.
-        geometry: geometry at generic poses, followed by ordinary ones.
-        generic: number of generic poses.
-        candidates: candidates in order of preference.
-        count: number of wrenches; missing ones are completed.
-        reciprocal_to: (6, k, poses) scaled twists.
-        independent: (6, r, poses) independent ones among these twists.
-        known: (6, 1, poses) wrenches that are chosen already.
+    Missing ones of ``count`` wrenches are completed. ``reciprocal_to`` (6, k, poses) are scaled twists, ``independent``
+    (6, r, poses) independent ones among them, ``known`` (6, 1, poses) wrenches chosen already; see :func:`choose_basis`.
     """
     if not count:
         return ()
-    scale = _scale(group)
-    length = group.model.length
+    scale, length = _scale(group), group.model.length
     taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
     spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
-    judged = _regular(np.arange(geometry.limb_axes.shape[-1]), generic, spanned, taken)
+    poses = np.arange(geometry.limb_axes.shape[-1])  # generic ones, and ordinary ones at which the limb is not singular
+    judged = poses[(poses < generic) | (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)]
     wrenches = CandidateWrenches(geometry, length, MARGIN)
     allowed = 1e-8 + 100 * group.model.closing_error
     chosen: list[Candidate] = []
@@ -212,11 +199,6 @@ def _chosen(
         seeds = (_seeds(geometry, length) * scale[:, None])[:, :, 0]
         ordinary = judged[judged >= generic]  # independent of how the file is written
         return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
-
-
-def _regular(poses: Index, generic: int, spanned: list[Array], taken: list[Array]) -> Index:
-    """Return the generic poses and the ordinary poses at which the limb is not singular."""
-    return poses[(poses < generic) | (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)]
 
 
 def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:
@@ -288,11 +270,6 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
         chosen.append(list(sizes)[first_largest(list(sizes.values()))])
     return [Candidate(("complement", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
-
-
-def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
-    """Return the rank of scaled columns (6, k, P) at generic poses, and the ratio of singular values at the rank decision."""
-    return max(numerical_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
 def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:

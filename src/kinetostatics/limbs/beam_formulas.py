@@ -3,8 +3,8 @@
 All quantities are in beam axes: x along the beam from its clamped base end to its platform end; wrenches ``[f; m]`` and twists
 ``[d; r]`` are about the platform end. ``c`` are the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
-the method page, section 5. Arrays are ``(6, …)``, batch axes last. Linearly
-varying loads (12, …) of clamped beams are force and moment per length at the base end, then at the platform end [N/m, N].
+the method page, section 5. Arrays are ``(6, …)``, batch axes last; lengths (…) are in [m]. Linearly varying loads (12, …) of
+clamped beams are force and moment per length at the base end, then at the platform end [N/m, N].
 """
 
 from __future__ import annotations
@@ -31,16 +31,10 @@ def _six(*rows: Array | float) -> Array:
 
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
-    """Return the twists (6, …) of the platform end under wrenches (6, …) at this end: end compliance times wrench.
-
-    Args:
-        c: (6, …) section compliances.
-        length: (…) length [m].
-        wrench: (6, …) wrenches about the platform end [N, N·m].
-    """
+    """Return the twists (6, …) of the platform end under wrenches (6, …) [N, N·m] at this end: end compliance times wrench."""
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
-    L = length
     fx, fy, fz, mx, my, mz = wrench
+    L = length
     return _six(
         axial * L * fx,
         (bend_z * L**3 / 3 + shear_y * L) * fy + bend_z * L**2 / 2 * mz,
@@ -67,14 +61,9 @@ def sag(c: Array, length: Array, load: Array) -> Array:
 
 
 def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s`` [m] from the base end, about that section's centre.
+    """Return the twists (6, …) of the section at ``s`` (…) [m] from the base end, about that section's centre.
 
-    Args:
-        c: (6, …) section compliances.
-        length: (…) length [m].
-        wrench: (6, …) wrench at the platform end.
-        load: (6, …) uniform load, force and moment per length [N/m, N].
-        s: (…) distance from the base end [m].
+    The beam is under a ``wrench`` (6, …) at the platform end and a uniform load (6, …), force and moment per length [N/m, N].
     """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
@@ -112,10 +101,7 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
 def strain_energy(c: Array, length: Array, section: Callable[[Array], Array]) -> Array:
     """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 7).
 
-    Args:
-        c: (6, …) section compliances.
-        length: (…) length [m].
-        section: function that returns the section wrenches (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
+    ``section`` returns the section wrenches (6, k, …) [N, N·m] at distances (k, …) [m] from the base end.
     """
     points, weights = _GAUSS
     w = section(length * (1 + points.reshape((-1,) + (1,) * np.ndim(length))) / 2)
@@ -178,13 +164,7 @@ def outboard_wrench(length: Array, load: Array, s: Array) -> Array:
 
 
 def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
-    """Return the wrench (6, …) of the clamp on the platform end.
-
-    Args:
-        c: (6, …) section compliances.
-        length: (…) length [m].
-        load: (12, …) force and moment per length at both ends [N/m, N].
-    """
+    """Return the wrench (6, …) of the clamp on the platform end, under a load (12, …) per length [N/m, N]."""
     free = _displacement(c, length, load, np.zeros_like(load[:6]), length)
     units = np.broadcast_to(np.eye(6).reshape(6, 6, *(1,) * (load.ndim - 1)), (6, *free.shape))
     compliance = end_displacement(c[:, None], length, units).reshape(6, 6, -1)
@@ -192,12 +172,12 @@ def clamped_reaction(c: Array, length: Array, load: Array) -> Array:
 
 
 def clamped_line(c: Array, length: Array, load: Array, s: Array) -> Array:
-    """Return displacement and rotation (6, …) of the section at ``s`` [m]."""
+    """Return displacement and rotation (6, …) of the section at ``s`` [m] of a beam clamped at both ends."""
     return _displacement(c, length, load, clamped_reaction(c, length, load), s)
 
 
 def clamped_section_wrench(c: Array, length: Array, load: Array, s: Array) -> Array:
-    """Return the section wrenches (6, …) at ``s``, of the outboard on the inboard part, about the section's centre."""
+    """Return the section wrenches (6, …) at ``s`` of a beam clamped at both ends; see :func:`section_wrench`."""
     return _section(length, load, clamped_reaction(c, length, load), s)
 
 

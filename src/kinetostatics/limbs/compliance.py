@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.limbs import beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
 from kinetostatics.math.linalg import Cholesky, correlation, cross, first_largest, inverse_of
 from kinetostatics.math.screws import move_twist, move_wrench, rotate
 
@@ -113,11 +112,9 @@ def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
 
 
 def spring_twist(linear: Array, angular: Array, wrench: Array) -> Array:
-    """Return the twists (6, …, g, N) of the outboard sides of elastic joints under wrenches, both in the joint frames.
+    """Return the twists (6, …, g, N) of the outboard sides of elastic joints under wrenches (6, …, g, N), both in joint frames.
 
-    Args:
-        linear, angular: (3, 3, g) compliances [m/N], [rad/(N·m)].
-        wrench: (6, …, g, N) wrenches in the joint frames [N, N·m].
+    ``linear`` and ``angular`` (3, 3, g) are compliances [m/N], [rad/(N·m)].
     """
     parts = (linear, wrench[:3]), (angular, wrench[3:])
     return np.concatenate([np.einsum("ijg,j...gn->i...gn", *part) for part in parts])
@@ -159,7 +156,7 @@ class RigidSplit:
 
     rigid: Array
     give: Array
-    sure: NDArray[np.bool_]
+    sure: Mask
 
 
 def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
@@ -208,12 +205,7 @@ def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
     return tuple(chosen)
 
 
-def count_rigid(C: Array) -> int:
-    """Return the smallest number of rigid combinations of constraint wrenches of limbs with compliance (n, n, g, N)."""
-    return int(np.min(rigid_counts(C)))
-
-
-def rigid_counts(C: Array) -> NDArray[np.intp]:
+def rigid_counts(C: Array) -> Index:
     """Return the number (g, N) of rigid combinations of constraint wrenches of each limb with compliance (n, n, g, N)."""
     if not len(C):
         return np.zeros(C.shape[2:], dtype=np.intp)

@@ -14,9 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.linalg import canonical_basis, first_largest, numerical_rank
 
 #: Smallest accepted pivot; otherwise the pose is solved by singular values.
@@ -56,7 +55,7 @@ class Distribution:
     spread: Array
     self_stress: Array
     allowed: Array
-    doubtful: NDArray[np.bool_]
+    doubtful: Mask
 
 
 def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
@@ -84,7 +83,7 @@ def suits(elimination: EliminationOrder, A: Array, P: Array, tolerance: float) -
     return float(np.min(_eliminate(M, (*elimination.joints, *elimination.platform)), initial=1.0)) > _GOOD_PIVOT
 
 
-def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
+def distribute(elimination: EliminationOrder, A: Array, filled: Mask, P: Array, demand: Array) -> Distribution:
     """Solve A X = −demand, P X = w for every wrench w that the limb can transmit.
 
     Args:
@@ -94,8 +93,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
         P: (6, n) sums over the platform's cut joints.
         demand: (k, g, N) power of the weights on the passive freedoms.
     """
-    k, n = A.shape[:2]
-    batch = A.shape[2:]
+    (k, n), batch = A.shape[:2], A.shape[2:]
     M = zeros_for((k + 6, n + 7, *batch), A, demand)
     M[:k, :n], M[:k, n] = A, -demand
     M[k:, :n] = P.reshape(6, n, *(1,) * len(batch))
@@ -144,13 +142,10 @@ def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular
     return left
 
 
-def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np.bool_] | None = None) -> Array:
-    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); pivot columns are not cleared.
+def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: Mask | None = None) -> Array:
+    """Eliminate columns of M in place (Gauss–Jordan) and return the smallest absolute pivot (…); pivot columns are not cleared.
 
-    Args:
-        M: (rows, columns, …) the equations.
-        pivots: rows and columns.
-        filled: (rows, columns) mask of the entries of M that may differ from zero, updated in place; None: all.
+    ``filled`` is the mask of the entries of M that may differ from zero, updated in place; None: all.
     """
     filled = np.ones(M.shape[:2], dtype=bool) if filled is None else filled
     smallest = np.full(M.shape[2:], np.inf)
@@ -160,7 +155,8 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np
             smallest = np.minimum(smallest, np.abs(pivot))
             others = [int(other) for other in np.flatnonzero(filled[:, column]) if other != row]
             filled[:, column] = False
-            runs = _runs(filled[row])
+            ends = np.flatnonzero(np.diff(filled[row], prepend=False, append=False)).reshape(-1, 2)
+            runs = [slice(first, last) for first, last in ends.tolist()]
             for run in runs:
                 M[row, run] /= pivot
             for other in others:
@@ -168,12 +164,6 @@ def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np
                     M[other, run] -= M[other, column] * M[row, run]
             filled[others] |= filled[row]
     return smallest
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[slice]:
-    """Return the true ranges of a mask as slices."""
-    ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
-    return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 
 
 def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.static_model import StaticModel
-from kinetostatics.math.arrays import Array, Index, zeros_for
+from kinetostatics.math.arrays import Array, Index, Mask, zeros_for
 from kinetostatics.math.linalg import axis_across, cross, dot, normalize
 from kinetostatics.math.screws import unit_twist, wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -249,7 +248,7 @@ def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, i
     }
 
 
-def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
+def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Array:
     """Return the signs (k, g) of the axes of g limbs that give each axis a sense independent of the file.
 
     At the closed zero pose an axis points upwards along the world's z axis; if it is horizontal, anticlockwise about that axis;
@@ -276,8 +275,7 @@ def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
     if edge.beam:
         span = model.beams[edge.beam].span
         return span.end_body, span.end
-    connection = model.mechanism.connections[str(edge.joint)]
-    body, frame = sides(edge, connection)[1]
+    body, frame = sides(edge, model.mechanism.connections[str(edge.joint)])[1]
     return body, frame[:3, 3]
 
 
@@ -285,14 +283,7 @@ class CandidateWrenches:
     """The wrenches of candidates; directions are computed once and used at all points of application."""
 
     def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
-        """Set the geometry and the smallest angles.
-
-        Args:
-            geometry: geometry at these poses.
-            length: characteristic length [m].
-            least: smallest sine of the angle between two directions, and smallest distance of two points relative to ``length``,
-                that determine another direction.
-        """
+        """Set geometry, characteristic length [m], and the least sine or distance over ``length`` that gives a direction."""
         self.geometry, self.length, self.least = geometry, length, least
         self._known: dict[tuple[str | int, ...], Array] = {}
 

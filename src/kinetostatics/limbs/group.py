@@ -17,7 +17,7 @@ from kinetostatics.limbs.drives import BranchJoint, limb_drives
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import Basis, LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.static_model import StaticModel
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.joints import compound_joints, drives_of, limb_elements, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
@@ -120,13 +120,11 @@ class LimbGroup:
 
     def alone(self, position: int) -> LimbGroup:
         """Return one of the limbs as a separate group, with its decisions."""
-        return self._again(self.model, [position])
+        return self.on(self.model, [position])
 
-    def on(self, model: StaticModel) -> LimbGroup:
-        """Return the corresponding limbs of a slightly different robot, with the decisions of this group."""
-        return self._again(model, range(len(self.numbers)))
-
-    def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
+    def on(self, model: StaticModel, positions: Sequence[int] | None = None) -> LimbGroup:
+        """Return the corresponding limbs (or some) of a slightly different robot, with the decisions of this group."""
+        positions = range(len(self.numbers)) if positions is None else positions
         together = {compound.joints for row in self.compounds for compound in row}
         group = LimbGroup(model, [self.numbers[k] for k in positions], together)
         group = group.decided(self.elimination, (), self.rigid_directions, self.soft)
@@ -183,7 +181,7 @@ class LimbGroup:
         springs = [[edge for edge in row for _ in springs_of(self.model.mechanism, str(edge.joint))] for row in joints]
         return freedoms, beams, springs
 
-    def _platform_joint(self) -> NDArray[np.bool_]:
+    def _platform_joint(self) -> Mask:
         """Return the mask of the freedoms of the outermost passive joints with neither beam nor weight between them.
 
         If several joints lead to the platform, there is no platform joint.
@@ -272,39 +270,24 @@ class LimbGroup:
         return total
 
     def loads_outboard(self, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-        """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
-
-        Args:
-            wrenches: (6, N) wrenches about o, by place [N, N·m].
-
-        Returns:
-            See :meth:`weights_outboard`.
-        """
+        """Return the sums of loads (6, N) about o, by place [N, N·m], as :meth:`weights_outboard` those of weights."""
         loads = np.stack(list(wrenches.values()), axis=1)
-        tables = [
-            np.array([[[carries(edge, name) for name in wrenches] for edge in row] for row in rows], dtype=float).reshape(
-                len(rows), len(rows[0]), len(wrenches)
-            )
-            for rows in self._edges
-        ]
-        outboard, beyond, spring_beyond = (np.einsum("gkw,iwn->ikgn", table, loads) for table in tables)
+
+        def sums(rows: list[list[Edge]]) -> Array:
+            table = np.array([carries(edge, name) for row in rows for edge in row for name in wrenches], dtype=float)
+            return np.einsum("gkw,iwn->ikgn", table.reshape(len(rows), len(rows[0]), len(wrenches)), loads)
+
+        outboard, beyond, spring_beyond = map(sums, self._edges)
         return outboard[:, self.passive], beyond, spring_beyond
 
     def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
         """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.
 
-        Args:
-            weights: (6, W, N) wrenches of all weights of the robot about o [N, N·m].
-
-        Returns:
-            (6, passive freedoms, g, N), (6, beams, g, N) and (6, springs, g, N).
+        All ``weights`` (6, W, N) are about o [N, N·m]; the sums are (6, passive freedoms or beams or springs, g, N).
         """
-        own = self._own(weights)
-        return (
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
-        )
+        tables, own = (self._outboard_of_passive, self._outboard_of_beams, self._outboard_of_springs), self._own(weights)
+        outboard, beyond, spring_beyond = (np.einsum("gkw,iwgn->ikgn", table, own) for table in tables)
+        return outboard, beyond, spring_beyond
 
     def _own(self, weights: Array) -> Array:
         """Return the weights of each limb's own parts (6, own weights, g, N) from all weights (6, W, N)."""
@@ -331,7 +314,7 @@ class LimbGroup:
         return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])
 
     @property
-    def joint_pattern(self) -> NDArray[np.bool_]:
+    def joint_pattern(self) -> Mask:
         """Mask (k, 6 M) of the coefficients of :meth:`joint_equations` that are not zero everywhere."""
         return np.repeat(self.dof_cut_signs[self.passive] != 0, 6, axis=1)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import choose_basis
-from kinetostatics.limbs.compliance import count_rigid, soft_wrenches
+from kinetostatics.limbs.compliance import rigid_counts, soft_wrenches
 from kinetostatics.limbs.geometry import Basis, LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.static_model import StaticModel
@@ -76,7 +76,7 @@ def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, t
     N = o.shape[1]
     weightless = np.zeros((6, len(limb.model.weights.names), N))
     C = limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C
-    count = count_rigid(C)
+    count = int(np.min(rigid_counts(C)))
     return count, soft_wrenches(C[:, :, 0], len(C) - count)
 
 

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.layout.mapping import ShortRepr
 from kinetostatics.limbs import force_method
@@ -61,8 +60,8 @@ class LimbWrenches:
     particular: Array
     self_stress: Array
     unbalanced: Array
-    degenerate: NDArray[np.bool_]
-    doubtful: NDArray[np.bool_]
+    degenerate: Mask
+    doubtful: Mask
 
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loaded: bool = False) -> LimbWrenches:
@@ -85,11 +84,7 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array, loa
 def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array, loaded: bool) -> LimbWrenches:
     """Return the wrenches of serial limbs, whose single cut joint transmits the wrench of the platform on the limb.
 
-    Args:
-        group, geometry: the limbs and their geometry.
-        T: (6, k, g, N) unit twists of the passive freedoms.
-        demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
-        loaded: whether ``demand`` is that of loads on links instead of weights; see :func:`limb_wrenches`.
+    ``demand`` (k, g, N) is the power of weights on the passive freedoms T (6, k, g, N): Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
@@ -125,7 +120,7 @@ def _carried(group: LimbGroup, T: Array, demand: Array) -> tuple[Array, Array]:
     return wrench, demand
 
 
-def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
+def _crossed(group: LimbGroup, geometry: LimbGeometry) -> Mask:
     """Return the mask (g, N) of limbs whose platform joint has possibly dependent twists; a single compound joint never has."""
     carried = list(group.basis.carried)
     if len({int(compound) for compound in group.compound_of[carried]}) < 2:
@@ -196,9 +191,9 @@ class LimbStatics(ShortRepr):
     loose: Array
     loads: LimbLoads
     unbalanced: Array
-    degenerate: NDArray[np.bool_]
-    doubtful: NDArray[np.bool_]
-    may_stiffen: NDArray[np.bool_]
+    degenerate: Mask
+    doubtful: Mask
+    may_stiffen: Mask
 
     def take(self, poses: slice) -> LimbStatics:
         """Return some of the poses."""
@@ -228,14 +223,7 @@ def limb_statics(
 
 
 def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
-    """Compute the statics of equal limbs without weights, under loads at some places.
-
-    Args:
-        group: the limbs.
-        frames: frames of all bodies, world axes.
-        o: (3, N) reference point [m].
-        wrenches: (6, N) wrenches about o, by place [N, N·m].
-    """
+    """Compute the statics of equal limbs without weights, under loads: ``wrenches`` (6, N) about o, by place [N, N·m]."""
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
     on_drives = group.loads_on_drives(geometry, frames, o, wrenches)
@@ -245,9 +233,7 @@ def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Map
 def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
     """Return the statics of limbs under their weights and several loads, by superposition.
 
-    Args:
-        statics: statics under the weights.
-        parts: statics under each load alone, with the factor (N,) of this load.
+    ``parts`` are the statics under each load alone, with the factor (N,) of this load.
     """
 
     def total(name: str) -> Array:
@@ -271,10 +257,8 @@ def _statics(
 ) -> LimbStatics:
     """Compute the statics of limbs under loads (6, passive freedoms, g, N) outboard of freedoms, and on beams and springs.
 
-    ``loaded``: these are not weights, see :func:`limb_wrenches`.
-
-    The self-stress y of limbs with rings minimizes the complementary energy of beams and springs, ∂U/∂y = 0 (force method; method
-    page, section 9).
+    ``loaded``: these are not weights, see :func:`limb_wrenches`. The self-stress y of limbs with rings minimizes the
+    complementary energy of beams and springs, ∂U/∂y = 0 (force method; method page, section 9).
     """
     found = limb_wrenches(group, geometry, outboard, loaded)
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
@@ -302,6 +286,9 @@ def _statics(
         incompatible = _errors_are_incompatible(group, loose, assembly_error)
         error = np.where(incompatible, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
         stress = np.where(incompatible, np.nan, stress)
+    may_stiffen = np.full(C.shape[2:], group.only_springs)  # a limb with beams does not
+    if group.only_springs and len(group.soft) == len(C) - group.rigid_directions:
+        may_stiffen = ~split_rigid(C, group.soft).sure
     return LimbStatics(
         group=group,
         J_c=found.J_c,
@@ -319,7 +306,7 @@ def _statics(
         unbalanced=found.unbalanced,
         degenerate=found.degenerate | group.at_one_pose,
         doubtful=found.doubtful,
-        may_stiffen=_may_stiffen(group, C),
+        may_stiffen=may_stiffen,
     )
 
 
@@ -333,19 +320,10 @@ def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Arra
     return largest > _STRAINING * whole_compliance(group, geometry) * forces**2
 
 
-def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:
-    """Return the mask (g, N) of limbs whose rigid directions may differ from those at generic poses, except limbs with beams."""
-    if not group.only_springs or len(group.soft) != len(C) - group.rigid_directions:
-        return np.full(C.shape[2:], group.only_springs)
-    return ~split_rigid(C, group.soft).sure
-
-
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     """Return the self-stress per unit strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
 
-    Args:
-        gram: (n + s, n + s, g, N) compliance along n intensities and s self-stresses together.
-        self_stress: (M, 6, s, g, N) cut-joint wrenches of the self-stresses.
+    ``gram`` (n + s, n + s, g, N) is the compliance along n intensities and s self-stresses together.
     """
     n = len(gram) - self_stress.shape[2]
     scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
@@ -370,7 +348,7 @@ def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
     return gain, np.where(soft[:, None], 0.0, vectors) * unit[:, :, None]
 
 
-def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
+def _errors_are_incompatible(group: LimbGroup, loose: Array, assembly_error: Array | None) -> Mask:
     """Return the mask (g, N) of incompatible assembly errors, which do work on self-stresses without compliance."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)

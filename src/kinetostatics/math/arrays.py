@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,13 @@ Index: TypeAlias = NDArray[np.intp]
 #: Truth values.
 Mask: TypeAlias = NDArray[np.bool_]
 
+Kept = TypeVar("Kept", bound=NDArray[np.generic])
+
 #: Largest number of poses in a chunk, limited by the processor's cache. Each chunk costs some milliseconds.
 AT_ONCE = 5500
 
 
-def frozen(array: Array) -> Array:
+def frozen(array: Kept) -> Kept:
     """Return the array, made read-only."""
     array.setflags(write=False)
     return array
@@ -78,8 +79,5 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
 
 def chunks(poses: int) -> list[slice]:
     """Return slices of nearly equal size that cover all poses."""
-    if 0 < poses <= AT_ONCE:
-        return [slice(0, poses)]
     count = -(-poses // AT_ONCE)
-    ends = [poses * k // count for k in range(count + 1)] if count else []
-    return [slice(first, last) for first, last in pairwise(ends)]
+    return [slice(poses * k // count, poses * (k + 1) // count) for k in range(count)]

@@ -94,9 +94,8 @@ class Paths(Generic[Key, Node]):
             for key, other in self._at[node]:
                 if key == edge or other in path or other in (second, goal):
                     continue
-                if self.connected(other, first, path | {second, goal}, edge) and self.connected(
-                    second, goal, path | {other}, edge
-                ):
+                ahead = self.connected(other, first, path | {second, goal}, edge)
+                if ahead and self.connected(second, goal, path | {other}, edge):
                     yield other
 
         if not self.connected(second, goal, {start}, edge):
@@ -123,6 +122,5 @@ class Paths(Generic[Key, Node]):
         """Whether ``goal`` can be reached from ``start`` without the nodes ``barred`` and one edge."""
         if start in barred or goal in barred:
             return False
-        return goal in reachable(
-            [start], lambda node: (other for key, other in self._at[node] if key != without and other not in barred)
-        )
+        at = self._at
+        return goal in reachable([start], lambda node: (to for key, to in at[node] if key != without and to not in barred))

@@ -135,8 +135,7 @@ class Cholesky:
 
     def forward(self, b: Array) -> Array:
         """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
-        n = self.factor.shape[0]
-        batch = self.factor.shape[2:]
+        n, batch = len(self.factor), self.factor.shape[2:]
         if b.shape[2:] != batch:
             b = np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:]))
         x = copy_for(b, self.factor)
@@ -179,7 +178,7 @@ def inverse_of(factor: Cholesky) -> Array:
     return np.einsum("ki...,kj...->ij...", half, half)
 
 
-def definite(a: Array, limit: float) -> NDArray[np.bool_]:
+def definite(a: Array, limit: float) -> Mask:
     """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
 
     A large determinant is a sufficient condition: the product of the other eigenvalues is at most that of equal ones with the
@@ -190,7 +189,7 @@ def definite(a: Array, limit: float) -> NDArray[np.bool_]:
         return np.ones(a.shape[2:], dtype=bool)
     determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
     others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
-    found: NDArray[np.bool_] = determinant > 10 * limit * others
+    found: Mask = determinant > 10 * limit * others
     if not settles(found):
         if a.dtype == object:
             return found | (Cholesky(a).smallest_eigenvalue() > limit)
@@ -201,11 +200,8 @@ def definite(a: Array, limit: float) -> NDArray[np.bool_]:
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
 
-    Args:
-        a: matrices with columns of comparable size.
-        b: right-hand sides.
-        nullity: number of directions of x without influence. The result has no component along them, which would be amplified
-            rounding errors.
+    The columns of ``a`` have comparable sizes. ``nullity`` is the number of directions of x without influence; the result has no
+    component along them, which would be amplified rounding errors.
     """
     n = a.shape[1]
     if n == 0:
@@ -283,10 +279,8 @@ def have_one_sign(one: Array, two: Array) -> Mask:
     first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         sign, _ = np.linalg.slogdet(np.swapaxes(first, 1, 2) @ second)
-        regular = [
-            np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1)
-            for g in (first, second)
-        ]
+        both, slogdet = (first, second), np.linalg.slogdet
+        regular = [slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in both]
     found: Mask = (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
     return found
 
@@ -348,12 +342,7 @@ def definite_in_order(matrix: Array, order: list[Front]) -> Mask:
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
-    """Return the position of the first of the largest values, within a margin, of non-negative values (n,).
-
-    Args:
-        values: at least one value.
-        margin: relative difference up to which two are equal.
-    """
+    """Return the position of the first of the largest of n ≥ 1 non-negative values; ``margin`` is a relative difference."""
     values = np.asarray(values, dtype=np.float64)
     return int(np.argmax(values >= np.max(values) * (1 - margin)))
 
@@ -367,10 +356,9 @@ def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
     values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)
     order = np.argsort(-values, kind="stable").tolist()
     result: list[int] = []
-    while len(result) < len(order):
-        rest = order[len(result) :]
-        alike = int(np.argmin([*(values[rest] >= values[rest[0]] * (1 - margin)), False]))
-        result += sorted(rest[: max(alike, 1)])
+    while order:
+        alike = max(int(np.argmin([*(values[order] >= values[order[0]] * (1 - margin)), False])), 1)
+        result, order = result + sorted(order[:alike]), order[alike:]
     return result
 
 

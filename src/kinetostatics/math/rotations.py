@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import CoordinatesError
 from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, everywhere, zeros_for
@@ -128,12 +127,8 @@ def rotation_between(a: Array, b: Array) -> Array:
     vector = normal * np.where(tiny, 1.0, np.arctan2(sine, cosine) / np.where(tiny, 1.0, sine))
     flipped = tiny & (cosine < 0)
     if np.any(flipped):
-        helper = np.where(
-            np.abs(a[0]) < 0.7,
-            np.array([1.0, 0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
-            np.array([0, 1.0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
-        )
-        perpendicular = cross(a, helper)
+        x, y = (unit.reshape(3, *(1,) * (a.ndim - 1)) for unit in np.eye(3)[:2])
+        perpendicular = cross(a, np.where(np.abs(a[0]) < 0.7, x, y))
         perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
         vector = np.where(flipped, perpendicular, vector)
     return vector
@@ -248,7 +243,8 @@ class Orientation:
         They differ from ``c`` by full turns, if ``always`` or if rounding decides the sign of a half turn in ``c``; and in the
         first and last angles if their axes coincide, so that only their sum is determined.
         """
-        changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
+        angle = np.sqrt(dot(c, c)) if self.sequence is None else c
+        changed = always | np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
         if self.sequence is None:
             return c if everywhere(~changed) else np.where(changed, _nearest_vector(c, near), c)
         if not everywhere(~changed):
@@ -277,10 +273,6 @@ def _full_turns(angle: Array) -> Array:
     return np.asarray(2 * np.pi * np.round(angle / (2 * np.pi)))
 
 
-def _half_turn(angle: Array) -> NDArray[np.bool_]:
-    return np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
-
-
 def _nearest_vector(c: Array, near: Array) -> Array:
     """Return the rotation vectors (3, N) nearest to ``near`` that differ from ``c`` by full turns."""
     angle = np.sqrt(dot(c, c))
@@ -303,8 +295,7 @@ def orientation_named(name: str | None) -> Orientation:
     Raises:
         CoordinatesError: there is no such convention.
     """
-    if name is None:
-        return _convention("rotation_vector")
+    name = "rotation_vector" if name is None else name
     if not isinstance(name, str):
         raise CoordinatesError(f"orientation is {name!r}; it must be a name: 'rotation_vector', 'XYZ', 'xyz' or 'tilt_torsion'")
     return _convention(name)
@@ -313,7 +304,7 @@ def orientation_named(name: str | None) -> Orientation:
 @cache
 def _convention(name: str) -> Orientation:
     if name == "rotation_vector":
-        return Orientation("rotation_vector", ("rx", "ry", "rz"))
+        return Orientation(name, ("rx", "ry", "rz"))
     if name == "tilt_torsion":
         return Orientation(name, ("azimuth", "tilt", "torsion"), (2, 1, 2))
     letters = name.lower()
@@ -322,10 +313,9 @@ def _convention(name: str) -> Orientation:
             f"unknown orientation {name!r}: use 'rotation_vector', 'tilt_torsion', or three distinct letters, "
             "'XYZ' for angles about moving axes or 'xyz' about fixed axes"
         )
-    axes = ["xyz".index(letter) for letter in letters]
-    if name == letters:  # rotations about fixed axes are rotations about moving axes in reverse order
-        axes.reverse()
-    return Orientation(name, ("rx", "ry", "rz"), (axes[0], axes[1], axes[2]))
+    # rotations about fixed axes are rotations about moving axes in reverse order
+    first, second, third = ("xyz".index(letter) for letter in (letters[::-1] if name == letters else letters))
+    return Orientation(name, ("rx", "ry", "rz"), (first, second, third))
 
 
 def orientations_with(coordinate: str) -> str:

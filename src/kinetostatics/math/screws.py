@@ -107,9 +107,7 @@ def move(kind: Kind, array: Array, shift: Array, components_last: bool = False) 
 def describe_twist(twist: Array, length: float) -> str:
     """Return a (6,) twist at o as text, for messages; the opposite twist has the same text.
 
-    Args:
-        twist: [d; r] at o.
-        length: characteristic length [m], by which rotations are compared with translations.
+    Rotations are compared with translations by the characteristic ``length`` [m].
     """
 
     def vector(v: Array) -> str:

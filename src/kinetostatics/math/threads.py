@@ -50,17 +50,11 @@ def in_threads(
 ) -> list[Found]:
     """Return the results of a function for all parts, in order. Threads started here start no further ones.
 
-    Args:
-        function: called with each part.
-        parts: the parts of the batch.
-        enabled: whether to use threads.
-        most: largest number of threads, including those that the function starts; None: see :func:`threads`.
+    ``most`` is the largest number of threads, including those that the function starts; None: see :func:`threads`.
     """
-    parts = list(parts)
-    apart = enabled and len(parts) > 1 and not getattr(_here, "alone", False)
-    number = min(most or threads(), len(parts)) if apart else 1
+    parts, before = list(parts), getattr(_here, "alone", False)
+    number = min(most or threads(), len(parts)) if enabled and len(parts) > 1 and not before else 1
     if number < 2:
-        before = getattr(_here, "alone", False)
         _here.alone = before or most == 1
         try:
             return [function(part) for part in parts]

@@ -1,14 +1,13 @@
 """How canonical wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
 
 import copy
-from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import package_robots
 import pytest
 
-from kinetostatics.limbs.basis_choice import _regular, _with_own_label, evaluate_bases
+from kinetostatics.limbs.basis_choice import _with_own_label, evaluate_bases
 from kinetostatics.limbs.geometry import Candidate
 from kinetostatics.limbs.statics import _crossed
 from kinetostatics.limbs.wrench_candidates import common_point
@@ -16,22 +15,6 @@ from kinetostatics.math.linalg import numerical_rank
 from kinetostatics.math.screws import unit_twist
 
 X, Y, Z = np.eye(3)
-
-
-def pairs(*angles):
-    """Two unit columns (6, P) that are so far apart at every pose; their smallest singular value is √(1 − cos)."""
-    e = np.eye(6)
-    return [np.stack([e[0]] * len(angles), axis=1), np.cos(angles) * e[0][:, None] + np.sin(angles) * e[1][:, None]]
-
-
-def test_wrenches_are_judged_at_generic_poses_and_where_the_limb_is_regular():
-    regular = partial(_regular, np.arange(5), 1)
-    wide, close = 0.0143, 0.0140
-    assert regular(pairs(0, 1, 0, 1, 0), []).tolist() == [0, 1, 3]
-    assert regular(pairs(0, wide, close, 1, 1), []).tolist() == [0, 1, 3, 4]
-    assert regular([], pairs(0, wide, close, 1, 1)).tolist() == [0, 1, 3, 4]
-    assert regular(pairs(0, 0, 1, 1, 1), pairs(1, 1, 0, 1, 1)).tolist() == [0, 3, 4]
-    assert regular(pairs(1, 1, np.nan, 1, 1), []).tolist() == [0, 1, 3, 4]
 
 
 def wrist(*freedoms, length=2.0, serial=True, compounds=None):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinetostatics.limbs.compliance import count_rigid
+from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, remainder, suits
 from kinetostatics.limbs.statics import _relaxation
 from kinetostatics.math.linalg import null_space
@@ -16,9 +16,9 @@ def alike(difference):
 
 @pytest.mark.parametrize(("difference", "count"), [(1e-10, 0), (3e-12, 0), (3e-13, 1), (0.0, 1)])
 def test_directions_without_compliance_are_rigid(difference, count):
-    assert count_rigid(alike(difference)) == count
-    assert count_rigid(np.diag([5.0, 7e-20])[:, :, None, None]) == 0  # beside its own direction alone, whatever its unit
-    assert count_rigid(np.zeros((2, 2, 1, 1))) == 2 and count_rigid(np.zeros((0, 0, 1, 1))) == 0
+    assert rigid_counts(alike(difference)) == count
+    assert rigid_counts(np.diag([5.0, 7e-20])[:, :, None, None]) == 0  # beside its own direction alone, whatever its unit
+    assert rigid_counts(np.zeros((2, 2, 1, 1))) == 2 and rigid_counts(np.zeros((0, 0, 1, 1))) == 0
     gain, loose = _relaxation(alike(difference), np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
     assert np.any(loose) == bool(count)
     assert (np.max(np.abs(gain)) > 10) == (not count)
