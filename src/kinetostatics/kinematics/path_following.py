@@ -176,9 +176,10 @@ def _predicted(
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return the largest steps of the prescribed coordinates (n,) [m, rad]."""
-    if prescribed not in solver.strides:
-        solver.strides[prescribed] = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
-    return solver.strides[prescribed]
+    if (known := solver.strides.get(prescribed)) is None:  # each access computes a hash
+        known = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
+        solver.strides[prescribed] = known
+    return known
 
 
 def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> Mask:
