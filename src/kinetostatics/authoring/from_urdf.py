@@ -17,12 +17,13 @@ from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
+from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import write_loop
 from kinetostatics.files.foreign_robot import complete, foreign_robot
 from kinetostatics.files.reader import describe, parse_robot_text
 from kinetostatics.files.urdf import drivable, first_base, plain_transmission, tree_root
 from kinetostatics.files.writer import write_text
-from kinetostatics.files.xacro import include_path, including_text, quoted, read_root, whole_text
+from kinetostatics.files.xacro import include_path, including_text, quoted, read_document, whole_text
 from kinetostatics.files.xml import XmlElement, to_text
 from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Tube
@@ -112,7 +113,8 @@ def extension(
     parameters: Mapping[str, object] | None = None,
 ) -> tuple[str, bool, list[str]]:
     """Return the text of :func:`extend_robot` for a file ``out``, whether it includes the source, and warnings."""
-    root, name, uses_xacro = read_root(source, parameters or {})
+    data, name = read_robot(source)
+    root, uses_xacro, _ = read_document(data, name, parameters or {})
     for tag, link in (("platform", platform_link), ("base", base_link)):
         if link is not None and root.named(tag):
             raise ArgumentError(f"{tag}_link={link!r}: {name} names its {tag} already; leave the argument out")

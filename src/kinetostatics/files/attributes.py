@@ -12,12 +12,11 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NoReturn
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import Cone, Material, Mimic, Origin, Place, Vector
 from kinetostatics.description.units import find_unit
-from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.xml import XmlElement, shortened
 
 # float() alone would also take "1_0", "infinity" and digits of other scripts, which URDF tools do not.
@@ -26,6 +25,7 @@ _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
 #: Largest number, largest length [m] and smallest size, SI: beyond them numbers are input errors that would overflow later.
 LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
+_TOO_SMALL = f"is too small to compute with; it is in SI units, and at least {SMALLEST:g}"
 
 
 def allow(element: XmlElement, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
@@ -75,6 +75,10 @@ def reference(element: XmlElement, name: str, known: Collection[str], kind: str)
     return value
 
 
+def _invalid(element: XmlElement, name: str, reason: str) -> RobotFileError:
+    return element.error(f"{name}={element.attributes[name]!r} of {element.label} {reason}")
+
+
 def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) -> float:
     """Return one number of an attribute."""
     if _NUMBER.fullmatch(item):
@@ -87,11 +91,11 @@ def _parse(element: XmlElement, name: str, item: str, largest: float = LARGEST) 
         reason = "is not finite"
     else:
         what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
-        reason = f"{what}{_without_unit(item)}"
-    raise element.error(f"{name}={element.attributes[name]!r} of {element.label} {reason}")
+        reason = what + without_unit(item)
+    raise _invalid(element, name, reason)
 
 
-def _without_unit(item: str) -> str:
+def without_unit(item: str) -> str:
     """Return a hint for a number with a unit: its value in SI."""
     typed = re.match(_NUMBER, item)
     unit = None if typed is None else find_unit(item[typed.end() :])
@@ -111,9 +115,9 @@ def positive(element: XmlElement, name: str) -> float:
     """Return a required number greater than zero."""
     value = number(element, name)
     if value <= 0:
-        _wrong_sign(element, name, "greater than zero")
+        raise _invalid(element, name, "must be greater than zero")
     if value < SMALLEST:
-        _too_small(element, name)
+        raise _invalid(element, name, _TOO_SMALL)
     return value
 
 
@@ -121,17 +125,8 @@ def not_negative(element: XmlElement, name: str, default: float | None = None) -
     """Return a number of zero or more."""
     value = number(element, name, default)
     if value < 0:
-        _wrong_sign(element, name, "zero or greater")
+        raise _invalid(element, name, "must be zero or greater")
     return value
-
-
-def _wrong_sign(element: XmlElement, name: str, right: str) -> NoReturn:
-    raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be {right}")
-
-
-def _too_small(element: XmlElement, name: str) -> NoReturn:
-    where = f"{name}={element.attributes[name]!r} of {element.label}"
-    raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
 
 
 def vector(element: XmlElement, name: str, largest: float = LARGEST) -> Vector:
@@ -150,7 +145,7 @@ def point(element: XmlElement, name: str) -> Vector:
 def _three(element: XmlElement, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
     items = list(filter(None, items))
     if len(items) != 3:
-        raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
+        raise _invalid(element, name, f"must be three numbers, not {len(items)}")
     x, y, z = map(read, items)
     return x, y, z
 
@@ -166,9 +161,9 @@ def stiffnesses(element: XmlElement, name: str) -> Vector:
     def read(item: str) -> float:
         value = math.inf if item == "inf" else _parse(element, name, item)
         if value < 0:
-            _wrong_sign(element, name, "three numbers that are zero or greater, or inf")
+            raise _invalid(element, name, "must be three numbers that are zero or greater, or inf")
         if 0 < value < SMALLEST:
-            _too_small(element, name)
+            raise _invalid(element, name, _TOO_SMALL)
         return value
 
     return _three(element, name, text(element, name).split(), read)

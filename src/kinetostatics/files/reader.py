@@ -7,10 +7,8 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
-from kinetostatics.arguments import check
 from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot_description import Items, RobotDescription
-from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
@@ -38,8 +36,8 @@ from kinetostatics.files.urdf import (
     read_links,
     tree_root,
 )
-from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import XmlElement, parse, to_elements
+from kinetostatics.files.xacro import read_document
+from kinetostatics.files.xml import XmlElement
 
 
 def read_robot_file(
@@ -66,8 +64,7 @@ def read_robot_file(
         RobotFileError: the file cannot be read or is invalid; with file and line.
         ArgumentError: ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
-    data, name = read_robot(path)
-    return _read(data, name, {} if parameters is None else parameters, platform_link, base_link)
+    return _read(*read_robot(path), parameters or {}, platform_link, base_link)
 
 
 def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
@@ -77,14 +74,8 @@ def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, obje
         path: see :func:`read_robot_file`.
         parameters: given values; the others are those of the file.
     """
-    return _values_of(*read_robot(path), parameters)
-
-
-def _values_of(data: bytes | str, path: str, parameters: Mapping[str, object]) -> dict[str, str]:
-    document, uses_xacro = parse(data, path)
     values: dict[str, str] = {}
-    if uses_xacro:
-        expand(document, path, parameters, values)
+    read_document(*read_robot(path), parameters, values)
     return values
 
 
@@ -100,24 +91,16 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
         The description.
 
     Raises:
-        RobotFileError: see :func:`read_robot_file`.
-        ArgumentError: see :func:`read_robot_file`.
+        RobotFileError, ArgumentError: see :func:`read_robot_file`.
     """
-    return _read(text, path, {} if parameters is None else parameters)
+    return _read(text, path, parameters or {})
 
 
 def _read(
     data: bytes | str, path: str, parameters: Mapping[str, object], platform: str | None = None, base: str | None = None
 ) -> RobotDescription:
-    check("parameters", parameters)
-    document, uses_xacro = parse(data, path)
-    warnings: list[str] = []
-    if uses_xacro:
-        warnings = expand(document, path, parameters)
-    elif parameters:
-        names = ", ".join(map(repr, parameters))
-        raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    found = describe(to_elements(document), path, warnings, platform, base)
+    root, _, warnings = read_document(data, path, parameters)
+    found = describe(root, path, warnings, platform, base)
     return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
 
 
@@ -139,11 +122,8 @@ def describe(
         platform, base: see :func:`read_robot_file`.
 
     Raises:
-        RobotFileError: see :func:`read_robot_file`.
-        ArgumentError: see :func:`read_robot_file`.
+        RobotFileError, ArgumentError: see :func:`read_robot_file`.
     """
-    if root.tag != "robot":
-        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
     name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
     links = read_links(root, warnings)

@@ -24,7 +24,8 @@ from xml.sax.saxutils import escape
 from kinetostatics.arguments import check
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder, read_robot
+from kinetostatics.files.attributes import without_unit
+from kinetostatics.files.bundled import INDEX, LIBRARY, OWN_NAME, PackageNotFound, package_folder
 from kinetostatics.files.xml import XmlElement, parse, place_of, read_file, shortened, to_elements, to_text
 
 _LOCK = threading.RLock()
@@ -164,6 +165,10 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
     if type(cause).__name__ == "ArgException":
         known = near_names(str(cause), arguments.known)
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
+    if isinstance(cause, TypeError):  # "500mm" / 2
+        for name, value in arguments.items():
+            if hint := without_unit(value):
+                return f"the xacro argument {name} is {value!r}, which is not a number{hint}"
     text = " ".join(str(error).split())
     text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats the wrapped message
     if len(causes) == 1 and type(error).__name__ not in ("XacroException", "RuntimeError"):
@@ -193,24 +198,31 @@ def _where(traceback: TracebackType | None) -> tuple[Place | None, list[Place]]:
 XACRO = "http://www.ros.org/wiki/xacro"
 
 
-def read_root(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[XmlElement, str, bool]:
-    """Return the ``<robot>`` of a file, xacro expanded, the file's path, and whether it uses xacro.
+def read_document(
+    data: bytes | str, path: str, parameters: Mapping[str, object], values: dict[str, str] | None = None
+) -> tuple[XmlElement, bool, list[str]]:
+    """Return the ``<robot>`` of a file, xacro expanded, whether it uses xacro, and warnings.
+
+    Args:
+        data: the contents of the file.
+        path, parameters, values: see :func:`expand`.
 
     Raises:
-        RobotFileError: the file cannot be read, or has another outermost element.
-        ArgumentError: parameters are given for a file without xacro.
+        RobotFileError: the file is invalid, has another outermost element, or has no parameters.
+        ArgumentError: a parameter is neither a number nor a string.
     """
-    data, name = read_robot(path)
     check("parameters", parameters)
-    document, uses_xacro = parse(data, name)
+    document, uses_xacro = parse(data, path)
+    warnings: list[str] = []
     if uses_xacro:
-        expand(document, name, parameters)
+        warnings = expand(document, path, parameters, values)
     elif parameters:
-        raise ArgumentError(f"{name} does not use xacro and has no parameters, but was given {', '.join(map(repr, parameters))}")
+        names = ", ".join(map(repr, parameters))
+        raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
     root = to_elements(document)
     if root.tag != "robot":
-        raise root.error(f"the outermost element is <{root.tag}>; in a URDF it is <robot>")
-    return root, name, uses_xacro
+        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
+    return root, uses_xacro, warnings
 
 
 def include_path(source: str, root: XmlElement, uses_xacro: bool, additions: str, out: str) -> str | None:

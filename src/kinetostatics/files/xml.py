@@ -66,7 +66,7 @@ class XmlElement:
 
     def child(self, tag: str) -> XmlElement | None:
         """Return the child element ``tag``, or None; more than one is an error."""
-        found = [child for child in self.children if child.tag == tag]
+        found = self.named(tag)
         if len(found) > 1:
             raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
         return found[0] if found else None

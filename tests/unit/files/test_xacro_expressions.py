@@ -61,6 +61,10 @@ def test_namespaces_and_yaml(tmp_path: Path) -> None:
         ("${'{0.__class__}'.format(1)}", "__"),
         ("${__import__('os')}", "__"),
         ("$(eval [].__class__)", "double underscore"),
+        (
+            '<xacro:arg name="l" default="5cm"/>${xacro.arg("l") / 2}',
+            "the xacro argument l is '5cm', which is not a number; numbers",
+        ),
     ],
 )
 def test_what_has_no_value(expression: str, words: str) -> None:
