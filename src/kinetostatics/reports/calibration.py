@@ -24,7 +24,7 @@ UNEXPLAINED, ODD = 0.9, 100.0
 MOST = 12
 
 
-def estimate_words(item: Estimate, value: float) -> str:
+def _estimate(item: Estimate, value: float) -> str:
     """Return a value of an unknown, or an end of its interval, as text with its unit."""
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
@@ -35,9 +35,9 @@ def estimate_words(item: Estimate, value: float) -> str:
     return in_unit(value, item.unit)
 
 
-def interval_words(item: Estimate) -> str:
+def _interval(item: Estimate) -> str:
     """Return the interval of an unknown as text; a dash if the readings do not determine it."""
-    return f"{estimate_words(item, item.interval[0])} to {estimate_words(item, item.interval[1])}" if item.identified else MISSING
+    return f"{_estimate(item, item.interval[0])} to {_estimate(item, item.interval[1])}" if item.identified else MISSING
 
 
 def calibration_report(found: Calibration) -> Report:
@@ -62,7 +62,7 @@ def calibration_report(found: Calibration) -> Report:
 
 def _sections(found: Calibration) -> list[ReportSection]:
     rows = [
-        (item.name, estimate_words(item, item.start), estimate_words(item, item.value), interval_words(item))
+        (item.name, _estimate(item, item.start), _estimate(item, item.value), _interval(item))
         for item in found.estimates.values()
     ]
     fits = []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from kinetostatics.layout.blocks import Number, ReportSection, Table, Text, Word
 from kinetostatics.layout.numbers import DEGREES, MILLIMETRES, MISSING, NOISE, UNITS_OF, in_unit
@@ -28,8 +27,8 @@ def _sections(found: Optimum) -> list[ReportSection]:
     parameters = [(name, _value(value, found.units.get(name, ""))) for name, value in found.parameters.items()]
     rows = []
     for item in found.requirements:
-        worst, where = _written(item.worst, item.unit, item.limit), place_words(found, item) or "the only pose"
-        rows.append((item.text, worst, margin_words(item.margin), where))
+        worst, where = _written(item.worst, item.unit, item.limit), _place(found, item) or "the only pose"
+        rows.append((item.text, worst, _margin(item.margin), where))
     requirements = Table.of_rows(("requirement", "worst", "margin", "at"), rows, "lrrl")
     return [
         ReportSection("Parameters", [Table.of_rows(("parameter", "value"), parameters)], "parameters"),
@@ -44,7 +43,7 @@ def _sentences(found: Optimum) -> list[str]:
     """Return sentences on the active constraints and the agreement of the searches."""
     notes = []
     for item in found.active:
-        where = f", at {words}" if (words := place_words(found, item)) else ""
+        where = f", at {words}" if (words := _place(found, item)) else ""
         if item.margin < -BROKEN:
             notes.append(f"{item.text} is violated{where}.")
         else:
@@ -62,7 +61,7 @@ def _sentences(found: Optimum) -> list[str]:
     return notes
 
 
-def margin_words(margin: float) -> str:
+def _margin(margin: float) -> str:
     """Return the margin to the limit in per cent, or as a factor if the limit is exceeded by far."""
     if abs(margin) <= 1e-5:
         return "0"
@@ -80,14 +79,10 @@ def _value(value: float, unit: str) -> str | Number:
     return Number.of(value, units[unit]) if unit in units else in_unit(value, unit)
 
 
-def pose_words(pose: Mapping[str, float]) -> str:
-    """Return the coordinates of a pose as text, SI; rounding errors are written as 0."""
-    return ", ".join(f"{name} = {0.0 if abs(value) < 1e-12 else value:.4g}" for name, value in pose.items())
-
-
-def place_words(found: Optimum, item: CheckedRequirement) -> str:
-    """Return pose and load at which a requirement is worst, if there are several."""
-    words = [pose_words(item.pose)] if found.poses > 1 else []
+def _place(found: Optimum, item: CheckedRequirement) -> str:
+    """Return pose and load at which a requirement is worst, if there are several; rounding errors are written as 0."""
+    numbers = {name: 0.0 if abs(value) < 1e-12 else value for name, value in item.pose.items()}
+    words = [f"{name} = {value:.4g}" for name, value in numbers.items()] if found.poses > 1 else []
     return ", ".join([*words, *([f"load[{', '.join(map(str, item.case))}]"] if item.case else [])])
 
 

@@ -88,8 +88,9 @@ def result_data(tip: Result) -> dict[str, object]:
         "limbs": {name: limb_data(limb) for name, limb in result.limbs.items()},
         "beams": {name: beam_data(beam) for name, beam in result.beams.items()},
     }
-    tool = {"point": tip.point, **attributes(tip, ("twist", "stiffness", "compliance"))} if tip.point is not None else None
-    return found if tool is None else {**found, "tool": tool}
+    if tip.point is not None:
+        found["tool"] = {"point": tip.point, **attributes(tip, ("twist", "stiffness", "compliance"))}
+    return found
 
 
 def units_at(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:

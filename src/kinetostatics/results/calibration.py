@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.description.loads import Gauge, Payload
-from kinetostatics.files.writer import save_robot, write_text
+from kinetostatics.files.writer import cells, save_robot, write_table
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.screws import WRENCH_COMPONENTS
@@ -194,9 +194,6 @@ class MeasurementPlan(Reported, builder="reports.calibration:plan_report"):
         Raises:
             ArgumentError: the file cannot be written.
         """
-        names = [*self.coordinates, *WRENCH_COMPONENTS, *self.gauges]
-        lines = [",".join(names)]
-        for k, load in enumerate(self.load):
-            cells = [*(values[k] for values in self.coordinates.values()), *load]
-            lines.append(",".join([*(f"{float(cell):.12g}" for cell in cells), *("" for _ in self.gauges)]))
-        write_text(path, "\n".join(lines) + "\n")
+        columns = {name: cells(values) for name, values in self.coordinates.items()}
+        columns |= dict(zip(WRENCH_COMPONENTS, map(cells, self.load.T), strict=True))
+        write_table(path, columns | {gauge: [""] * len(self.load) for gauge in self.gauges})

@@ -186,12 +186,12 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
     @cached_property
     def uncorrected_error(self) -> Array:
         """(…, 6) pose error of the loaded platform without correction [m, rad], at o or tool, world axes."""
-        return pose_error_from(self.target, self.uncorrected, self.tool)
+        return self._error(self.uncorrected)
 
     @cached_property
     def residual_error(self) -> Array:
         """(…, 6) pose error at the corrected actuator positions [m, rad], at o or tool, world axes."""
-        return pose_error_from(self.target, self.result, self.tool)
+        return self._error(self.result)
 
     @cached_property
     def uncorrected_error_coordinates(self) -> Mapping[str, Array]:
@@ -223,6 +223,10 @@ class Compensation(Reported, builder="reports.compensation:compensation_report")
         lengths = np.repeat([self.target.robot.length, 1.0], 3) ** 2
         parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.residual_error / lengths)
         return frozen(np.asarray(parts))
+
+    def _error(self, result: Result) -> Array:
+        frames = target_frame(self.target, self.tool), loaded_frame(result, self.tool)
+        return batch_first(pose_error(*frames), result.shape)
 
     def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
         orientation = self.target.orientation
@@ -266,11 +270,6 @@ def pose_error(target: tuple[Array, Array], found: tuple[Array, Array]) -> Array
     (R, position), (other_R, other_position) = target, found
     turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
     return np.concatenate([other_position - position, turn])
-
-
-def pose_error_from(target: Configuration, result: Result, tool: Array | None = None) -> Array:
-    """Return the pose error (…, 6) of the loaded pose: displacement of o or of a tool, and rotation vector [m, rad]."""
-    return batch_first(pose_error(target_frame(target, tool), loaded_frame(result, tool)), result.shape)
 
 
 # ---- files --------------------------------------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from kinetostatics.results.parts import FRACTIONS
 from kinetostatics.results.pose_arrays import Batch
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
+from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution, unit_cut_wrenches
 
 
@@ -22,24 +23,30 @@ def beam_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
     """Return displacement and rotation of the stations of all beams (…, n, 6), by beam and contribution."""
-    found: dict[str, Mapping[str, Array]] = {}
-    lines = [[np.swapaxes(stack.lines(FRACTIONS), 0, 1) for stack in d.beams] for d in deformations]
-    for name in robot.description.beams:
-        places = [d.places[name] for d in deformations]
-        mine = [line[k][:, :, :, position] for line, (k, position) in zip(lines, places, strict=True)]
-        found[name] = batch.by_source(solutions[0].sources, mine)
-    return ResultMapping(found)
+    return _of_beams(robot, batch, solutions, deformations, lambda beams: np.swapaxes(beams.lines(FRACTIONS), 0, 1))
 
 
 def axial_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
     """Return the axial forces (…) at the platform ends of all beams, by beam and contribution."""
+    return _of_beams(robot, batch, solutions, deformations, LoadedBeams.axial_force)
+
+
+def _of_beams(
+    robot: Robot,
+    batch: Batch,
+    solutions: Sequence[Solution],
+    deformations: Sequence[Deformation],
+    of: Callable[[LoadedBeams], Array],
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return a quantity (…, S, g, N) of stacks of beams, by beam and contribution."""
+    stacks = [[of(beams) for beams in d.beams] for d in deformations]
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
-        forces = [d.beams[k].axial_force()[:, position] for d, (k, position) in zip(deformations, places, strict=True)]
-        found[name] = batch.by_source(solutions[0].sources, forces)
+        mine = [stack[k][..., position, :] for stack, (k, position) in zip(stacks, places, strict=True)]
+        found[name] = batch.by_source(solutions[0].sources, mine)
     return ResultMapping(found)
 
 

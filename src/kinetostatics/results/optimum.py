@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.files.writer import save_robot, write_text
+from kinetostatics.files.writer import cells, save_robot, write_table
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.result import Result
@@ -165,12 +163,7 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
         Raises:
             ArgumentError: the file cannot be written.
         """
-        names = self.parameters
         units = self.points[0].units if self.points else {}
-        titles = [*zip(self.minimized, self.units, strict=True), *((name, units.get(name, "")) for name in names)]
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in titles])
-        for k, row in enumerate(self.objectives.tolist()):
-            writer.writerow([repr(value) for value in (*row, *(float(values[k]) for values in names.values()))])
-        write_text(path, text.getvalue())
+        quantities = zip(self.minimized, self.units, self.objectives.T, strict=True)
+        columns = [*quantities, *((name, units.get(name, ""), values) for name, values in self.parameters.items())]
+        write_table(path, {f"{name} [{unit}]" if unit else name: cells(values) for name, unit, values in columns})

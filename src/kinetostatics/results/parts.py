@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
@@ -17,27 +16,13 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.linalg import Cholesky
-from kinetostatics.results.pose_arrays import Batch, Chunk
+from kinetostatics.results.pose_arrays import Batch, PoseArrays
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
 from kinetostatics.statics.joint_wrenches import limb_wrench
 from kinetostatics.statics.link_loads import of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution
-
-
-class Found(Protocol):
-    """Data from which the results of limbs are computed."""
-
-    @property
-    def solutions(self) -> Sequence[Solution]:
-        """Solutions of the equilibrium, one for each chunk of poses."""
-
-    @property
-    def sources(self) -> tuple[str, ...]:
-        """Names of the contributions to the twist."""
-
-    def _of_chunks(self, pick: Callable[[Chunk], Array]) -> list[Array]: ...
 
 
 class LimbResult(Reported, builder="reports.parts:limb_report"):
@@ -55,7 +40,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         platform_joints: names of its joints to the platform.
     """
 
-    def __init__(self, batch: Batch, found: Found, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
+    def __init__(self, found: PoseArrays, group: LimbGroup, position: int, rows: tuple[slice, slice]) -> None:
         limb = group.limbs[position]
         self.name: str = limb.name
         self.is_network: bool = not limb.is_serial
@@ -63,7 +48,7 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels: tuple[str, ...] = group.labels[position]
         self.attached_labels: tuple[str, ...] = group.attached_labels[position]
-        self._batch, self._found, self._rows = batch, found, rows
+        self._batch, self._found, self._rows = found._batch, found, rows
 
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
         return self._batch.public([self._where_canonical(s, pick, size) for s in self._found.solutions])
@@ -94,10 +79,9 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     @cached_property
     def attached_contributions(self) -> Mapping[str, Array]:
         """(…, n_g) W_ig due to each contribution: the limb's own weight, and each load on its links."""
-        size = len(self.attached_labels), len(self._found.sources)
-        return self._batch.by_source(
-            self._found.sources, [self._where_canonical(s, _attached_intensities, size) for s in self._found.solutions]
-        )
+        size, sources = len(self.attached_labels), self._found.sources
+        parts = [self._where_canonical(s, _attached_intensities, (size, len(sources))) for s in self._found.solutions]
+        return self._batch.by_source(sources, parts)
 
     @cached_property
     def compliance(self) -> Array:
@@ -115,11 +99,6 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
         return self._canonical(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property
-    def _parts(self) -> list[Array]:
-        """W_ic due to each contribution (n_c, S, N), NaN where it is indeterminate or the basis degenerate."""
-        return [self._where_canonical(s, _intensities, (len(self.labels), len(s.sources))) for s in self._found.solutions]
-
-    @cached_property
     def intensities(self) -> Array:
         """(…, n_c) W_ic, Eq. (11) [N or N·m]."""
         return self._batch.public(self._found._of_chunks(lambda chunk: chunk["intensities"][self._rows[0]]))
@@ -127,7 +106,9 @@ class LimbResult(Reported, builder="reports.parts:limb_report"):
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, n_c) W_ic due to each contribution to the twist; they sum to the intensities."""
-        return self._batch.by_source(self._found.sources, self._parts)
+        size, sources = len(self.labels), self._found.sources
+        parts = [self._where_canonical(s, _intensities, (size, len(sources))) for s in self._found.solutions]
+        return self._batch.by_source(sources, parts)
 
     @cached_property
     def wrench(self) -> Array:

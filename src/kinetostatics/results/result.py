@@ -237,7 +237,7 @@ class Result(Reported, PoseArrays, builder="reports.result:result_report"):
             for position, limb in enumerate(group.limbs):
                 ends = constraint + len(group.labels[position]), attached + len(group.attached_labels[position])
                 rows = slice(constraint, ends[0]), slice(attached, ends[1])
-                found[limb.name] = LimbResult(self._batch, self, group, position, rows)
+                found[limb.name] = LimbResult(self, group, position, rows)
                 constraint, attached = ends
         return ResultMapping({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 

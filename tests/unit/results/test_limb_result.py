@@ -42,8 +42,8 @@ def limb(at_one_pose=False, degenerate=(False, True, False), rigid=0):
         by_source=lambda sources, parts: {name: np.moveaxis(parts[0][:, k], -1, 0) for k, name in enumerate(sources)},
     )
     chunk = Chunk(SimpleNamespace(statics=SimpleNamespace(groups=[group])), [solution])
-    found = SimpleNamespace(solutions=(solution,), sources=solution.sources, _of_chunks=lambda pick: [pick(chunk)])
-    return LimbResult(batch, found, group, 1, (slice(N_C, 2 * N_C), slice(N_G, 2 * N_G))), statics, solution
+    found = SimpleNamespace(_batch=batch, solutions=(solution,), sources=solution.sources, _of_chunks=lambda pick: [pick(chunk)])
+    return LimbResult(found, group, 1, (slice(N_C, 2 * N_C), slice(N_G, 2 * N_G))), statics, solution
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -76,6 +76,6 @@ def test_sums_and_inverses():
     expected = [statics.J_c[:, :, 1, k] @ intensities[:, :, k].sum(axis=1) + statics.R_g[:, 1, k] for k in range(N)]
     np.testing.assert_allclose(found.wrench, expected)
     solution.undetermined[0][1, 1, 2] = True
-    found = LimbResult(found._batch, found._found, statics.group, 1, found._rows)
+    found = LimbResult(found._found, statics.group, 1, found._rows)
     assert np.isnan(found.intensities).tolist() == [[False, False], [False, False], [False, True]]
     assert np.isnan(found.wrench).all(axis=1).tolist() == [False, False, True]
