@@ -21,7 +21,6 @@ from kinetostatics.engine.programs import check_engine, engine_for, pose_code
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
-from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, Index, chunks
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
@@ -33,7 +32,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.inertia import inertial_load
-from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads, wrenches_of
+from kinetostatics.statics.link_loads import AppliedLoad, parse_link_loads, wrenches_of
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED, groups_of_poses
 from kinetostatics.statics.solution import Solution
@@ -129,9 +128,10 @@ def analyze(
     try:
         shape = np.broadcast_shapes(*shapes) if len(shapes) > 1 else configuration.shape
     except ValueError:
+        others = "" if on_links is None else ", ".join(str(item) for item in {array.shape[:-1]: 0 for array in on_links.arrays()})
         raise ArgumentError(
             f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
-            f"gravity {field.shape[:-1]}{_shapes_of(on_links)}"
+            f"gravity {field.shape[:-1]}" + (f", loads on links and payload {others}" if others else "")
         ) from None
     N = math.prod(shape)
 
@@ -157,7 +157,8 @@ def analyze(
         carried = None if flat_loads is None else flat_loads.map(lambda array: array[:, part])
         applied = () if carried is None else carried.at(frames, fields_here)
         if motion is not None:
-            bodies = moving_bodies(robot.solver, moving, _poses(configuration, poses), *(rate[:, part] for rate in moved))
+            here = configuration.poses.take(np.arange(math.prod(configuration.shape))[poses])
+            bodies = moving_bodies(robot.solver, moving, here, *(rate[:, part] for rate in moved))
             if np.any(configuration.reached[poses] & ~np.isfinite(np.sum(bodies[0] + bodies[1], axis=(0, 1)))):
                 raise ArgumentError(
                     "the loops cannot follow the motion: the pose is singular, or the rates of redundant actuators contradict "
@@ -188,11 +189,6 @@ def analyze(
     return result
 
 
-def _poses(configuration: Configuration, some: slice | Index) -> SolverState:
-    """Return some poses of a configuration."""
-    return configuration.poses.take(np.arange(configuration.poses.x.shape[1])[some])
-
-
 def _solutions(
     robot: RobotStatics,
     frames: Frames,
@@ -217,12 +213,6 @@ def _solutions(
         loads = tuple(item.take(at) for item in applied)
         found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], errors, special.get(start), loads))
     return found
-
-
-def _shapes_of(on_links: LinkLoads | None) -> str:
-    """Return the batch shapes of loads on links, for messages."""
-    shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
-    return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Array:
@@ -255,15 +245,13 @@ def _complain(robot: Robot, solution: Solution) -> None:
     for name, part in solution.unbalanced.items():
         for p in np.flatnonzero(part > UNBALANCED):
             joints = robot.statics.passive_joints(name)
-            what = (
-                f"{name} cannot hold its own weight"
-                if name.startswith("limb")
-                else f"the branch on the {name} cannot hold its own weight"
-            )
-            loaded = " and the loads on its links" if solution.applied else ""
+            what = name if name.startswith("limb") else f"the branch on the {name}"
+            loads, cause, whole = "", "gravity", "its weight"
+            if solution.applied:
+                loads, cause, whole = " and the loads on its links", "gravity or load", "these"
             raise LimbEquilibriumError(
-                f"{what}{loaded}: its passive joints {', '.join(joints)} would move under gravity{' or load' if loaded else ''} "
-                f"({100 * float(part[p]):.3g} % of {'these' if loaded else 'its weight'} is not carried)",
+                f"{what} cannot hold its own weight{loads}: its passive joints {', '.join(joints)} would move under {cause} "
+                f"({100 * float(part[p]):.3g} % of {whole} is not carried)",
                 name,
                 joints,
             )

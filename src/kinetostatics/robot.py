@@ -122,22 +122,11 @@ class Robot(Reported, RobotKinematics, builder="reports.robot:robot_report"):
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
     @cached_property
-    def _static_model(self) -> StaticModel:
-        return StaticModel(
-            self.mechanism,
-            self.topology,
-            self.beams,
-            self.weights,
-            self.zero_frames,
-            self.length,
-            self.rank_tolerance,
-            self.closing_error,
-        )
-
-    @cached_property
     def statics(self) -> RobotStatics:
         """Immutable data of the statics, with the wrench bases of the limbs, chosen once per robot."""
-        return make_statics(self._static_model, self.generic_frames, self.frames_at(ordinary_poses(self)))
+        sizes = self.length, self.rank_tolerance, self.closing_error
+        model = StaticModel(self.mechanism, self.topology, self.beams, self.weights, self.zero_frames, *sizes)
+        return make_statics(model, self.generic_frames, self.frames_at(ordinary_poses(self)))
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

@@ -176,7 +176,7 @@ def assert_same(robot, compiled, poses, applied=()):
             assert np.all(off[np.isfinite(allowed)] <= most[np.isfinite(allowed)]), (path, off, most)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_compiled_statics_of_all_robots(name):
     robot = package_robots.robot(name)

@@ -84,7 +84,7 @@ def test_several_processes_store_at_once(folder):
 
 
 def test_the_key_depends_on_all_recorded_source(monkeypatch):
-    robot, folders = package_robots.robot("2pru_upr"), set()
+    robot, folders = package_robots.robot("five_bar"), set()
     root = Path(code.__file__).parent.parent
     example, ready = robot.generic_poses.take(np.zeros(1, dtype=int)), robot.statics
 

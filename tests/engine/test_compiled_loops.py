@@ -66,22 +66,6 @@ def solver_of(robot):
     return CompiledSolver(robot.solver, prescribed, example), prescribed
 
 
-def test_where_the_record_does_not_hold_numpy_corrects():
-    """Beside half a turn the logarithm of a rotation takes another way, which a guard tells."""
-    robot = robot_named("planar_3rrr")
-    solver = robot.assemble(platform={"x": 0.0, "y": 0.0, "rz": 0.1}, engine="compiled") and next(
-        item.made for given, item in programs._LOOPS[robot].items() if given.angles
-    )
-    prescribed = solver._own
-    start = robot.zero_poses.take(np.zeros(3, dtype=np.intp))
-    target = np.array([[0.0] * 3, [0.0] * 3, [0.05, 3.1, -0.02]])
-    _, good, holds = solver._corrected(start, target, None, None)
-    assert holds.tolist() == [True, False, True] and good.tolist() == [True, False, True]
-    found, wanted = solver.newton(prescribed, start, target), robot.solver.newton(prescribed, start, target)
-    np.testing.assert_array_equal(found[1], wanted[1])
-    np.testing.assert_allclose(found[0].x, wanted[0].x, rtol=0, atol=1e-12)
-
-
 def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
     """Statics take them block by block; where the record does not hold, they are NumPy's."""
     robot, random = robot_named("five_bar"), np.random.default_rng(4)
@@ -121,19 +105,6 @@ def test_one_pose_is_found_in_one_go_or_its_line_is_followed(monkeypatch):
         goes.clear()
         assert_same(*both(robot, platform={"x": float(zero["x"]) + shift, "y": float(zero["y"])}))
         assert [item is not None for item in goes] == [quickly] * len(goes) and bool(goes) == (shift < 1)
-
-
-def test_a_singular_pose_between_two_is_seen():
-    """A distal link of the five-bar turned over: on the way both distal links were in one line."""
-    robot = robot_named("five_bar")
-    solver, prescribed = solver_of(robot)
-    pose = robot.zero_poses
-    moved, good = solver.newton(prescribed, pose, robot.solver.values(prescribed, pose) + 0.1)
-    assert good.all() and solver.on_one_side(prescribed, pose, moved, np.zeros((2, 1))).all()
-    folded = moved.take(np.array([0]))
-    folded.x[1] += np.pi
-    for found in (solver, robot.solver):
-        assert not found.on_one_side(prescribed, pose, folded, np.zeros((2, 1))).any()
 
 
 def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):

@@ -43,7 +43,7 @@ ROBOTS = {
 }
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", ROBOTS)
 def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
     robot = ROBOTS[kind]()
@@ -56,7 +56,8 @@ def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
     assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
 
 
-@pytest.mark.parametrize("number", [0, 4, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3, 5))])
+@pytest.mark.few(1)
+@pytest.mark.parametrize("number", range(6))
 def test_random_robots_with_a_rigid_limb_and_a_spring_are_recorded_as_numpy_computes_them(number):
     made = small_robots.robot_of(small_robots.random_spec(RANDOM[number], 0))
     description, rng = made.description, np.random.default_rng(0)
@@ -91,6 +92,7 @@ def test_rings_whose_self_stress_is_hardly_elastic_and_frames_without_joints_are
         assert not mine.loose.any()
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", [kind for kind in ROBOTS if kind != "arm"])
 def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monkeypatch):
     robot = ROBOTS[kind]()

@@ -1,6 +1,7 @@
 """Which engine answers: that depends on the call alone."""
 
 import gc
+import sys
 import weakref
 from contextlib import nullcontext
 
@@ -13,6 +14,8 @@ import kinetostatics as ks
 from kinetostatics.engine import programs
 from kinetostatics.engine.engine_report import engine_report
 from kinetostatics.engine.pose_code import ANALYSIS, PoseCode
+
+OVER, READ = {"x": [0.01, 0.02], "y": [0.3, 0.3]}, {"Fy": [-50, -60], "dx": [-1e-6, -2e-6]}
 
 
 @pytest.fixture
@@ -114,21 +117,29 @@ def test_assembly_errors_are_left_to_numpy(made):
     np.testing.assert_array_equal(found.twist, ks.analyze(pose, assembly_errors=assembly_errors, engine="numpy").twist)
 
 
-def test_whatever_analyses_closes_its_loops_by_the_same_engine(monkeypatch):
-    """Each closes loops anew: corrected poses, the robots of an optimization, and others of the same file."""
-    asked, robot = [], package_robots.robot("3rps")
-    loops = programs.compiled_loops
-    monkeypatch.setattr(programs, "compiled_loops", lambda engine: asked.append(engine) or loops("numpy"))
-    pose = robot.assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.1})
-    differenced = {"engine": "numpy", "point": (0, 0, 0)}
-    over, read = {"z": [0.5, 0.6], "rx": [0.1, 0.1], "ry": [0.0, 0.0]}, {"Fz": [-500, -600], "dz": [-1e-6, -2e-6]}
-    for analysed in (
-        lambda: ks.compensate(pose, [0, 0, -500, 0, 0, 0], engine="numpy"),
-        lambda: ks.sensitivities(pose, ["youngs_modulus"], ["twist"], **differenced),
-        lambda: ks.optimize("3rps", {"rod_diameter": "19mm:20mm"}, "mass", ["sag < 1 mm"], over, starts=1, engine="numpy"),
-        lambda: ks.calibrate(robot, {**over, **read}, ["rod_1.youngs_modulus"], engine="numpy"),
-        lambda: ks.tolerances(pose, {"youngs_modulus": "1%"}, samples=10, **differenced),
-    ):
-        asked.clear()
-        analysed()
-        assert asked and set(asked) == {"numpy"}
+class Asked(Exception):
+    """The engine with which loops are to be closed is known."""
+
+
+@pytest.mark.parametrize(
+    "analysed",
+    [
+        lambda pose: ks.compensate(pose, [0, -5, 0, 0, 0, 0], engine="numpy"),
+        lambda pose: ks.sensitivities(pose, ["tool_mass"], ["twist"], engine="numpy", point=(0, 0, 0)),
+        lambda _: ks.optimize("five_bar", {"tool_mass": "1:2"}, "mass", ["sag < 1 mm"], OVER, starts=1, engine="numpy"),
+        lambda pose: ks.calibrate(pose.robot, {**OVER, **READ}, ["proximal_1.youngs_modulus"], engine="numpy"),
+        lambda pose: ks.tolerances(pose, {"tool_mass": "1%"}, samples=10, engine="numpy", point=(0, 0, 0)),
+    ],
+)
+def test_whatever_analyses_closes_its_loops_by_the_same_engine(analysed, monkeypatch):
+    """Each closes loops anew: corrected poses, robots of an optimization, and others of the same file."""
+    pose = package_robots.robot("five_bar").assemble(platform={"x": 0.01, "y": 0.3})
+
+    def asked(engine):
+        raise Asked(engine)
+
+    for module in [module for name, module in sys.modules.items() if name.startswith("kinetostatics.")]:
+        if hasattr(module, "compiled_loops"):
+            monkeypatch.setattr(module, "compiled_loops", asked)
+    with pytest.raises(Asked, match=r"^numpy$"):
+        analysed(pose)

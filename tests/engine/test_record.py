@@ -12,7 +12,7 @@ from kinetostatics.engine.recorder import Structure
 from kinetostatics.engine.scalars import NotRecordedError
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_all_robots_are_recorded_as_numpy_computes_them(name):
     robot = package_robots.robot(name)
@@ -22,23 +22,6 @@ def test_all_robots_are_recorded_as_numpy_computes_them(name):
     worst = differences(found, solved(robot, *poses))
     assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
     assert {"contributions", "compliance", "stiffness", "intensities", "actuator_forces"} <= set(worst)
-
-
-def test_where_a_limb_is_special_the_record_says_so_and_without_guards_it_would_be_wrong():
-    """A limb of the Delta whose canonical wrenches degenerate, and one whose passive joints become dependent."""
-    robot = package_robots.robot("linear_delta")
-    record = record_of(robot)
-    q = np.repeat(robot.assemble().model_q, 3, axis=1)
-    q[1, 1] += np.pi / 2
-    q[7, 2] += np.pi / 2
-    poses = robot.equations.from_model(q), np.ones((6, 3)), np.ones((3, 3))
-    found, holds = evaluated(robot, record, *poses)
-    assert holds.tolist() == [True, False, False]
-    wanted = solved(robot, *poses)
-    assert wanted["basis_degenerate"].tolist() == [False, True, False] and wanted["doubtful"][2]
-    assert not np.array_equal(found["basis_degenerate"], wanted["basis_degenerate"])
-    alone = [item["contributions"][..., 0] for item in (found, wanted)]
-    np.testing.assert_allclose(*alone, rtol=0, atol=1e-12 * np.max(np.abs(alone)))
 
 
 def test_sections_and_masses_are_inputs():
@@ -51,19 +34,6 @@ def test_sections_and_masses_are_inputs():
     assert np.all(holds) and max(differences(found, solved(thick, *poses)).values()) < 1e-11
     twists = [item["contributions"].sum(axis=0) for item in (found, solved(thin, *poses))]
     assert np.max(np.abs(twists[0] - twists[1])) > 0.1 * np.max(np.abs(twists[0]))
-
-
-def test_rounding_is_no_structure(monkeypatch):
-    """Sines are 0 in a base of one radius and 1e-17 in another: that is no other code, and its numbers hold for both."""
-    robots = [package_robots.robot("gough_stewart", base_radius=r) for r in (0.327, 0.35)]
-    first, *others = (Structure(robot.statics) for robot in robots)
-    assert all(other.key == first.key for other in others) and not np.allclose(first.values, others[0].values)
-    with monkeypatch.context() as exact:
-        exact.setattr("kinetostatics.engine.recorder.ROUNDING", 0.0)
-        assert len({Structure(robot.statics).key for robot in robots}) > 1
-    poses = some_poses(robots[1])
-    found, holds = evaluated(robots[1], record_of(robots[0]), *poses)
-    assert np.all(holds) and max(differences(found, solved(robots[1], *poses)).values()) < 1e-11
 
 
 def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
@@ -91,7 +61,7 @@ def test_where_poses_surely_do_not_buckle_is_recorded_as_numpy_computes_it(name)
     np.testing.assert_array_equal(found["is_stable"], wanted)
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(len(RANDOM)))
 def test_random_robots_are_recorded_as_numpy_computes_them(seed):
     """Where the record holds, to what the condition of the stiffness leaves."""

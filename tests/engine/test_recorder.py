@@ -59,14 +59,6 @@ def test_a_branch_goes_the_example_s_way_and_is_guarded():
     assert list(tape.guards.values()) == [True, False, False]
 
 
-def test_equal_operations_are_written_once():
-    tape = Tape()
-    a = recorded(tape, np.array([2.0, 5.0]))
-    first, second = a[0] * a[1], a[1] * a[0]
-    assert first is second and first.value == 10.0
-    assert np.negative(-a)[0] is a[0]
-
-
 def test_what_is_no_operation_on_scalars_says_so():
     a = recorded(Tape(), np.array([1.0, 2.0]))
     for attempt in (

@@ -9,7 +9,7 @@ import pytest
 from tapes import evaluate
 
 from kinetostatics.engine import scalars
-from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape, value_of
+from kinetostatics.engine.scalars import Scalar, Tape, value_of
 
 NUMBERS = (0.0, 1.0, -1.0, 2.5, -0.5, math.nan, math.inf)
 #: What each function of two numbers is in Python.
@@ -97,20 +97,6 @@ def test_choices(condition):
             if isinstance(found, Scalar):
                 columns = np.array([[not condition] if recorded[0] else [condition], [a], [b]])
                 assert evaluate(tape, [columns.astype(float)], [], [found.number])[0][0] == (a if columns[0, 0] else b)
-
-
-@pytest.mark.parametrize("n", range(8))
-def test_powers(n):
-    for a in NUMBERS[:5]:
-        check(lambda a, n=n: scalars.power(a, n), lambda a: a**n, (a,), [3.0, -0.5, 0.0])
-
-
-def test_powers_that_are_not_whole_are_not_recorded():
-    tape = Tape()
-    a = tape.write(("input", 0, 0), 2.0)
-    for n in (0.5, -1, a):
-        with pytest.raises(NotRecordedError):
-            scalars.power(a, n)
 
 
 def test_what_changes_nothing_is_not_written():

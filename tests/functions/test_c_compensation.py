@@ -6,7 +6,7 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import NEEDS_ARM, SANITIZED, around, on_cortex_m7, rows, run
+from c_programs import SANITIZED, around, rows, run
 
 import kinetostatics as ks
 from kinetostatics.compensation import error_tolerance
@@ -87,14 +87,3 @@ def test_what_does_not_go_with_compensation_is_told(tmp_path):
         ks.compile(robot, TRIPOD, outputs="residual_error")
     with pytest.raises(ks.ArgumentError, match="has no derivatives"):
         function("3rps", TRIPOD).jacobian("actuators", "z")
-
-
-@pytest.mark.slow
-@NEEDS_ARM
-@pytest.mark.parametrize("compensate", [False, True])
-def test_a_cortex_m7_takes_it(compensate, tmp_path):
-    outputs = OUTPUTS if compensate else ("twist", "actuator_forces", "actuators")
-    f = ks.compile(package_robots.robot("3rps"), TRIPOD, outputs=outputs, compensate=compensate)
-    f.export_c(tmp_path, name="tripod")
-    text, data, bss = on_cortex_m7(tmp_path, "tripod_test.c", "tripod.c")
-    assert text < 300_000 and data == bss == 0

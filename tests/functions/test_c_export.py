@@ -3,20 +3,17 @@
 import re
 import shutil
 import subprocess
-from types import SimpleNamespace
 
 import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import SANITIZED, around, compiled, rows, run
+from c_programs import SANITIZED, compiled, run
 
 import kinetostatics as ks
-from kinetostatics.functions.c_export import _references
 from kinetostatics.functions.c_programs import c_names, identifier
 from kinetostatics.functions.c_source import c_array
-from kinetostatics.functions.c_texts import STATUSES, _words
-from kinetostatics.functions.inputs_outputs import Quantity
+from kinetostatics.functions.c_texts import STATUSES
 
 POSES = 600
 
@@ -37,24 +34,6 @@ def exported(five_bar, tmp_path_factory):
 @pytest.fixture(scope="module", params=[(), pytest.param(SANITIZED, marks=pytest.mark.slow)], ids=["strict", "sanitized"])
 def driver(exported, request):
     return c_programs.driver(exported, request.param)
-
-
-def test_it_says_what_python_says_in_and_out_of_reach(five_bar, driver):
-    """Around the zero pose, a third of the poses far away."""
-    wide = np.where(np.arange(POSES) % 3 == 0, 0.6, 0.1)
-    at, load, gravity = around(five_bar, POSES, wide / five_bar.robot.length, 3)
-    status, found = run(driver, rows(five_bar, at, load, gravity))
-    wanted = five_bar(**at, load=load, gravity=gravity)
-    python = np.where(wanted["status"] == ks.Status.LIMIT_EXCEEDED, 0, wanted["status"])
-    assert np.array_equal(status, python) and {0, 2} <= set(status.tolist())
-    here = status == 0
-    expected = np.column_stack([wanted["twist"], wanted["actuator_forces"], wanted["actuators"]])
-    columns = np.split(np.arange(10), [6, 8])
-    for part in columns:
-        error = np.max(np.abs(found[here][:, part] - expected[here][:, part]), axis=1)
-        size = np.max(np.abs(expected[here][:, part]), axis=1)
-        assert np.max(error / size) < 1e-9
-    assert np.all(np.isnan(found[~here])) and np.max(found[here, -1]) < 1e-12
 
 
 def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver):
@@ -207,58 +186,3 @@ def test_members_of_structs_are_no_keywords_and_all_different():
     assert c_names(["a_b", "a-b", "a b", "int", "class"]) == {
         "a_b": "a_b", "a-b": "a_b_", "a b": "a_b__", "int": "int_", "class": "class_",
     }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("shape", "axes", "words"),
-    [
-        (
-            (2, 3),
-            {"what": ("p", "q"), "of": ("x", "y", "z")},
-            "told; in the order x, y, z; row by row, 2 x 3, rows p, q [m, N m]",
-        ),
-        ((2, 2), {"what": ("x", "y"), "of": ("x", "y")}, "told; in the order x, y; row by row, 2 x 2 [m, N m]"),
-        ((2,), {"of": ("x", "y")}, "told; in the order x, y [m, N m]"),
-        ((), {}, "told [m, N m]"),
-    ],
-)
-def test_quantities_are_told_with_their_order(shape, axes, words):
-    assert _words(Quantity("some", shape, ("m", "N·m"), axes, "told")) == words
-
-
-@pytest.mark.parametrize(("reach", "part"), [(0.15, 0.15), (0.05, 0.05), (0.0, 0.015)])
-@pytest.mark.parametrize("scalar", [np.float64, np.float32])
-def test_reference_poses_are_around_the_start_until_many_are_in_reach(reach, part, scalar):
-    """A third up to six times as far as the others, in numbers that the type has, with loads and gravity that differ."""
-
-    class OfReach(SimpleNamespace):
-        def __call__(self, *, x, rz, load, gravity, near):
-            out = np.abs(x - 0.7) > 2 * reach  # the robot is 2 m large
-            return {"status": np.where(out, ks.Status.UNREACHABLE, ks.Status.LIMIT_EXCEEDED), "twist": load[:, :2] * x[:, None]}
-
-    inputs = {name: SimpleNamespace(name=name, units=(unit,)) for name, unit in (("x", "m"), ("rz", "rad"), ("load", "N"))}
-    solver = SimpleNamespace(values=lambda prescribed, pose: pose)
-    robot = SimpleNamespace(solver=solver, zero_poses=np.array([[0.7], [-0.2]]), length=2.0)
-    outputs = {"twist": SimpleNamespace(name="twist", shape=(2,)), "status": None}
-    of = OfReach(robot=robot, names=["x", "rz"], prescribed=None, inputs=inputs, outputs=outputs, compensates=False)
-    found = _references(of, None, None, 40, scalar)
-    x, rz = (np.array([at[name] for at, *_ in found]) for name in ("x", "rz"))
-    load, gravity, twist = (
-        np.array(column) for column in ([row[1] for row in found], [row[2] for row in found], [row[3]["twist"] for row in found])
-    )
-    far = np.arange(40) % 3 == 2
-    for off in ((x - 0.7) / 2, rz + 0.2):
-        for which, times in ((far, 6), (~far, 1)):
-            size = np.abs(off[which]).max()
-            assert 0.8 * times * part < size <= times * part and off[which].min() < 0 < off[which].max()
-    assert all(np.array_equal(array, array.astype(scalar)) for array in (x, rz, load, gravity))
-    assert load.shape == (40, 6) and 90 < -load.min() <= 100 and 90 < load.max() <= 100
-    assert np.abs(gravity - [0, 0, -9.81]).max() <= 1 and np.all(np.ptp(gravity, axis=0) > 1.8)
-    np.testing.assert_array_equal(twist, load[:, :2] * x[:, None])
-    assert [row[4] for row in found] == [2 if abs(value - 0.7) > 2 * reach else 0 for value in x]
-    of.compensates = True
-    assert {row[4] for row in _references(of, None, None, 40, scalar)} <= {1, 2}
-    near = SimpleNamespace(poses=np.array([[0.75], [-0.2]]))
-    moved = _references(of, None, near, 40, scalar)
-    if part == 0.15:
-        assert np.mean([at["x"] for at, *_ in moved]) - x.mean() == pytest.approx(0.05, abs=1e-7)

@@ -45,7 +45,7 @@ def compare(f, program, at, load, gravity):
 @pytest.mark.parametrize(
     ("name", "coordinates", "poses"),
     [
-        pytest.param("2pru_upr", TRIPOD, 2000),
+        pytest.param("2pru_upr", TRIPOD, 600),
         *(
             pytest.param(*case, marks=pytest.mark.slow)
             for case in (

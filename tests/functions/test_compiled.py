@@ -9,8 +9,7 @@ import pytest
 from telescopes import mast
 
 import kinetostatics as ks
-from kinetostatics.engine import code, loops
-from kinetostatics.engine.loop_record import Program
+from kinetostatics.engine import loops
 from kinetostatics.functions.compiled import CompiledFunction
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.rotations import Orientation
@@ -128,6 +127,9 @@ def test_mistakes_are_told_as_ever():
     one = {key: float(value[1]) for key, value in at.items()}
     with pytest.raises(ks.ArgumentError, match="its last axis must have 6 entries"):
         f(**one, load=[1.0])
+    for wrong in ({"load": [[1.0] * 5]}, {"gravity": [[0.0, 0.0, -9.81, 0.0]]}):
+        with pytest.raises(ks.ArgumentError, match="its last axis must have"):
+            f(**{name: values[:2] for name, values in at.items()}, **wrong)
     with pytest.raises(ks.ArgumentError, match="not finite"):
         f(**one, gravity=[0, 0, np.nan])
     with pytest.raises(ks.exceptions.CoordinatesError, match="is not finite"):
@@ -238,47 +240,3 @@ def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monke
     assert len(asked) == 2 and all(asked)
     several = {key: value + np.linspace(0, 0.02, 3) for key, value in one.items()}
     assert_alike(f(**several, near=values), g(**several, near=careful))
-
-
-def test_code_of_single_poses_and_of_where_lines_start_is_not_used_if_it_is_wrong(monkeypatch):
-    """What is on disk is tried, and made anew; where nothing can be made, other code or NumPy does the same."""
-    solver, made = functions("five_bar")[0]._compiled._solver, loops.start_record
-    keys, written = [], code.store
-    monkeypatch.setattr(code, "store", lambda key, content: keys.append(key) or written(key, content))
-
-    def wrong(record):
-        def of(*given):
-            program = record(*given)
-            return Program(program.tape, program.numbers[::-1], program.truths)
-
-        return of
-
-    def start_of(record):
-        monkeypatch.setattr(loops, "_START", ("start", record, 4, 0))
-        other = copy.copy(solver)
-        vars(other).pop("_start", None)
-        return other._start
-
-    assert start_of(wrong(made)) is None and not keys
-    assert start_of(made) is not None and len(keys) == 1
-    assert start_of(wrong(made)) is not None and len(keys) == 1  # from the disk
-    monkeypatch.setattr(code, "read_stored", lambda key: None)
-    assert start_of(wrong(made)) is None and start_of(made) is not None and len(keys) == 2
-
-    target = solver.values(solver._own, solver._example) + 0.01
-    start = np.concatenate([solver._example.x, solver._example.c])
-    moved, step = solver.single_step()
-    assert moved.shape[1] == 1 and step(start, target) and len(keys) == 4
-    (name, newton, *rest), *others = solver._functions
-    other = copy.copy(solver)
-    other._functions = ((name, wrong(newton), *rest), *others)
-    careful, step = other.single_step()
-    assert careful.shape[1] > 1 and step(start, target) and len(keys) == 4
-    np.testing.assert_allclose(careful[:, :1], moved, rtol=0, atol=1e-12)
-
-
-@pytest.mark.parametrize("wrong", [{"load": [[1.0] * 5]}, {"gravity": [[0.0, 0.0, -9.81, 0.0]]}])
-def test_vectors_of_another_length_are_refused_in_batches(wrong):
-    f, *_, at, _, _ = functions("five_bar")
-    with pytest.raises(ks.ArgumentError, match="its last axis must have"):
-        f(**{name: values[:2] for name, values in at.items()}, **wrong)

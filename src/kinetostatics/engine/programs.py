@@ -53,12 +53,7 @@ _LOCK = threading.Lock()
 
 
 def _answering(
-    programs: _Programs[Key, Made],
-    robot: RobotKinematics,
-    key: Key,
-    engine: str,
-    poses: int,
-    find: Callable[[bool], Made | None],
+    programs: _Programs[Key, Made], robot: RobotKinematics, key: Key, engine: str, poses: int, find: Callable[[bool], Made | None]
 ) -> _Program[Made]:
     """Return one of a robot's programs; its code is loaded or compiled if the engine and the number of poses call for it.
 

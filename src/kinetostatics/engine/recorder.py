@@ -176,13 +176,7 @@ class Structure:
         copy: the robot's data with recorded parameters of ``tape`` in place of the numbers.
     """
 
-    def __init__(
-        self,
-        robot: object,
-        tape: Tape | None = None,
-        *,
-        all_vary: bool = False,
-    ) -> None:
+    def __init__(self, robot: object, tape: Tape | None = None, *, all_vary: bool = False) -> None:
         """Separate structure and numbers.
 
         Args:
@@ -190,8 +184,7 @@ class Structure:
             tape: tape on which operations with the copy are recorded.
             all_vary: whether 0, 1 and −1 are parameters too, for records of robots whose numbers differ.
         """
-        self._hash, self._tape = hashlib.sha256(), tape
-        self._all_vary = all_vary
+        self._hash, self._tape, self._all_vary = hashlib.sha256(), tape, all_vary
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Number, Number]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._copied(robot)
@@ -233,10 +226,17 @@ class Structure:
         return self._object(item)
 
     def _object(self, item: Number) -> Number:
+        """Copy an object without fields that are not compared, cached properties and the names in ``NOT_RECORDED`` of its class:
+        labels, places in files, data of other programs.
+        """
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
-        names = _recorded_names(item)
+        if is_dataclass(item):
+            own = [field.name for field in fields(item) if field.compare]
+        else:
+            own = [name for name in vars(item) if not isinstance(getattr(kind, name, None), cached_property)]
+        names = tuple(name for name in own if name not in getattr(kind, "NOT_RECORDED", ()))
         self._add_to_key(kind.__qualname__, names)
         for name in names:
             object.__setattr__(copy, name, self._copied(getattr(item, name)))
@@ -275,17 +275,3 @@ class Structure:
         for place, number in enumerate(rest):
             copy[number] = self._tape.write(("parameter", first + place), float(flat[number]))
         return copy.reshape(array.shape).view(Recorded)
-
-
-def _recorded_names(item: object) -> tuple[str, ...]:
-    """Return the attributes of an object on which records may depend.
-
-    Excluded are fields of a dataclass that are not compared, cached properties, and the names in ``NOT_RECORDED`` of a class:
-    labels, places in files, data of other programs.
-    """
-    kind = type(item)
-    if is_dataclass(item):
-        own = [field.name for field in fields(item) if field.compare]
-    else:
-        own = [name for name in vars(item) if not isinstance(getattr(kind, name, None), cached_property)]
-    return tuple(name for name in own if name not in getattr(kind, "NOT_RECORDED", ()))

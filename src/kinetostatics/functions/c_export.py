@@ -176,10 +176,8 @@ def _references(
 
 
 def _coordinates_at(function: Exported, pose: SolverState) -> dict[str, float]:
-    """Return the function's coordinates of a pose."""
     return dict(zip(function.names, function.robot.solver.values(function.prescribed, pose)[:, 0].tolist(), strict=True))
 
 
 def _coordinates(function: Exported) -> list[Quantity]:
-    """Return the inputs that are coordinates."""
     return [item for name, item in function.inputs.items() if name not in LOADS]

@@ -194,20 +194,6 @@ def _jacobian(
     )
 
 
-def _pairs(
-    function: Exported, fields_of: Mapping[str, str], of: Sequence[str], by: Sequence[str]
-) -> list[tuple[Quantity, Quantity, str]]:
-    """Return outputs and inputs, and the names of the fields with their derivatives.
-
-    Raises:
-        ArgumentError: a derivative is with respect to a parameter, not an input.
-    """
-    for name in by:
-        if name not in function.inputs:
-            raise ArgumentError(f"derivatives by {name!r} cannot be exported, only those by inputs: {', '.join(function.inputs)}")
-    return [(function.outputs[a], function.inputs[b], f"{a}_by_{fields_of.get(b, b)}") for a in of for b in by]
-
-
 # ---- the search for corrected positions of the actuators -----------------------------------------------------------------
 
 
@@ -247,11 +233,8 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         names: names of the controlled coordinates.
         orientation: convention of the angles.
     """
-    controlled, least, driven = (
-        ScaledCoordinates(names, orientation, robot.length),
-        error_tolerance(robot.length),
-        robot.description.driven,
-    )
+    controlled, least = ScaledCoordinates(names, orientation, robot.length), error_tolerance(robot.length)
+    driven = robot.description.driven
     R, o = robot.mechanism.platform_pose(robot.statics.example)
     platform, twist, n = np.concatenate([R.reshape(9, 1), o]), np.array([_TWIST]).T, len(names)
 
@@ -350,7 +333,13 @@ class Programs:
         self.at = dict(zip((*names, "holds"), accumulate((len(record.rows[name]) for name in names), initial=0), strict=True))
         self.jacobian = None
         if jacobian is not None:
-            self.jacobian = _jacobian(self.line, robot, record, numbers, _pairs(function, self.c_names, *jacobian))
+            of, by = jacobian
+            for name in by:
+                if name not in function.inputs:
+                    known = ", ".join(function.inputs)
+                    raise ArgumentError(f"derivatives by {name!r} cannot be exported, only those by inputs: {known}")
+            pairs = [(function.outputs[a], function.inputs[b], f"{a}_by_{self.c_names.get(b, b)}") for a in of for b in by]
+            self.jacobian = _jacobian(self.line, robot, record, numbers, pairs)
         first, c = robot.solver.origin(self.line.prescribed, begin)
         self.start = begin.x[:, 0], c[:, 0], first[:, 0]
         names = robot.actuator_names

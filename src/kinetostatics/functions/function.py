@@ -201,18 +201,10 @@ class Function:
         missing = [name for name in own if name not in coordinates]
         if missing:
             raise ArgumentError(f"the coordinates {', '.join(missing)} are missing; this function takes {', '.join(self.inputs)}")
+        actuators, platform = (coordinates, None) if self.by_actuators else (None, coordinates)
         start = near.pose if isinstance(near, Values) else near
-        given = {"actuators" if self.by_actuators else "platform": coordinates}
-        return assembly.assemble(
-            self.robot,
-            given.get("actuators"),
-            given.get("platform"),
-            self.orientation,
-            start,
-            TOLERANCE,
-            on_failure="nan",
-            chosen=compiled_loops(self.engine),
-        )
+        loops = compiled_loops(self.engine)
+        return assembly.assemble(self.robot, actuators, platform, self.orientation, start, TOLERANCE, "nan", loops)
 
     @cached_property
     def _compiled(self) -> CompiledFunction | None:
@@ -387,8 +379,6 @@ def compile(
     else:
         names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
-    engine = check_engine(engine)
-    if engine == "auto":
-        engine = "compiled"
     asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
-    return Function(robot, names, platform is None, orientation, asked, engine, compensate)
+    chosen = "compiled" if check_engine(engine) != "numpy" else "numpy"
+    return Function(robot, names, platform is None, orientation, asked, chosen, compensate)

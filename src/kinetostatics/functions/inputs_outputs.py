@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -62,7 +62,7 @@ class Quantity:
         return f"{self.name}{shape} [{units}]" + (f": {self.meaning}" if self.meaning else "")
 
 
-class Values(Mapping[str, Array]):
+class Values(ResultMapping[str, Array]):
     """Result of a function: arrays by name, batch axes first, and the corresponding pose.
 
     Attributes:
@@ -70,7 +70,8 @@ class Values(Mapping[str, Array]):
     """
 
     def __init__(self, arrays: Mapping[str, Array], pose: Callable[[], Configuration], origin: object = None) -> None:
-        self._arrays, self._made, self.origin = ResultMapping(arrays), pose, origin
+        super().__init__(arrays)
+        self._made, self.origin = pose, origin
 
     @cached_property
     def pose(self) -> Configuration:
@@ -79,24 +80,7 @@ class Values(Mapping[str, Array]):
 
     def __reduce__(self) -> tuple[object, ...]:
         """Include the pose, not the function that computes it."""
-        return _known, (dict(self._arrays), self.pose)
-
-    def __getitem__(self, name: str) -> Array:
-        if name not in self._arrays:
-            raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
-        return self._arrays[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._arrays
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __repr__(self) -> str:
-        return f"<Values: {', '.join(self._arrays)}>"
+        return _known, (self.copy(), self.pose)
 
 
 def flat_loads(load: ArrayLike, gravity: ArrayLike, *shapes: tuple[int, ...]) -> tuple[Array, Array, tuple[int, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fnmatch
 import math
 from collections.abc import Mapping, Sequence
@@ -68,12 +69,9 @@ class ParametricRobot:
         assert self._links is not None
         description, found = self.robot.description, dict[str, float]()
         for name, text in parameter_values(description.path, description.parameters).items():
-            try:
-                number = float(text)
-            except ValueError:
-                continue
-            if math.isfinite(number):
-                found[name] = number
+            with contextlib.suppress(ValueError):
+                if math.isfinite(number := float(text)):
+                    found[name] = number
         return found
 
     @cached_property
@@ -83,12 +81,9 @@ class ParametricRobot:
         own = self.robot.description
         every: list[Mapping[str, str | None]] = [{}, {"platform_link": own.platform, "base_link": own.base}]
         for links in every:
-            try:
-                same = read_robot_file(own.path, own.parameters, **links)
-            except (ArgumentError, RobotFileError):
-                continue
-            if same == own:
-                return links
+            with contextlib.suppress(ArgumentError, RobotFileError):
+                if read_robot_file(own.path, own.parameters, **links) == own:
+                    return links
         raise ArgumentError(
             f"the robot {self.robot.name!r} differs from its file {own.path!r}: parameters belong to a file; load it from "
             "there, or save it"
@@ -103,9 +98,8 @@ class ParametricRobot:
         def read(other: float) -> RobotDescription:
             return self._read({name: other})
 
-        return RobotNumber(
-            name, parameter_unit(value, read), value, STEP * (abs(value) or 1.0), self.robot.description, read=read
-        )
+        step = STEP * (abs(value) or 1.0)
+        return RobotNumber(name, parameter_unit(value, read), value, step, self.robot.description, read=read)
 
     def names(self, patterns: Sequence[str], what: str = "", errors: bool = False) -> dict[str, str]:
         """Return the names that match patterns, each with its pattern.
@@ -238,13 +232,12 @@ def same_pose(configuration: Configuration, robot: Robot, loops: SolverChoice) -
     The assembly mode is that of ``configuration``, whose pose is the start of the straight line to this pose. ``loops`` chooses
     the solver.
     """
-    near = replace(configuration, robot=robot)
+    near, how = replace(configuration, robot=robot), (configuration.closure_tolerance, "nan", loops)
     if configuration.prescribed:
-        names, values, orientation = configuration.prescribed, configuration.platform, configuration.orientation.name
-        given = {name: np.array(values[name]) for name in names}
-        return assemble(robot, None, given, orientation, near, near.closure_tolerance, "nan", loops)
+        given = {name: np.array(configuration.platform[name]) for name in configuration.prescribed}
+        return assemble(robot, None, given, configuration.orientation.name, near, *how)
     given = {name: np.array(value) for name, value in configuration.actuators.items()}
-    return assemble(robot, given, None, None, near, near.closure_tolerance, "nan", loops)
+    return assemble(robot, given, None, None, near, *how)
 
 
 def opens_loops(name: str) -> ArgumentError:
