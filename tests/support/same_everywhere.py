@@ -62,7 +62,7 @@ def texts_of(robot):
         if found.status != ks.Status.OK:
             yield _said(lambda pose=pose: ks.analyze(pose).status)
         yield f"---- vibration\n{_said(lambda pose=pose: ks.modes(pose, 4))}"
-        yield f"---- buckling\n{_said(lambda found=found: found.buckling(2))}\n{_said(lambda found=found: found.second_order)}"
+        yield f"---- buckling\n{_said(lambda found=found: found.buckling(2))}"
         if name == "zero pose":
             yield f"---- tolerances\n{_said(lambda pose=pose: ks.tolerances(pose))}"
 

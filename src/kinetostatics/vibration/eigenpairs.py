@@ -198,9 +198,9 @@ def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
     axes = np.linalg.eigh(scaled)[1] / size[:, :, None]
     free, stiff = axes[..., : space.free], axes[..., space.free :]
     masses = np.einsum("pii->pi", M)
-    masses = masses + _NONE * masses.max(axis=1, keepdims=True)
-    whole = np.einsum("pir,pi->pr", free**2, masses)
-    free = free / np.sqrt(np.where(whole > 0, whole, 1.0))[:, None]
+    unit = np.sqrt(masses + _NONE * masses.max(axis=1, keepdims=True))
+    unit = np.where(unit > 0, unit, 1.0)
+    free = np.linalg.qr(unit[..., None] * free)[0] / unit[..., None]
     values, turn = np.linalg.eigh(np.swapaxes(free, 1, 2) @ M @ free)
     missing = np.sum(values < _NONE, axis=1)
     for number in np.unique(missing):
@@ -213,9 +213,10 @@ def _with_mass(space: _Space, K: Array, M: Array) -> Iterator[_Space]:
 
 
 def _scaled(matrix: Array) -> tuple[Array, Array]:
-    """Return symmetric matrices (…, n, n) scaled to diagonals of 1, and the roots (…, n) of their diagonals."""
+    """Return symmetric matrices (…, n, n) scaled to diagonals of 1 or, where these are rounding, 0; and the scale (…, n)."""
     size = np.sqrt(np.abs(np.einsum("...ii->...i", matrix)))
-    size = np.where(size > 0, size, 1.0)
+    largest = size.max(axis=-1, keepdims=True, initial=0.0)
+    size = np.where(size > _NONE * largest, size, np.where(largest > 0, largest, 1.0))
     return matrix / (size[..., :, None] * size[..., None, :]), size
 
 
