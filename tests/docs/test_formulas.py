@@ -1,10 +1,13 @@
-"""The page of formulas: its program gives the package's twist, and its thresholds are those of the code."""
+"""The page of formulas: its program gives the package's twist; thresholds there and on the page of limits are the code's."""
 
 import importlib
 import re
 
 import numpy as np
 from page_code import run_python, text_of
+
+from kinetostatics.checks.input_warnings import STUBBY
+from kinetostatics.results.warnings import EULER_WARNING, LARGE_MOTION
 
 
 def test_the_program_written_from_the_formulas_gives_the_twist_of_the_package():
@@ -21,3 +24,10 @@ def test_thresholds_are_those_of_the_code():
     assert len(rows) == table.count("\n| ") - 1
     for value, module, name in rows:
         assert getattr(importlib.import_module(f"kinetostatics.{module}"), name) == float(value), name
+
+
+def test_limits_of_the_theory_are_those_of_the_warnings():
+    page = " ".join(text_of("explanation/limits").split())
+    assert f"From {100 * EULER_WARNING:.0f} % on a warning" in page
+    assert f"A beam shorter than { {3.0: 'three', 5.0: 'five'}[STUBBY] } times its depth is warned of" in page
+    assert f"by more than {LARGE_MOTION:g} times `robot.length`, or turns by more than {LARGE_MOTION:g} rad, is warned of" in page

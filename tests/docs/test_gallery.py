@@ -8,11 +8,13 @@ import gallery_pages as gallery
 import numpy as np
 import package_robots
 import pytest
+from PIL import Image
 from places import ROOT
 
 from kinetostatics.files.bundled import shipped_robots
 
 sys.path.insert(0, str(ROOT / "examples"))
+import animated_modes
 import kinematic_sketches
 
 ROBOTS = sorted(shipped_robots())
@@ -69,3 +71,14 @@ def test_sketches_have_the_joints_of_the_machine(name, joints):
         feet = np.array([symbol.point for symbol in symbols if symbol.turns == 1])
         assert np.linalg.norm(feet[:, :2], axis=1) == pytest.approx(0.3, rel=1e-12)
     assert kinematic_sketches.seen(np.array([0.0, 0.0, 1.0]))[0] == 0  # upright stays upright
+
+
+@pytest.mark.slow
+def test_the_gallery_of_modes_is_fresh():
+    assert animated_modes.PAGE.read_text(encoding="utf-8") == animated_modes.page_text(), "run python examples/animated_modes.py"
+
+
+def test_pictures_of_modes_are_small_and_move():
+    for name in animated_modes.MODES:
+        file = animated_modes.PICTURES / f"{name}.webp"
+        assert Image.open(file).n_frames == animated_modes.FRAMES and file.stat().st_size <= 60_000

@@ -78,6 +78,7 @@ def test_motion():
     assert f"{1 / k:.3f} s, limited by the sag" in (ROOT / "docs" / "how_to" / "motion.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_stiffening():
     fewer = {"(pose, load": '(pose, ["rod_diameter", "rod_length"], load'}
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]

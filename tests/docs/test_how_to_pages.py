@@ -1,9 +1,13 @@
 """The Python and the commands of the how-to pages run as they stand there, one after the other, in an empty folder."""
 
 import os
+import shlex
 
+import numpy as np
 import pytest
 from page_code import DOCS, blocks, commands, in_a_copy, run_commands, run_python, text_of
+
+from kinetostatics.cli.main import main
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
@@ -14,9 +18,20 @@ OWN = ("poses.csv", "path.csv")
 #: Pages whose Python or commands are run by a test of their own, or cannot be here, and why.
 ELSEWHERE = {
     "python": {
-        "balance_gravity": "test_balance_page.py",
-        "find_what_to_stiffen": "test_how_to_figures.py, with fewer parameters",
-        "loads": "test_loads_page.py",
+        "balance_gravity": "below",
+        **dict.fromkeys(
+            (
+                "calibrate",
+                "correct_a_machine",
+                "feedforward",
+                "find_what_to_stiffen",
+                "motion",
+                "natural_frequencies",
+                "tolerances",
+            ),
+            "test_how_to_figures.py",
+        ),
+        "loads": "below",
         "pinocchio": "tests/unit/mechanism/test_pinocchio.py",
         "plain_urdf": "the reader's own URDF; tests/validation/test_example_robot_data.py",
         "report": "tests/cli/test_report_command.py",
@@ -28,7 +43,7 @@ ELSEWHERE = {
     },
     "sh": {
         "controller": "tests/functions/test_c_export.py",
-        "loads": "test_loads_page.py",
+        "loads": "below",
         "motion": "tests/design/test_trajectory.py",
         "plain_urdf": "tests/validation/test_example_robot_data.py",
         "report": "tests/cli/test_report_command.py",
@@ -38,7 +53,7 @@ ELSEWHERE = {
 }
 #: What takes more than a second or two.
 LONG = {
-    "python": ("calibrate", "tolerances"),
+    "python": ("compiled",),
     "sh": ("correct_a_machine", "find_what_to_stiffen", "size_a_rod", "tolerances", "workspace"),
 }
 PAGES = sorted(path.stem for path in (DOCS / "how_to").glob("*.md"))
@@ -80,3 +95,25 @@ def test_commands(name, capsys):
     for command in commands(f"how_to/{name}"):
         if "--out" in command and not set(command) & set(OWN):
             assert os.path.exists(command[command.index("--out") + 1])
+
+
+def test_gravity_is_balanced(tmp_path, capsys):
+    names = run_python("how_to/balance_gravity")
+    assert capsys.readouterr().out.splitlines()[0] == "True"
+    assert (tmp_path / "balanced.png").stat().st_size > 10_000
+    bare, balanced = (sum(np.abs(force) for force in names[key].actuator_forces.values()) for key in ("bare", "balanced"))
+    assert np.all(balanced < bare)
+
+
+def test_loads_and_payload(capsys):
+    names = run_python("how_to/loads")
+    printed = capsys.readouterr().out
+    assert "load         on slider_1: force (0, -80.000, -40.000) N" in printed
+    assert "payload      12.000 kg at (0, 50.0, -200.0) mm of o-xyz" in printed
+    result, found, numbers = names["result"], names["found"], names["numbers"]
+    np.testing.assert_allclose(found.twist @ numbers, result.contributions["payload"], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("command", [item for item in commands("how_to/loads") if item[0] == "analyze"], ids=shlex.join)
+def test_commands_with_loads(command, capsys):
+    assert main(command) == 0 and "payload" in capsys.readouterr().out

@@ -33,3 +33,12 @@ def test_every_page_has_its_place_in_the_site():
     pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
     assert sorted(set(listed) - {name for name in listed if "/notebooks/" in name}) == sorted(pages)
     assert len(listed) == len(set(listed))
+
+
+def test_every_notebook_is_listed():
+    """``mkdocs build`` runs them, and fails where one of their assertions does."""
+    notebooks = sorted((DOCS / "tutorials" / "notebooks").glob("*.py"))
+    listed = re.findall(r"tutorials/notebooks/(\w+)\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
+    assert sorted(listed) == [path.stem for path in notebooks] and len(listed) >= 5
+    index = (DOCS / "tutorials" / "index.md").read_text(encoding="utf-8")
+    assert re.findall(r"\(notebooks/(\w+)\.py\)", index) == listed

@@ -32,7 +32,7 @@ def example(tmp_path_factory):
     """Run the page's example and return its names and the folder it wrote to."""
     folder = tmp_path_factory.mktemp("example")
     code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
-    code = code.replace("40, 33)", "40, 9)")  # fewer poses
+    code = code.replace("40, 33)", "40, 5)")  # fewer poses
     names = {}
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
