@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.files.writer import cells, save_robot, write_table
+from kinetostatics.files.writer import save_robot, write_table
 from kinetostatics.layout.report import Reported
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.results.result import Result
@@ -166,4 +166,6 @@ class ParetoFront(Reported, builder="reports.optimum:pareto_report"):
         units = self.points[0].units if self.points else {}
         quantities = zip(self.minimized, self.units, self.objectives.T, strict=True)
         columns = [*quantities, *((name, units.get(name, ""), values) for name, values in self.parameters.items())]
-        write_table(path, {f"{name} [{unit}]" if unit else name: cells(values) for name, unit, values in columns})
+        write_table(
+            path, {f"{name} [{unit}]" if unit else name: list(map(repr, values.tolist())) for name, unit, values in columns}
+        )
