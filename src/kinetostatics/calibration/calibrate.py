@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.arguments import Keyword, check, finite_numbers, need_scipy, warn
 from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, leave_one_out, outliers
-from kinetostatics.calibration.measurements import Measurements, read_gauges, read_measurements
+from kinetostatics.calibration.measurements import read_gauges, read_measurements
 from kinetostatics.calibration.readings import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns, determined_ones, unidentifiable
 from kinetostatics.description.loads import Gauge, Payload
@@ -91,12 +91,16 @@ def calibrate(
     """
     check_keywords(calibrate, analysis, without=("load", "on_failure"))
     need_scipy("calibrate")
-    check_level(level)
+    if not isinstance(level, (int, float)) or not 0 < level < 1:
+        raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
     check_robot("calibrate", robot, payload)
     arm = check_point(point, frame)
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
-    readings, measured = _readings(table, known)
+    names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
+    every = np.stack([table.readings[name] for name in names], axis=-1)
+    rows, which = np.nonzero(np.isfinite(every))
+    readings, measured = Readings(rows, which, {name: known[name] for name in names}), every[rows, which]
     for hint in (*robot.unit_hints(table.coordinates), *table.repeated):
         warn(hint)
     used_gauges = list(readings.gauges.values())
@@ -110,34 +114,17 @@ def calibrate(
     sigma_known = None not in sigmas
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
-    model = Model(
-        looked_for,
-        table.coordinates,
-        table.load,
-        readings,
-        reference,
-        orientation,
-        arm,
-        frame,
-        analysis,
-        table.places,
-        closure_tolerance,
-    )
-    scale = np.array([item.scale for item in looked_for.items])
-    start = np.array([item.start for item in looked_for.items]) / scale
+    given = table.coordinates, table.load, readings, reference
+    model = Model(looked_for, *given, orientation, arm, frame, analysis, table.places, closure_tolerance)
+    scale = looked_for.scale
+    start = looked_for.start / scale
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
     check_predicted(model, start * scale)
 
     def solved(used: Mask, start: Array) -> Fit:
         try:
-            return fit(
-                lambda x: model.predict(x * scale)[used],
-                lambda x: model.jacobian(x * scale)[used] * scale,
-                start,
-                measured[used],
-                sigma[used],
-                sigma_known,
-            )
+            functions = lambda x: model.predict(x * scale)[used], lambda x: model.jacobian(x * scale)[used] * scale
+            return fit(*functions, start, measured[used], sigma[used], sigma_known)
         except NoDerivativeError as error:
             item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
             raise ArgumentError(
@@ -168,7 +155,8 @@ def calibrate(
         if one.impossible:
             warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {ADVICE}")
     mass, moment, _ = looked_for.payload_of(values)
-    scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
+    robot_found = Robot(replace(looked_for.described(values), path=robot.description.path))
+    scatter, free = 1.0 if sigma_known else float(np.sqrt(found.variance)), found.degrees_of_freedom
     return Calibration(
         ResultMapping({one.name: one for one in estimates}),
         unidentifiable(looked_for.items, found.null),
@@ -185,24 +173,12 @@ def calibrate(
         flagged,
         frozen(sigma * scatter),
         sigma_known,
-        float(found.residuals @ found.residuals / found.degrees_of_freedom)
-        if sigma_known and found.degrees_of_freedom
-        else float("nan"),
-        found.degrees_of_freedom,
+        float(found.residuals @ found.residuals / free) if sigma_known and free else float("nan"),
+        free,
         found.converged,
         Payload(mass, tuple((moment / mass).tolist())) if mass else None,
-        replace_path(model.robot(values), robot),
+        robot_found,
     )
-
-
-def check_level(level: object) -> None:
-    """Check a confidence level.
-
-    Raises:
-        ArgumentError: it is not between 0 and 1.
-    """
-    if not isinstance(level, (int, float)) or not 0 < level < 1:
-        raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
 
 
 def check_robot(what: str, robot: object, payload: object) -> None:
@@ -255,14 +231,6 @@ def check_predicted(model: Model, values: Array) -> None:
         raise StaticsError(f"{where}readings cannot be computed")
 
 
-def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:
-    """Return the readings, row by row, and their values (n,)."""
-    names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
-    every = np.stack([table.readings[name] for name in names], axis=-1)
-    rows, which = np.nonzero(np.isfinite(every))
-    return Readings(rows, which, {name: gauges[name] for name in names}), every[rows, which]
-
-
 def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
     from scipy import stats
 
@@ -270,7 +238,7 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
     wide = float(stats.norm.isf(tail)) if found.sigma_known else float(stats.t.isf(tail, free)) if free > 0 else np.inf
     estimates = []
     reported, factors = unknowns.reported(values)
-    starts, _ = unknowns.reported(np.array([item.start for item in unknowns.items]))
+    starts, _ = unknowns.reported(unknowns.start)
     errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
     determined = determined_ones(found.null).tolist()
     for k, item in enumerate(unknowns.items):
@@ -283,9 +251,3 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
         interval = float(ends[0]), float(ends[1])
         estimates.append(Estimate(item.name, item.kind, float(reported[k]), item.unit, float(starts[k]), interval, error, known))
     return estimates
-
-
-def replace_path(robot: Robot, origin: Robot) -> Robot:
-    """Return a robot with the file path of ``origin``."""
-    description = robot.description
-    return robot if description.path == origin.description.path else Robot(replace(description, path=origin.description.path))

@@ -106,8 +106,7 @@ def plan_measurements(
     sigmas = np.array([gauge.sigma or SIGMA for gauge in which.gauges.values()])
     looked_for = Unknowns(robot, unknowns, which.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
     model = Model(looked_for, coordinates, wrenches, which, reference, orientation, arm, frame, analysis, None, closure_tolerance)
-    scale = np.array([item.scale for item in looked_for.items])
-    start = np.array([item.start for item in looked_for.items])
+    scale, start = looked_for.scale, looked_for.start
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]
     result = model.result(start)
     usable = np.all(np.isfinite(blocks), axis=(1, 2)) & ~result.limit_exceeded[:every]

@@ -88,16 +88,6 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     return found
 
 
-def number_in(cell: object, unit: str, kind: str, what: str) -> float:
-    """Return the number of a cell in SI; a cell without a unit has the unit of its column, ``unit``.
-
-    Raises:
-        ArgumentError: the cell is no number, or has a unit of another kind.
-    """
-    text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
-    return parse_number(with_unit(text, unit), kind, what)
-
-
 def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
     """Return the rows (n, 6), whose products with twists at o are the readings, world axes [1, m].
 
@@ -179,7 +169,7 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     where, titles, rows = _table(given)
     kinds = {
         **PLATFORM_KINDS,
-        **_actuators(robot),
+        **{name: robot.mechanism.connections[name].type.kind for name in robot.description.driven},
         **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS},
     }
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
@@ -198,8 +188,10 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
             empty = empty or (isinstance(cell, (float, np.floating)) and math.isnan(cell))
             if empty and name not in gauges and name not in WRENCH_COMPONENTS:
                 raise ArgumentError(f"{where(number)}{name} is missing: the cell is empty")
-            nothing = math.nan if name in gauges else 0.0
-            value = nothing if empty else number_in(cell, unit, kinds[name], f"{where(number)}{name}")
+            text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
+            value = math.nan if name in gauges else 0.0
+            if not empty:  # without its own unit a number has that of its column
+                value = parse_number(with_unit(text, unit), kinds[name], f"{where(number)}{name}")
             columns[name].append(value)
     arrays = {name: np.array(column) for name, column in columns.items()}
     readings = {name: array for name, array in arrays.items() if name in gauges}
@@ -210,11 +202,6 @@ def read_measurements(robot: Robot, given: object, gauges: Mapping[str, Gauge]) 
     coordinates = {name: array for name, array in arrays.items() if name not in readings and name not in WRENCH_COMPONENTS}
     load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in WRENCH_COMPONENTS], axis=-1)
     return Measurements(coordinates, load, readings, np.array(numbers), list(map(where, numbers)))
-
-
-def _actuators(robot: Robot) -> dict[str, str]:
-    connections = robot.mechanism.connections
-    return {name: connections[name].type.kind for name in robot.description.driven}
 
 
 def _table(given: object) -> tuple[Callable[[int | None], str], list[str], list[tuple[int, Sequence[object]]]]:

@@ -130,20 +130,14 @@ class Model:
             return assemble(robot, given, None, None, near, self._closure_tolerance, how, loops)
         return assemble(robot, None, given, self.orientation, near, self._closure_tolerance, how, loops)
 
-    def robot(self, values: Array) -> Robot:
-        """Return the robot with values of the unknowns."""
-        return Robot(self.unknowns.described(values))
-
     def result(self, values: Array) -> Result:
         """Return the analysis of all rows, followed by the reference poses; the last one is cached."""
         key = tuple(map(float, values))
         if self._known is None or self._known[0] != key:
-            robot = self.robot(values)
-            pose = (
-                self._assembled(robot, replace(self.pose, robot=robot))
-                if self.unknowns.moves
-                else replace(self.pose, robot=robot)
-            )
+            robot = Robot(self.unknowns.described(values))
+            pose = replace(self.pose, robot=robot)
+            if self.unknowns.moves:
+                pose = self._assembled(robot, pose)
             self._known = key, self._analyzed(pose, values, self.unknowns.errors(values))
         return self._known[1]
 
@@ -151,13 +145,9 @@ class Model:
         given = self.analysis.get("assembly_errors") or {}
         if twice := next((name for name in errors if name in given), None):
             raise ArgumentError(f"assembly_errors: the errors of {twice!r} are among the unknowns, too")
-        load, every = self._load + self._weight(pose, values), {**given, **errors} or None
-        return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
-
-    def _weight(self, pose: Configuration, values: Array) -> Array:
-        """Return the weight of the payload (M, 6) at o."""
         mass, moment, _ = self.unknowns.payload_of(values)
-        return self._of_mass(pose, mass, moment)
+        load, every = self._load + self._of_mass(pose, mass, moment), {**given, **errors} or None
+        return analyze(pose, load, self.gravity, on_failure="nan", **{**self.analysis, "assembly_errors": every})
 
     def _of_mass(self, pose: Configuration, mass: float, moment: Array) -> Array:
         """Return the weight (M, 6) at o of a mass with a first moment (3,) in the platform's axes."""
@@ -245,8 +235,7 @@ class Model:
                         return found
             except ArgumentError:
                 pass
-        known, ends = self._known, []
-        for sign in (1, -1):
-            ends.append(self.predict(values + sign * STEP * item.scale * np.eye(len(values))[k]))
+        known, step = self._known, STEP * item.scale * np.eye(len(values))[k]
+        ends = self.predict(values + step), self.predict(values - step)
         self._known = known
         return np.asarray((ends[0] - ends[1]) / (2 * STEP * item.scale))

@@ -88,10 +88,15 @@ class Unknowns:
         if twice := next((part for part in every if every.count(part) > 1), None):
             raise ArgumentError(f"unknowns: {twice[1]!r} is named twice")
 
-    @property
-    def names(self) -> list[str]:
-        """Names of all unknowns."""
-        return [item.name for item in self.items]
+    @cached_property
+    def start(self) -> Array:
+        """Initial values (p,) of the varied quantities."""
+        return np.array([item.start for item in self.items])
+
+    @cached_property
+    def scale(self) -> Array:
+        """Typical changes (p,) of the varied quantities."""
+        return np.array([item.scale for item in self.items])
 
     @property
     def moves(self) -> bool:
@@ -196,7 +201,7 @@ class Unknowns:
             elif item.kind == "payload" and self.by_moments and item.name != "payload.mass":
                 found[k] = moment["xyz".index(item.name[-1])] / mass if mass else math.nan
                 factors[k, k] = 1 / mass if mass else math.nan
-                factors[k, self.names.index("payload.mass")] = -found[k] * factors[k, k]
+                factors[k, [other.name for other in self.items].index("payload.mass")] = -found[k] * factors[k, k]
         return found, factors
 
 
@@ -239,21 +244,16 @@ def _sparse(null: Array) -> Array:
 def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     mine = np.flatnonzero(direction).tolist()
     changes = ResultMapping({unknowns[k].name: float(direction[k]) for k in mine})
-    names = [_called(unknowns[k]) for k in mine]
+    names = [
+        f"the compliance of {join_words([name for _, name in item.parts])}" if item.kind == "stiffness" else item.name
+        for item in (unknowns[k] for k in mine)
+    ]
     if len(mine) == 1:
         return Unidentifiable(changes, f"no reading depends on {names[0]}")
     together = f"{', '.join(names[:-1])} and {names[-1]} cannot be distinguished"
     if len(mine) == 2:
-        a, b = direction[mine]
-        weight = float(-a / b)
-        sign = "difference" if weight < 0 else "sum"
-        size = abs(weight)
-        what = f"their {sign}" if abs(size - 1) < 1e-4 else f"{names[0]} {'−' if weight < 0 else '+'} {size:.4g} times {names[1]}"
+        weight = float(-direction[mine[0]] / direction[mine[1]])
+        sign, kind = ("−", "difference") if weight < 0 else ("+", "sum")
+        what = f"their {kind}" if abs(abs(weight) - 1) < 1e-4 else f"{names[0]} {sign} {abs(weight):.4g} times {names[1]}"
         return Unidentifiable(changes, f"{together}: the readings depend only on {what}, relative to the values in the file")
     return Unidentifiable(changes, f"{together}: a change of all in a certain ratio changes no reading")
-
-
-def _called(unknown: Unknown) -> str:
-    if unknown.kind == "stiffness":
-        return f"the compliance of {join_words([name for _, name in unknown.parts])}"
-    return unknown.name

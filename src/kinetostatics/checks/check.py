@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.checks.chains import Graph
+from kinetostatics.checks.chains import Graph, GraphReader
 from kinetostatics.checks.facts import (
     AttachedBodiesFacts,
     MobilityFacts,
@@ -22,7 +22,6 @@ from kinetostatics.checks.facts import (
     massless_links,
 )
 from kinetostatics.checks.input_warnings import warnings_of_file, warnings_of_zero
-from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.local_freedoms import Motions, actuators_of, coordinates_of, local_freedoms
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError, StaticsError

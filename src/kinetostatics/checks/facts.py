@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.checks.chains import Graph, JointStep, bodies_of, joint_string, joints_of
-from kinetostatics.checks.limb_graph import GraphReader
+from kinetostatics.checks.chains import Graph, GraphReader, JointStep, bodies_of, joint_string, joints_of
 from kinetostatics.checks.local_freedoms import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.description.elements import Beam, Spring

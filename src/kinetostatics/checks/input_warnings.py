@@ -11,8 +11,9 @@ import numpy as np
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.kinematics.loop_gaps import CLOSED
 from kinetostatics.kinematics.zero_pose import corrections_hint
-from kinetostatics.layout.numbers import CLOSED, LENGTHS, join_words, quantity
+from kinetostatics.layout.numbers import LENGTHS, join_words, quantity
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from typing import ClassVar, NoReturn, TypeVar
+from typing import ClassVar, TypeVar
 
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.elements import (
@@ -26,12 +26,11 @@ from kinetostatics.description.elements import (
     Vector,
 )
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.exceptions import ArgumentError, UnknownNameError, near_names
-from kinetostatics.layout.mapping import mapping_words
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.layout.mapping import ResultMapping
 from kinetostatics.layout.report import Reported, late
 from kinetostatics.unit_hints import angular_limit_hints, material_hints, rpy_hints
 
-Item = TypeVar("Item")
 Named = TypeVar("Named", Link, Joint, Loop, Beam, Spring)
 Part = Link | Joint | Loop | Beam | JointStiffness | Spring
 #: Attributes of a description that contain its parts, by type.
@@ -39,24 +38,6 @@ _TABLES: dict[type, str] = {
     **{Link: "links", Joint: "joints", Loop: "loops", Beam: "beams"},
     **{JointStiffness: "joint_stiffness", Spring: "springs"},
 }
-
-
-class Items(dict[str, Item]):
-    """A read-only dict."""
-
-    def _refuse(self, *_arguments: object, **_more: Keyword) -> NoReturn:
-        raise TypeError("a description is immutable; create a changed one with its methods or dataclasses.replace")
-
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
-
-    def __missing__(self, key: str) -> NoReturn:
-        raise UnknownNameError(key, self)
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return Items, (dict(self),)
-
-    def __repr__(self) -> str:
-        return mapping_words(self)
 
 
 def by_name(kind: str, items: Iterable[Named], *taken: Mapping[str, Link | Joint]) -> dict[str, Named]:
@@ -119,13 +100,13 @@ class RobotDescription(Reported, builder="reports.robot:description_report"):
     file_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
     springs: Mapping[str, Spring] = field(default_factory=dict)
-    parameters: Mapping[str, object] = field(default_factory=Items, compare=False, repr=False)
+    parameters: Mapping[str, object] = field(default_factory=ResultMapping, compare=False, repr=False)
     #: Whether the description was validated; changed copies are validated again.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for table in _TABLES.values():
-            object.__setattr__(self, table, Items(getattr(self, table)))
+            object.__setattr__(self, table, ResultMapping(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
 
     @classmethod

@@ -37,20 +37,8 @@ BASIC: dict[str, tuple[int, Dimension]] = {
 }
 #: SI prefixes as powers of ten; u and both Unicode letters µ are micro.
 PREFIXES = {
-    "p": -12,
-    "n": -9,
-    "u": -6,
-    "µ": -6,
-    "μ": -6,
-    "m": -3,
-    "c": -2,
-    "d": -1,
-    "": 0,
-    "da": 1,
-    "h": 2,
-    "k": 3,
-    "M": 6,
-    "G": 9,
+    **{"p": -12, "n": -9, "u": -6, "µ": -6, "μ": -6, "m": -3, "c": -2, "d": -1},
+    **{"": 0, "da": 1, "h": 2, "k": 3, "M": 6, "G": 9},
 }
 
 #: Names of quantities in messages, with their SI units.

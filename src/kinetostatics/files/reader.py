@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinetostatics.description.elements import Link, Origin, Place
-from kinetostatics.description.robot_description import Items, RobotDescription
+from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.files.attributes import ElementTable, new_name, reference
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_tables import BASE, PLATFORM
@@ -38,6 +38,7 @@ from kinetostatics.files.urdf import (
 )
 from kinetostatics.files.xacro import read_document
 from kinetostatics.files.xml import XmlElement
+from kinetostatics.layout.mapping import ResultMapping
 
 
 def read_robot_file(
@@ -101,7 +102,7 @@ def _read(
 ) -> RobotDescription:
     root, _, warnings = read_document(data, path, parameters)
     found = describe(root, path, warnings, platform, base)
-    return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
+    return known_valid(replace(found, parameters=ResultMapping(parameters))) if parameters else found
 
 
 def known_valid(description: RobotDescription) -> RobotDescription:

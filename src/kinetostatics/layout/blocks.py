@@ -81,12 +81,7 @@ class Column:
 
     @classmethod
     def of(
-        cls,
-        title: str,
-        values: Sequence[ArrayLike | None],
-        form: NumberFormat | Units,
-        with_unit: bool = True,
-        digits: int = 4,
+        cls, title: str, values: Sequence[ArrayLike | None], form: NumberFormat | Units, with_unit: bool = True, digits: int = 4
     ) -> Column:
         """Return a column of numbers [SI] in one unit, chosen by the largest value, which has ``digits`` digits."""
         if not isinstance(form, NumberFormat):

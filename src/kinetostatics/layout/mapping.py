@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING, Field, fields
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 
@@ -22,41 +22,19 @@ MOST_ITEMS, LONGEST = 12, 150
 NOISE = 1e-12
 
 
-class ResultMapping(Mapping[Key, Item]):
-    """A read-only mapping with a short ``repr``; it can be joined with others by ``|`` into a dict."""
+class ResultMapping(dict[Key, Item]):
+    """A read-only dict with a short ``repr``."""
 
-    __slots__ = ("_items",)
+    def _refuse(self, *_arguments: object, **_more: object) -> NoReturn:
+        raise TypeError("results and descriptions are read-only; a description has methods that return changed copies")
 
-    def __init__(self, items: Mapping[Key, Item]) -> None:
-        self._items = dict(items)
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
 
-    def __getitem__(self, key: Key) -> Item:
-        try:
-            return self._items[key]
-        except KeyError:
-            raise UnknownNameError(key, self._items) from None
+    def __missing__(self, key: Key) -> NoReturn:
+        raise UnknownNameError(key, self)
 
-    def __iter__(self) -> Iterator[Key]:
-        return iter(self._items)
-
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def __contains__(self, key: object) -> bool:
-        return key in self._items
-
-    def __reversed__(self) -> Iterator[Key]:
-        return reversed(self._items)
-
-    def __or__(self, other: Mapping[Key, Item]) -> dict[Key, Item]:
-        return {**self, **other} if isinstance(other, Mapping) else NotImplemented
-
-    def __ror__(self, other: Mapping[Key, Item]) -> dict[Key, Item]:
-        return {**other, **self} if isinstance(other, Mapping) else NotImplemented
-
-    def copy(self) -> dict[Key, Item]:
-        """Return a dict with the same items."""
-        return dict(self._items)
+    def __reduce__(self) -> tuple[object, ...]:
+        return ResultMapping, (dict(self),)
 
     def __repr__(self) -> str:
         return mapping_words(self)

@@ -13,8 +13,6 @@ from kinetostatics.math.linalg import EQUAL
 
 #: Part of the largest number of a kind below which a number is a rounding error and shown as 0.
 NOISE = 1e-9
-#: Largest gap of a loop [m, rad] that counts as closed; equal to the default tolerance of assembly.
-CLOSED = 1e-10
 Units = tuple[tuple[str, float], ...]
 
 LENGTHS: Units = (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))

@@ -80,10 +80,8 @@ def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
     placement = np.eye(4)
     for item in path:
-        frames = (item.predecessor_frame, item.successor_frame)
-        near, far = frames if link == item.predecessor else frames[::-1]
-        placement = placement @ near @ np.linalg.inv(far)
-        link = item.other(link)
+        near, far = (item.predecessor_frame, item.successor_frame)[:: 1 if link == item.predecessor else -1]
+        placement, link = placement @ near @ np.linalg.inv(far), item.other(link)
     return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
 
 
@@ -121,7 +119,14 @@ class SpanFinder:
             RobotFileError: the ends of a beam are invalid, or its mass is specified twice.
         """
         spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
-        self._check_densities()
+        for link, beams in self.beams_of.items():
+            given = [beam.density is not None for beam in beams]
+            if any(given) and not all(given):
+                raise beam_error(
+                    beams[given.index(False)],
+                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
+                    "one a density too (0 for a massless beam)",
+                )
         return spans
 
     def _rigid_with(self, link: str) -> set[str]:
@@ -279,36 +284,15 @@ class SpanFinder:
         paths = tuple(inward), tuple(outward)
         span = BeamSpan(beam, bodies[0], points[0], bodies[1], points[1], bodies[2], start_link, end_link, *paths)
         if not span.spanned:
-            first, last = self._ends_on_carrier(span)
-            if float(np.linalg.norm(last - first)) < SAME_POINT:
+            along = _point_on(beam.link, span.outward, span.end) - _point_on(beam.link, span.inward, span.start)
+            if float(np.linalg.norm(along)) < SAME_POINT:
                 reason = f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero"
                 for at, name in ((start, "from"), (end, "to")):
                     if self.mechanism.connections[at.joint].type.is_slide:
                         reason += f"; of a telescope that is one beam, {name}= is the joint behind {at.joint!r}"
                 raise beam_error(beam, reason)
             if beam.y_axis is not None:
-                self._check_y_axis(beam, last - first)
+                y_axis = self.mechanism.body_of[beam.link][1][:3, :3] @ np.array(beam.y_axis)
+                if float(np.linalg.norm(np.cross(y_axis, along))) < 1e-6 * float(np.linalg.norm(along) * np.linalg.norm(y_axis)):
+                    raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")
         return span
-
-    @staticmethod
-    def _ends_on_carrier(span: BeamSpan) -> tuple[Array, Array]:
-        """Return both ends (3,) [m] in the carrier body, for a beam whose span crosses only fixed joints and loops."""
-        link = span.beam.link
-        return _point_on(link, span.inward, span.start), _point_on(link, span.outward, span.end)
-
-    def _check_y_axis(self, beam: Beam, direction: Array) -> None:
-        assert beam.y_axis is not None
-        placement = self.mechanism.body_of[beam.link][1]
-        across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
-        if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
-            raise beam_error(beam, "its y_axis is parallel to the beam; specify a direction perpendicular to it")
-
-    def _check_densities(self) -> None:
-        for link, beams in self.beams_of.items():
-            given = [beam.density is not None for beam in beams]
-            if any(given) and not all(given):
-                raise beam_error(
-                    beams[given.index(False)],
-                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
-                    "one a density too (0 for a massless beam)",
-                )

@@ -111,10 +111,8 @@ class BeamModel(ShortRepr):
 def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
     """Return an error message on telescopic beams without length at a pose, or None."""
     short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
-    words = [f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0]
-    if not words:
-        return None
-    return f"telescopic beams have no length at this pose: {', '.join(words)}"
+    words = ", ".join(f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0)
+    return f"telescopic beams have no length at this pose: {words}" if words else None
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
@@ -164,13 +162,8 @@ def _with_spread_mass(
 ) -> BeamModel:
     """Return a beam; without density, it gets a share of its link's mass in proportion to its length.
 
-    The centre of mass of all shares is that of the link.
-
-    Args:
-        mechanism: the robot.
-        model: the beam.
-        models: all beams.
-        middles: length [m] and middle (3,) in the carrier body of every beam, at the closed zero pose.
+    The centre of mass of all shares is that of the link. ``middles``: length [m] and middle (3,) of every beam at the closed zero
+    pose, in the carrier body.
     """
     if model.mass_per_length is not None:
         return model
@@ -178,9 +171,9 @@ def _with_spread_mass(
     siblings = [middles[name] for name, item in models.items() if item.span.beam.link == link]
     whole = max(sum(length for length, _ in siblings), 1e-300)
     length, middle = middles[model.name]
-    share = length / whole if len(siblings) > 1 else 1.0
     placement, own = mechanism.body_of[link][1], mechanism.description.links[link]
     centre = placement[:3, :3] @ np.array(own.center_of_mass) + placement[:3, 3]
-    if len(siblings) > 1:
-        centre = centre + middle - sum((length * at for length, at in siblings), np.zeros(3)) / whole
-    return replace(model, mass=own.mass * share, centre=centre)
+    if len(siblings) == 1:
+        return replace(model, mass=own.mass, centre=centre)
+    mean = sum((length * at for length, at in siblings), np.zeros(3)) / whole
+    return replace(model, mass=own.mass * length / whole, centre=centre + middle - mean)

@@ -12,7 +12,7 @@ there are no directed rings.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -262,18 +262,13 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
             other = edge.other(body)
             if edge not in inner:
                 inner[edge] = edge.ends[0] if other in seen else body  # if seen, it closes a ring of a dead end
-                if _in_ring(edge, at, on_paths):
+                others = {end: [item.other(end) for item in here if item is not edge] for end, here in at.items()}
+                if set(edge.ends) <= set(reachable(on_paths, others.__getitem__)):  # the edge is part of a ring
                     both_ways.add(edge)
             if other not in seen:
                 seen.add(other)
                 reached_by[other] = edge
     return list(_depth_first(root, edges, inner, reached_by, both_ways))
-
-
-def _in_ring(edge: BodyEdge, at: _Edges, on_paths: Iterable[RigidBody]) -> bool:
-    """Whether an edge of a dead end is part of a ring: both its ends are reached without it."""
-    found = reachable(on_paths, lambda body: [item.other(body) for item in at[body] if item is not edge])
-    return all(end in found for end in edge.ends)
 
 
 def _depth_first(
@@ -303,9 +298,8 @@ def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: Rigi
     incidence = np.zeros((len(edges), len(number)))
     for row, edge in zip(incidence, edges, strict=True):
         row[[number[body] for body in edge.ends]] = -1.0, 1.0
-    conductance = 10 ** np.random.default_rng(0).uniform(
-        -2.5, 2.5, len(edges)
-    )  # equal conductances would leave edges without current
+    # equal conductances would leave edges without current
+    conductance = 10 ** np.random.default_rng(0).uniform(-2.5, 2.5, len(edges))
     n = len(bodies)
     laplacian = (incidence.T * conductance) @ incidence
     potential = np.append(np.linalg.solve(laplacian[:n, :n], -laplacian[:n, n + 1]), [0.0, 1.0])

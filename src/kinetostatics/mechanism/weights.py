@@ -95,10 +95,12 @@ class Weights:
         return wrench_of_force(force, self.centres(frames) - o[:, None])
 
     def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        wrenches = [
-            weight_wrench(inertia, frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o, gravity)
-            for body, inertia in self._bodies_at(frames)
-        ]
+        import pinocchio as pin
+
+        wrenches, field = [], pin.Motion(gravity, np.zeros(3))
+        for body, inertia in self._bodies_at(frames):
+            placement = pin.SE3(frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o)
+            wrenches.append(placement.act(inertia * placement.actInv(field)).vector)
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, pin.Inertia]]:
@@ -122,8 +124,7 @@ class Weights:
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
         """Return the sum (6, N) of the wrenches (6, W, N) with given names; names of other places are ignored."""
-        which = [self._number[name] for name in names if name in self._number]
-        total: Array = wrenches[:, which].sum(axis=1)
+        total: Array = wrenches[:, [self._number[name] for name in names if name in self._number]].sum(axis=1)
         return total
 
     def outboard_of(self, edge: Edge) -> Array:
@@ -175,18 +176,3 @@ def weighed(model: pin.Model, bodies: Iterable[tuple[int, pin.Inertia]]) -> pin.
         if inertia.mass:
             copy.inertias[body] = pin.Inertia(copy.inertias[body] + inertia) if copy.inertias[body].mass else inertia
     return copy
-
-
-def weight_wrench(inertia: pin.Inertia, rotation: Array, arm: Array, gravity: Array) -> Array:
-    """Return the wrench (6,) [N, N·m] of a body's weight about a reference point, world axes.
-
-    Args:
-        inertia: ``pin.Inertia`` in the body's frame.
-        rotation: (3, 3) rotation of the body.
-        arm: (3,) vector from the reference point to the body's origin, world axes [m].
-        gravity: (3,) gravity in world axes [m/s²].
-    """
-    import pinocchio as pin
-
-    placement = pin.SE3(rotation, arm)
-    return np.asarray(placement.act(inertia * placement.actInv(pin.Motion(gravity, np.zeros(3)))).vector)

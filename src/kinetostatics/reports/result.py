@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from kinetostatics.analysis import free_twists
+from kinetostatics.kinematics.loop_gaps import CLOSED
 from kinetostatics.layout.blocks import Block, Facts, Number, ReportSection, Table, Text, warning_section
 from kinetostatics.layout.numbers import (
-    CLOSED,
     ENERGIES,
     FORCE_KINDS,
     FORCES,

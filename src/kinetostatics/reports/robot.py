@@ -19,8 +19,9 @@ from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.files.bundled import shown_path
+from kinetostatics.kinematics.loop_gaps import CLOSED
 from kinetostatics.layout.blocks import Block, Column, Facts, Lines, ReportSection, Table, Text, warning_section
-from kinetostatics.layout.numbers import CLOSED, MASSES, MILLIMETRES, join_words, quantity
+from kinetostatics.layout.numbers import MASSES, MILLIMETRES, join_words, quantity
 from kinetostatics.layout.report import Report, attributes, plain
 from kinetostatics.reports.pose import count
 from kinetostatics.robot import Robot

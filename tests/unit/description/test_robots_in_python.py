@@ -36,12 +36,7 @@ def parallelogram() -> RobotDescription:
     """The example of ``docs/reference/robot_format.md``."""
     return RobotDescription.of(
         "parallelogram",
-        links=[
-            Link("ground"),
-            Link("left"),
-            Link("right"),
-            Link("plate", 3, (0.2, 0, 0), Inertia((0.01, 0, 0, 0.04, 0, 0.04))),
-        ],
+        links=[Link("ground"), Link("left"), Link("right"), Link("plate", 3, (0.2, 0, 0), Inertia((0.01, 0, 0, 0.04, 0, 0.04)))],
         joints=[
             Joint("a", "revolute", "ground", "left", axis=Y, lower=-1, upper=1, effort=100, velocity=1),
             Joint("b", "continuous", "left", "plate", Origin((0, 0, 0.3)), Y),
@@ -119,7 +114,7 @@ def test_a_description_is_never_changed_in_place() -> None:
         lambda: description.joints.update(a=1),  # type: ignore[attr-defined]
         lambda: description.loops.clear(),  # type: ignore[attr-defined]
     ):
-        with pytest.raises(TypeError, match="a description is immutable"):
+        with pytest.raises(TypeError, match="descriptions are read-only"):
             change()
 
 

@@ -185,11 +185,7 @@ def test_coordinates_that_are_not_determined_are_those_nearby():
     np.testing.assert_allclose(half, [[0.0], [-np.pi], [0.0]], atol=1e-15)
 
 
-@given(
-    skewed=st.floats(-1.3, 1.3),
-    q=st.tuples(st.floats(-3, 3), SPECIAL, st.floats(-3, 3)),
-    side=st.sampled_from((-1, 1)),
-)
+@given(skewed=st.floats(-1.3, 1.3), q=st.tuples(st.floats(-3, 3), SPECIAL, st.floats(-3, 3)), side=st.sampled_from((-1, 1)))
 def test_three_angles_about_oblique_axes(skewed, q, side):
     """Spherical joints written as three revolutes, whose first and last axes may be at any angle."""
     axes = np.array([[1.0, 0.0, np.sin(skewed)], [0, 1, 0], [0, 0, np.cos(skewed)]])

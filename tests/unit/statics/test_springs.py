@@ -12,7 +12,6 @@ import pytest
 import kinetostatics as ks
 from kinetostatics.checks.check import robot_facts
 from kinetostatics.description import JointStiffness, Link, Spring
-from kinetostatics.description.robot_description import Items
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.statics.link_loads import _joint_around
 from kinetostatics.statics.springs import placed_springs
@@ -148,7 +147,7 @@ def test_every_part_is_in_equilibrium_where_it_is_displaced_to():
     ε of the load displaces all links by ε times what it does; where they are then, what is left unbalanced is of the order ε².
     Weights and springs are those of the displaced links.
     """
-    rigid = replace(robot("ur10").description, beams=Items({}))
+    rigid = replace(robot("ur10").description, beams={})
     for joint in (rigid.joints[name] for name in rigid.driven):
         rigid = rigid.with_part(Link(joint.child, 3.0, (0.02, 0.01, 0.1)))
     for k, link in enumerate((rigid.joints[rigid.driven[1]].child, rigid.platform)):
