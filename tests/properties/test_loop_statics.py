@@ -65,40 +65,6 @@ def limb_links(one, name):
     return next(limb.links for limb in one.topology.limbs if limb.name == name)
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize(
-    ("drive", "kind"),
-    [("chain", kind) for kind in FREEDOMS if kind not in ONE_FREEDOM]
-    + [pytest.param("chain", kind, marks=pytest.mark.slow) for kind in FREEDOMS if kind in ONE_FREEDOM]
-    + [("closing", kind) for kind in FREEDOMS if kind in ONE_FREEDOM],
-)
-def test_every_cut_gives_the_same_numbers(kind, drive):
-    """One joint as a loop from either side, and in the tree in either direction, as a run where URDF has no such type."""
-    q = Held(kind, 33).random_q(np.random.default_rng(4))
-    results = {}
-    for cut in cuts(kind):
-        for swap in (False, True):
-            if (cut, swap) not in (("weld", True), ("root", False)):
-                held = Held(kind, 33, cut, swap, drive)
-                pose = held.robot().assemble(actuators=held.actuators(q))
-                results[cut, swap] = held, ks.analyze(pose, LOAD, gravity=GRAVITY)
-    plain, first = results["joint", False]
-    for held, other in results.values():
-        np.testing.assert_allclose(other.configuration.platform_frame, first.configuration.platform_frame, atol=1e-12)
-        near(other.twist, first.twist)
-        np.testing.assert_allclose(other.stiffness, first.stiffness, rtol=1e-8, atol=1e-9 * np.abs(first.stiffness).max())
-        near(other.joint_wrenches["weld"], first.joint_wrenches["weld"])
-        near(other.joint_wrenches["root"], first.joint_wrenches["root"])
-        for name in held.runs:
-            near(other.joint_wrenches[name], first.joint_wrenches["closing"])
-        near(other.base_wrench, first.base_wrench)
-        for name in plain.actuators(q):
-            sign = -1 if name == "closing" and held.swap else 1
-            assert other.actuator_forces[name] == pytest.approx(sign * first.actuator_forces[name], rel=1e-9, abs=1e-8)
-        for name in ("arm_1", "arm_2"):
-            assert other.beams[name].strain_energy == pytest.approx(first.beams[name].strain_energy, rel=1e-8)
-
-
 # ---- the textbook's propped beams ------------------------------------------------------------------------------------------
 
 LENGTH, DIAMETER = 0.8, 0.04
@@ -129,7 +95,7 @@ PROPPED_CASES = [
 ]
 
 
-@pytest.mark.few(18)
+@pytest.mark.few(12)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize(("kind", "axes", "force", "moment", "sag", "slope"), PROPPED_CASES)
 def test_propped_cantilevers(kind, axes, force, moment, sag, slope, swap):

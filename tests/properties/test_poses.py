@@ -71,18 +71,6 @@ def test_forward_of_inverse_is_the_same_pose(name, seed):
     np.testing.assert_allclose(forward.q, inverse.q, rtol=0, atol=1e-9)
 
 
-@given(paper, seeds)
-def test_drives_are_reached(name, seed):
-    rng = np.random.default_rng(seed)
-    span = {"3rps": 0.08, "2pru_upr": 0.08}[name]
-    targets = {joint: rng.uniform(-span, span, (5, 4)) for joint in robot(name).description.driven}
-    poses = robot(name).assemble(actuators=targets)
-    assert poses.shape == (5, 4) == poses.residual.shape
-    assert np.all(poses.residual < 1e-12)
-    for joint, values in targets.items():
-        np.testing.assert_allclose(poses.actuators[joint], values, rtol=0, atol=1e-13)
-
-
 def test_lengths_of_the_3rps_follow_from_its_geometry():
     """Inverse kinematics by hand: platform points to base points."""
     targets, _ = random_targets("3rps", np.random.default_rng(1), (30,))
@@ -95,9 +83,8 @@ def test_lengths_of_the_3rps_follow_from_its_geometry():
         np.testing.assert_allclose(rod @ [-out[1], out[0], 0], 0, atol=1e-12)  # in the revolute joint's plane
 
 
-@given(seeds)
-def test_orientation_conventions_agree(seed):
-    rng = np.random.default_rng(seed)
+def test_orientation_conventions_agree():
+    rng = np.random.default_rng(7)
     angles = {key: rng.uniform(-0.4, 0.4) for key in ("rx", "ry", "rz")}
     position = {key: v + rng.uniform(-0.03, 0.03) for key, v in zip("xyz", (0.02, -0.01, 0.73), strict=True)}
     one = small("gough")
@@ -141,7 +128,7 @@ def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
     target = {joint: rng.uniform(-span, span) for joint in one.description.driven}
     direct = one.assemble(actuators=target, on_failure="nan")
     pose = one.assemble()
-    for s in np.linspace(0, 1, 61)[1:]:
+    for s in np.linspace(0, 1, 25)[1:]:
         pose = one.assemble(actuators={k: s * v for k, v in target.items()}, near=pose, on_failure="nan")
         if pose.status == ks.Status.UNREACHABLE:
             break
@@ -236,7 +223,7 @@ def test_unreachable_poses_of_a_batch_are_nan():
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("seed", [0, 1, 1017, 50048])
+@pytest.mark.parametrize("seed", [0, 50048])
 def test_large_batches_reach_what_poses_alone_reach(seed):
     """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
     robot, rng = package_robots.robot("five_bar"), np.random.default_rng(seed)
@@ -253,26 +240,8 @@ def test_large_batches_reach_what_poses_alone_reach(seed):
         np.testing.assert_allclose(found.q[k], alone.q, atol=1e-9)
 
 
-def test_far_poses_do_not_spoil_a_batch():
-    robot = package_robots.robot("2pru_upr")
-    z, rx, ry = (
-        a.ravel() for a in np.meshgrid(np.linspace(0.3, 0.6, 12), np.linspace(-0.2, 0.2, 12), np.linspace(-0.2, 0.2, 12))
-    )
-    near = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
-    assert np.all(near.status == ks.Status.OK)
-    far = np.arange(5, z.size, 100)
-    z[far] = 7.0
-    both = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
-    others = np.setdiff1d(np.arange(z.size), far)
-    assert np.all(both.status[far] == ks.Status.UNREACHABLE) and np.all(both.status[others] == ks.Status.OK)
-    np.testing.assert_allclose(both.q[others], near.q[others], atol=1e-10)
-    with pytest.raises(ks.AssemblyError, match=r"cannot reach z = 7"):
-        robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="raise")
-
-
 @pytest.mark.parametrize("odd", [np.nan, np.inf, 1e300])
-@pytest.mark.parametrize("count", [20, 500])
-def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
+def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count=20):
     robot = package_robots.robot("five_bar")
     x, y = np.linspace(-0.1, 0.1, count), np.full(count, 0.3)
     x[7] = odd
@@ -282,12 +251,6 @@ def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
         found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
     assert found.status[7] == ks.Status.UNREACHABLE and np.all(np.isnan(found.q[7]))
     assert np.all(np.delete(found.status, 7) == ks.Status.OK)
-
-
-def test_a_batch_of_nothing_but_far_poses():
-    robot = package_robots.robot("five_bar")
-    found = robot.assemble(platform={"x": np.linspace(5, 6, 500), "y": np.linspace(7, 3, 500)}, on_failure="nan")
-    assert np.all(found.status == ks.Status.UNREACHABLE) and np.all(np.isnan(found.q))
 
 
 @pytest.mark.parametrize(
@@ -385,8 +348,7 @@ def rounded(text, digits=4):
     return re.sub(r'rpy="([^"]*)"', short, text)
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize(("seed", "digits"), [(1, 4), (2, 4), (3, 4), (5, 6)])
+@pytest.mark.parametrize(("seed", "digits"), [(1, 4), pytest.param(5, 6, marks=pytest.mark.slow)])
 def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
     exact = ks.analyze(sr.robot_of(sr.pru2_upr()).assemble(), gravity=(0, 0, 9.8))
     # with four digits the frames are turned by right angles, with six in any way
@@ -410,33 +372,6 @@ def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
 def test_rounded_angles_are_forgiven_where_nothing_is_overconstrained():
     text = sr.write(sr.rps3(), twirl=1, right=True).text
     assert robot_of_text(rounded(text)).assemble().residual < 1e-12
-
-
-def test_a_right_angle_written_1_5708():
-    text = """<robot name="slide">
-      <link name="base"/><link name="a"/><link name="b"/><link name="platform"/>
-      <joint name="a1" type="prismatic"><parent link="base"/><child link="a"/><origin rpy="0 1.5708 0"/><axis xyz="1 0 0"/>
-        <limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
-      <joint name="a2" type="fixed"><parent link="a"/><child link="platform"/><origin xyz="0 0 0.5" rpy="0 -1.5708 0"/></joint>
-      <joint name="b1" type="prismatic"><parent link="base"/><child link="b"/><origin xyz="0 1 0"/><axis xyz="0 0 1"/>
-        <limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
-      <platform link="platform"/>
-      <loop name="b2" type="revolute"><predecessor link="b"><origin xyz="0.5 0 0"/></predecessor>
-        <successor link="platform"><origin xyz="0 1 0" rpy="1.5708 0 0"/></successor></loop>
-      <beam link="a" from="a1" to="a2" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.03"/></beam>
-      <beam link="b" from="b1" to="b2" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.03"/></beam>
-      <transmission name="d"><joint name="b1"/></transmission>
-    </robot>"""
-    with pytest.raises(ks.AssemblyError, match="rounded"):
-        robot_of_text(text).assemble(actuators={"b1": 0.3})
-    one = robot_of_text(text)
-    pose = one.assemble(actuators={"b1": 0.3}, closure_tolerance=1e-4)
-    assert 0 < pose.residual < 1e-4
-    exact = robot_of_text(text.replace("1.5708", repr(np.pi / 2)))
-    good = ks.analyze(exact.assemble(actuators={"b1": 0.3}), load=(1, 2, 3, 4, 5, 6))
-    found = ks.analyze(pose, load=(1, 2, 3, 4, 5, 6))
-    assert one.mobility == replace(exact.mobility, gap=one.mobility.gap)
-    np.testing.assert_allclose(found.twist, good.twist, rtol=0, atol=1e-4 * np.abs(good.twist).max())
 
 
 # ---- poses and robots that cannot be held --------------------------------------------------------------------------------
@@ -479,7 +414,7 @@ def test_singular_pose_names_the_free_twist():
     assert np.all(np.isnan(batch.twist)) and np.all(np.isnan(batch.joint_wrenches["head_2"]))
 
 
-@pytest.mark.parametrize("name", ["rps3", "pru2_upr", "planar_3rrr"])
+@pytest.mark.parametrize("name", ["rps3", "planar_3rrr"])
 def test_a_missing_drive(name):
     spec = without_drives(getattr(sr, name)(), 1)
     one = sr.robot_of(spec)
@@ -686,11 +621,6 @@ def test_dead_weight_that_would_swing():
     assert ks.analyze(sideways.assemble(), gravity=(0, 1, -9.81)).status == ks.Status.OK
 
 
-def test_what_hangs_in_the_middle_of_a_beam_is_refused():
-    with pytest.raises(ks.RobotFileError, match=r"lamp_joint.*column_1.*split"):
-        robot_of_text(portal_text(hang("lamp", "column_1", "0 0 0.5", 3.0)))
-
-
 def test_a_base_that_is_not_the_root():
     """The same robot with the tree rooted elsewhere: world axes and origin are the base's."""
     plain = sr.write(sr.rps3()).text
@@ -706,31 +636,6 @@ def test_a_base_that_is_not_the_root():
     np.testing.assert_allclose(found.twist, expected.twist, rtol=0, atol=1e-9 * np.abs(expected.twist).max())
     np.testing.assert_allclose(found.base_wrench, expected.base_wrench, rtol=0, atol=1e-9 * 100)
     np.testing.assert_allclose(found.configuration.platform_frame, expected.configuration.platform_frame, rtol=0, atol=1e-12)
-
-
-def test_a_platform_in_the_middle_of_the_tree_and_a_base_at_its_leaf():
-    spec = sr.rps3()
-    text = sr.write(spec).text
-    # the robot upside down: what was the platform carries what was the base
-    swapped = text.replace('<platform link="platform">', '<base link="platform"/><platform link="base">').replace(
-        re.search(r'<platform link="platform">(.*?)</platform>', text)[1], ""
-    )
-    swapped = swapped.replace('<platform link="base"></platform>', '<platform link="base"/>')
-    for n in (1, 2, 3):  # beams run from base to platform
-        ends = re.search(rf'link="rod_{n}" from="(\w+)" to="(\w+)"', swapped)
-        swapped = swapped.replace(ends[0], f'link="rod_{n}" from="{ends[2]}" to="{ends[1]}"')
-    one, plain = robot_of_text(swapped), robot_of_text(text)
-    assert one.mobility.platform == 3
-    pose, same = one.assemble(), plain.assemble()
-    np.testing.assert_allclose(
-        pose.platform_frame @ np.r_[np.zeros(3), 1], np.linalg.inv(same.frame("platform"))[:, 3], atol=1e-12
-    )
-    # pushing the one is pushing the other with the opposite force at the same point
-    load = np.array([10.0, 20, 30, 1, 2, 3])
-    first, second = ks.analyze(pose, load, (0, 0, 0)), ks.analyze(same, -load, (0, 0, 0), point=(0, 0, 0))
-    assert first.strain_energy == pytest.approx(second.strain_energy, rel=1e-9)
-    for joint, force in second.actuator_forces.items():
-        assert first.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
 
 
 def test_a_platform_at_a_fixed_child():
@@ -752,34 +657,7 @@ def test_a_platform_at_a_fixed_child():
         assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-10)
 
 
-def test_a_driven_loop():
-    """An actuator at the cut: its coordinate, force and limits are those of the same joint in the tree."""
-    spec = sr.rps3()
-    limbs = tuple(replace(limb) for limb in spec.limbs)
-    tree = sr.robot_of(replace(spec, limbs=limbs))
-    cut = sr.robot_of(spec, cuts=[1, 1, 1], tree=0)
-    assert {"prismatic_2", "prismatic_3"} <= set(cut.description.loops)
-    targets = {"prismatic_1": 0.05, "prismatic_2": -0.04, "prismatic_3": 0.02}
-    one, other = cut.assemble(actuators=targets), tree.assemble(actuators=targets)
-    np.testing.assert_allclose(one.platform_frame, other.platform_frame, atol=1e-12)
-    for joint, value in targets.items():
-        assert one.actuators[joint] == pytest.approx(value, abs=1e-12)
-    first, second = ks.analyze(one), ks.analyze(other)
-    for joint, force in second.actuator_forces.items():
-        assert first.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
-
-
-def test_a_tree_whose_joints_are_all_driven():
-    beams = tuple(sr.Beam(f"column_{n}", f"column_{n}", f"foot_{n}", f"head_{n}", sr.circle(0.05)) for n in (1, 2))
-    hinge = sr.Limb((sr.Joint("foot_2", "F", (0, 1, 0)), sr.Joint("head_2", "R", (0, 1, 1), (0, 1, 0))), (sr.Link("column_2"),))
-    spec = walls(wall(1, -1), hinge, beams=beams)
-    file = sr.write(spec, twirl=1)
-    pose = file.robot().assemble()
-    assert pose.residual < 1e-12
-    answer = finite_elements.solve(spec, file, pose)
-    np.testing.assert_allclose(ks.analyze(pose).twist, answer.twist, rtol=0, atol=1e-9 * np.abs(answer.twist).max())
-
-
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("kinds", "seed"),
     [
@@ -876,8 +754,8 @@ def test_local_freedoms_that_are_driven_are_not_free():
     assert float(result.actuator_forces["turn"]) == pytest.approx(9.81 * 0.1 * np.sin(0.7))
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("rounded", ["1.57", "1.5703", "1.571", "1.5708"])
+@pytest.mark.few(1)
+@pytest.mark.parametrize("rounded", ["1.57", "1.571", "1.5708"])
 def test_rounding_does_not_change_the_assembly_mode(rounded):
     """Closing a rounded loop a little better far away is not what was asked for."""
     text = (TESTS / "five_bar_rounded.urdf").read_text()

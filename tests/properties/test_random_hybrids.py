@@ -151,7 +151,7 @@ KNOWN = [
 ]
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", KNOWN)
 def test_known_hybrids_agree_with_finite_elements(seed):
     assert agrees_with_finite_elements(seed)
@@ -312,7 +312,7 @@ SMALL = {
 }  # fmt: skip
 
 
-@pytest.mark.few(16)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", SMALL)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_small_hybrids_agree_with_finite_elements(name, seed):

@@ -1,12 +1,14 @@
-"""How far loops are open, in words: alike ones together, the widest first, rounding not at all."""
+"""Gaps of open loops as text, and the joint or frame of a file that is probably wrong."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
-import package_robots
+import pytest
+from simple_machines import joint, link, loop, parallelogram, robot
 
-from kinetostatics.kinematics.loop_gaps import are_within, gaps_text, worst_gaps_text
-from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+import kinetostatics as ks
+from kinetostatics.kinematics.loop_gaps import FrameCorrection, gaps_text, worst_gaps_text
 
 EQUATIONS = SimpleNamespace(couplings=SimpleNamespace(names=["belt", "gear"]))
 
@@ -35,27 +37,93 @@ def test_the_widest_gaps_are_told_first():
     assert worst_gaps_text(EQUATIONS, {"a": (0.0, 0.0)}) == worst_gaps_text(EQUATIONS, {}) == "no loop stays open"
 
 
-def test_all_loops_have_to_be_closed():
-    gaps = {"a": (0.1, 0.0), "b": (0.05, 0.2)}
-    assert are_within(gaps, 0.1, 0.2) and not are_within(gaps, 0.09, 0.2) and not are_within(gaps, 0.1, 0.19)
-    assert are_within({}, 0.0, 0.0)
+#: The joints of a five-bar linkage in the plane of x and y, by their parents: name, parent, child and origin.
+JOINTS = {
+    "motor_left": ("base", "crank_left", "-0.1 0 0"),
+    "motor_right": ("base", "crank_right", "0.1 0 0"),
+    "elbow_left": ("crank_left", "rod_left", "-0.1 0.2 0"),
+    "elbow_right": ("crank_right", "rod_right", "0.1 0.2 0"),
+    "tip": ("rod_left", "tool", "0.2 0.25 0"),
+}
+RODS = ("crank_left", "crank_right", "rod_left", "rod_right")
 
 
-def test_drives_of_the_tree_come_before_those_of_loops():
-    description = SimpleNamespace(driven=["l2", "t2", "l1", "t1"])
-    mechanism = SimpleNamespace(description=description, body_of_joint={"t1": 5, "t2": 7})
-    loops = [SimpleNamespace(name=name) for name in ("l1", "other", "l2")]
-    equations = SimpleNamespace(loops=loops, joint_of_body={5: SimpleNamespace(first_v=11), 7: SimpleNamespace(first_v=13)})
-    robot = RobotKinematics.__new__(RobotKinematics)
-    robot.description, robot.mechanism, robot.equations = description, mechanism, equations
-    assert robot.actuator_names == ["t2", "t1", "l2", "l1"]
-    found = robot.actuator_coordinates
-    assert (found.columns, found.loops) == ((13, 11), (2, 0))
+def five_bar(parents=None, predecessor="rod_right", at="-0.2 0.25 0"):
+    joints = {name: ((parents or {}).get(name, parent), child, xyz) for name, (parent, child, xyz) in JOINTS.items()}
+    return robot(
+        *(link(name) for name in ("base", *RODS)),
+        link("tool", 1.0),
+        *(joint(name, "continuous", *values, axis="0 0 1") for name, values in joints.items()),
+        loop("closing", "revolute", predecessor, "tool", at, axis="0 0 1"),
+        *(
+            f'<beam link="{name}" youngs_modulus="7e10" poisson_ratio="0.3" density="2700"><circle diameter="0.02"/></beam>'
+            for name in RODS
+        ),
+        '<transmission name="l"><joint name="motor_left"/></transmission>',
+        '<transmission name="r"><joint name="motor_right"/></transmission>',
+        platform="tool",
+    )
 
 
-def test_coordinates_are_compared_with_their_limits():
-    machine = package_robots.robot("3rps")
-    pose = machine.assemble(platform={"z": np.array([0.5, 0.1]), "rx": 0.0, "ry": 0.0})
-    for item in pose.limits_exceeded.values():
-        assert item.where.tolist() == ((item.value < item.lower) | (item.value > item.upper)).tolist() and item.where.any()
-    assert pose.limits_exceeded and not any(item.where[0] for item in pose.limits_exceeded.values())
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("elbow_left", "base"),
+        ("elbow_left", "crank_right"),
+        ("elbow_right", "rod_left"),
+        ("tip", "crank_right"),
+        ("tip", "crank_left"),
+        ("tip", "base"),
+    ],
+)
+def test_a_wrong_parent_is_named_first(name, wrong):
+    right = JOINTS[name][0]
+    with pytest.raises(ks.RobotFileError) as caught:
+        five_bar({name: wrong})
+    assert caught.value.reason.startswith(
+        f"the <parent> of joint {name!r} seems wrong: on link {right!r} instead of {wrong!r} it would close all loops at zero"
+    )
+
+
+def test_a_wrong_side_of_a_loop_is_named_first():
+    with pytest.raises(ks.RobotFileError) as caught:
+        five_bar(predecessor="crank_left")
+    assert caught.value.reason.startswith("the <predecessor> or <successor> of loop 'closing' seems wrong: on link 'rod_right'")
+
+
+def test_where_it_cannot_be_told_the_link_that_ends_nowhere_comes_before_the_beam_with_too_many_joints():
+    with pytest.raises(ks.RobotFileError) as caught:  # the loop's place fits no link
+        five_bar({"tip": "crank_right"}, at="0.3 0.25 0")
+    reason = caught.value.reason
+    assert "seems wrong" not in reason
+    assert re.match(r"<beam '\w+'>: link 'rod_left' ends nowhere, as 'elbow_left' is its only joint: is a <parent> wrong", reason)
+    assert reason.index("ends nowhere") < reason.index("name the joint by to=")
+
+
+def test_nothing_is_suspected_where_the_loops_are_closed():
+    """A bracket on the base that ends nowhere lies like the base: every joint of the base would do on it."""
+    text = "at zero"
+    parts = (
+        link("base"),
+        link("bracket"),
+        link("rod"),
+        link("tool", 1.0),
+        joint("screw", "continuous", "base", "bracket"),
+        joint("hinge", "continuous", "base", "rod"),
+        joint("end", "continuous", "rod", "tool", "1 0 0"),
+        loop("closing", "revolute", "base", "tool", "1 0 0", axis="0 1 0"),
+        '<beam link="bracket" youngs_modulus="7e10" poisson_ratio="0.3" density="0"><circle diameter="0.02"/></beam>',
+    )
+    with pytest.raises(ks.RobotFileError, match="'bracket' ends nowhere") as caught:
+        robot(*parts, platform="tool")
+    assert text not in caught.value.reason
+
+
+@pytest.mark.parametrize(
+    ("across", "shift", "motion"), [(0.0, 0.0, True), (3e-6, 0.0, True), (1e-4, 0.0, False), (0.0, 1e-9, False)]
+)
+def test_a_turn_about_a_hinge_s_own_axis_is_another_zero_of_it(across, shift, motion):
+    """Up to the rounding of its axis, and only if nothing is to be moved."""
+    turn = 0.3 * np.array([0.0, 1.0, across])
+    found = FrameCorrection("foot_0", False, "base", np.array([shift, 0.0, 0.0]), turn)
+    assert found.is_motion_of(parallelogram().mechanism) == motion

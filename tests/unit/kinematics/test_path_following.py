@@ -6,6 +6,7 @@ from package_robots import robot
 
 import kinetostatics as ks
 from kinetostatics.kinematics import path_following
+from kinetostatics.math import arrays
 
 
 @pytest.fixture
@@ -30,7 +31,7 @@ def test_poses_a_long_way_off_take_few_steps(corrected):
     assert len(corrected) < 150
 
 
-@pytest.mark.few(1)
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:. = .* m is .* times the robot's size")
 @pytest.mark.parametrize(
     ("name", "platform"),
@@ -95,3 +96,23 @@ def test_no_step_is_longer_than_one_that_can_be_trusted(turn, monkeypatch):
         goals.clear()
         tripod.assemble(platform={"z": 0.5, "rx": rx, "ry": 0.0}, near=start, on_failure="nan", engine="numpy")
         assert np.max(np.abs(goals[0])) == pytest.approx(min(turn, 0.7), rel=1e-12)
+
+
+@pytest.mark.parametrize("many_starts", [False, True])
+def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts):
+    z, tilt = np.linspace(0.45, 0.6, 10), {"rx": 0.1, "ry": -0.05}
+    near = robot("3rps").assemble(platform={"z": z - 0.03, **tilt}, engine="numpy") if many_starts else None
+    whole, *parts = (robot("3rps").assemble(platform={"z": part, **tilt}, engine="numpy") for part in (z, *z))
+    monkeypatch.setattr(arrays, "AT_ONCE", 4)
+    chunks = robot("3rps").assemble(platform={"z": z, **tilt}, near=near, engine="numpy")
+    np.testing.assert_allclose(chunks.q, whole.q, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(chunks.q, [part.q for part in parts], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("beside", "closed"), [(2e-11, True), (1e-9, False), (1e-5, False)])
+def test_how_far_the_loops_of_given_coordinates_may_be_open(beside, closed):
+    machine = robot("3rps")
+    q = np.array(machine.assemble().q)
+    q[int(np.argmax(np.abs(q) < 0.9))] += beside  # any joint that is no part of a quaternion
+    assert (machine.configuration(q, on_failure="nan").status != ks.Status.UNREACHABLE) == closed
+    assert machine.configuration(q, closure_tolerance=1e-3, on_failure="nan").status != ks.Status.UNREACHABLE

@@ -8,7 +8,7 @@ from simple_machines import joint, link, robot, springs
 from kinetostatics.limbs.geometry import _nearest_centres, _orientations
 
 
-@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr"])
+@pytest.mark.parametrize("name", ["2pru_upr", "delta"])
 def test_limb_axes_are_right_handed(name):
     machine = package_robots.robot(name)
     frames = machine.assemble().frames

@@ -37,6 +37,7 @@ def wrenches(result, limb):
     return dict(zip(found.labels, found.constraint_wrenches.T, strict=True))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_limbs_whose_axes_meet_have_forces_through_the_point(number):
     pose = package_robots.robot("spherical_3rrr").assemble(platform={"rx": 0.1, "ry": -0.05, "rz": 0.2})

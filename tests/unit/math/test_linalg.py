@@ -1,9 +1,14 @@
-"""Small dense linear algebra beside NumPy's own, and its thresholds."""
+"""Small dense linear algebra beside NumPy's own, its thresholds, and choices that rounding must not change."""
 
 import numpy as np
+import package_robots
 import pytest
 
+import kinetostatics as ks
 from kinetostatics.math import linalg
+from kinetostatics.math.linalg import EQUAL, axis_across, canonical_basis, first_largest, ranked
+
+NOISE = 1e-9
 
 
 def at_angles(*angles):
@@ -109,3 +114,52 @@ def test_null_spaces_depend_on_the_space_alone():
     values = np.array([1.0, 2e-5, 0.5e-5])
     assert linalg.null_space(np.diag(values), 1e-5)[1:] == (2, pytest.approx(4.0))
     assert linalg.null_space(np.zeros((2, 3)), 1e-5)[1] == 0 and linalg.null_space(1e-7 * matrix, 1e-5)[1] == 0
+
+
+def test_the_first_of_equals_is_the_largest():
+    assert first_largest([1.0, 3.0, 3.0 + NOISE, 2.0]) == 1
+    assert first_largest([1.0, 3.0, 3.0 * (1 + 2 * EQUAL), 2.0]) == 2
+    assert first_largest([0.0, 0.0]) == 0
+    assert first_largest([1 - 5e-7, 1.0]) == 0 and first_largest([1 - 2e-6, 1.0]) == 1
+
+
+def test_equals_keep_their_order():
+    assert ranked([1.0, 3.0, 3.0 + NOISE, 5.0, 1.0 + NOISE, 0.0]) == [3, 1, 2, 0, 4, 5]
+    assert ranked([]) == [] and ranked([0.0, 0.0]) == [0, 1]
+    assert ranked([1.0, 1.0 + 2 * EQUAL]) == [1, 0]
+    assert ranked([1 - 5e-7, 1.0, 1 - 2e-6]) == [0, 1, 2] and ranked([0.5e-9, 0.9e-9, 1.0]) == [2, 0, 1]
+    assert ranked([1e-17, 3e-17, 1.0, 2e-17]) == [2, 0, 1, 3] and ranked([1e-17, 3e-17]) == [1, 0]
+
+
+@pytest.mark.parametrize("noise", [0.0, NOISE, -NOISE])
+def test_the_axis_across_does_not_depend_on_rounding(noise):
+    assert axis_across([noise, 1, -noise]).tolist() == [1, 0, 0]
+    assert axis_across([1, 0, noise]).tolist() == [0, 1, 0]
+    assert axis_across([0.6, 0.5, 0.5 + noise]).tolist() == [0, 1, 0]
+    several = axis_across(np.array([[1, 0], [noise, noise], [0, 1]]))
+    assert several.T.tolist() == [[0, 1, 0], [1, 0, 0]]
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_a_basis_depends_on_its_space_alone(k):
+    random = np.random.default_rng(k)
+    basis = np.linalg.qr(random.standard_normal((6, 6)))[0][:, :k]
+    turned = basis @ np.linalg.qr(random.standard_normal((k, k)))[0]
+    found = canonical_basis(basis)
+    assert canonical_basis(turned) == pytest.approx(found, abs=1e-13)
+    assert found.T @ found == pytest.approx(np.eye(k), abs=1e-13)
+    assert found @ (found.T @ basis) == pytest.approx(basis, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    "name, softest, stiffest",
+    [
+        ("gough_stewart", "in every direction of the xy plane", "along (0, 0, 1.000)"),
+        ("tripteron", "along (0.577, 0.577, 0.577)", "in every direction across (0.577, 0.577, 0.577)"),
+    ],
+)
+def test_equal_stiffnesses_have_no_direction_of_their_own(name, softest, stiffest):
+    text = str(ks.analyze(package_robots.robot(name).assemble()).report())
+    for word, where in (("softest", softest), ("stiffest", stiffest)):
+        (line,) = (line for line in text.splitlines() if f"{word} against a force" in line)
+        assert line.endswith(f"/mm {where}") or line.endswith(f"/µm {where}")

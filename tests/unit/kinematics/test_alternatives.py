@@ -23,6 +23,7 @@ def straight(tmp_path):
     return path
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("asked", [[], ["--platform", "x=0", "y=0", "rz=0"]])
 def test_the_start_that_is_advised_was_tried_and_works(asked, straight, capsys) -> None:
     assert main(["analyze", str(straight), *asked]) == 2
