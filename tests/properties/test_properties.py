@@ -245,10 +245,7 @@ serial_limbs = st.lists(st.text("RPUSCrp", min_size=1, max_size=4), min_size=2, 
 def test_any_serial_limbs_agree_with_finite_elements_in_any_cut(kinds, seed):
     rng = np.random.default_rng(seed)
     spec = sr.random_spec(kinds, seed)
-    file = sr.write(
-        spec, tree=int(rng.integers(len(kinds))), cuts=[int(rng.integers(len(k))) for k in kinds], twirl=seed,
-        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(len(kinds)),
-    )  # fmt: skip
+    file = sr.write_randomly(spec, rng, seed)
     one = file.robot()
     pose = one.configuration(pin.neutral(one.model))
     load, gravity = rng.standard_normal(6) * 50, rng.standard_normal(3) * 5

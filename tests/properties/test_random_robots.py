@@ -63,10 +63,7 @@ def agrees_with_finite_elements(kinds, seed):
     spec = sr.random_spec(kinds, seed)
     if not spec.beams:
         return False
-    file = sr.write(
-        spec, tree=int(rng.integers(len(kinds))), cuts=[int(rng.integers(len(k))) for k in kinds], twirl=seed,
-        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(len(kinds)),
-    )  # fmt: skip
+    file = sr.write_randomly(spec, rng, seed)
     robot = file.robot()
     pose = robot.configuration(pin.neutral(robot.model))
     load, gravity = rng.standard_normal(6) * 50, rng.standard_normal(3) * 5

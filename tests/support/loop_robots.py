@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from finite_elements import skew
+from mechanisms import across, numbers, rpy, unit
 from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
@@ -40,34 +42,8 @@ E_MODULUS, G_MODULUS, DENSITY = 70e9, 27e9, 2700.0
 GRAVITY = (0.7, -1.9, -9.2)
 
 
-def numbers(values):
-    return " ".join(repr(float(v)) for v in np.ravel(values))
-
-
 def random_rotation(rng):
     return Rotation.random(random_state=rng).as_matrix()
-
-
-def rpy(R):
-    """Return URDF's roll, pitch, yaw."""
-    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
-    if abs(R[2, 0]) > 1 - 1e-12:  # roll and yaw are one
-        return np.arctan2(-R[2, 0] * R[0, 1], -R[2, 0] * R[0, 2]), pitch, 0.0
-    return np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])
-
-
-def sideways(axis):
-    """Return two unit vectors that form a right-handed frame with the unit vector ``axis``."""
-    first = unit(np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
-    return first, np.cross(axis, first)
-
-
-def unit(v):
-    return np.asarray(v, dtype=float) / np.linalg.norm(v)
-
-
-def cross_matrix(v):
-    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
 
 
 def frame(R=None, p=(0, 0, 0)):
@@ -158,16 +134,16 @@ class Arm:
         EA, EI, GA, GJ = E_MODULUS * area, E_MODULUS * bending, G_MODULUS * area, 2 * G_MODULUS * bending
         L, u = np.linalg.norm(self.tip - self.root), unit(self.tip - self.root)
         along = np.outer(u, u)
-        across = np.eye(3) - along
+        beside = np.eye(3) - along
         C = np.zeros((6, 6))
-        C[:3, :3] = L / EA * along + (L**3 / (3 * EI) + L / GA) * across
-        C[3:, 3:] = L / GJ * along + L / EI * across
-        C[3:, :3] = L**2 / (2 * EI) * cross_matrix(u)
+        C[:3, :3] = L / EA * along + (L**3 / (3 * EI) + L / GA) * beside
+        C[3:, 3:] = L / GJ * along + L / EI * beside
+        C[3:, :3] = L**2 / (2 * EI) * skew(u)
         C[:3, 3:] = C[3:, :3].T
         q = DENSITY * area * np.asarray(gravity)
-        d = L**2 / (2 * EA) * along @ q + (L**4 / (8 * EI) + L**2 / (2 * GA)) * across @ q
+        d = L**2 / (2 * EA) * along @ q + (L**4 / (8 * EI) + L**2 / (2 * GA)) * beside @ q
         X = np.eye(6)
-        X[:3, 3:] = -cross_matrix(o - self.tip)
+        X[:3, 3:] = -skew(o - self.tip)
         middle = (self.root + self.tip) / 2 - o
         weight = np.concatenate([q * L, np.cross(middle, q * L)])
         return X @ C @ X.T, X @ np.concatenate([d, L**3 / (6 * EI) * np.cross(u, q)]), weight
@@ -214,7 +190,7 @@ class Held:
         square = unit(np.cross(self.local_axis, other))
         self.local_axis2 = square if self.right else unit(square + 0.6 * self.local_axis)
         self.a, self.b = self.J[:3, :3] @ self.local_axis, self.J[:3, :3] @ self.local_axis2
-        self.s, self.t = sideways(self.a)
+        self.s, self.t = across(self.a)
         away = [unit(rng.standard_normal(3)) for _ in range(3)]
         self.o0 = self.c + 0.4 * away[0]
         self.platform0 = frame(random_rotation(rng), self.o0)
@@ -278,7 +254,7 @@ class Held:
 
     def _at(self, point, axis=None):
         """Return a random frame at a point, whose z is ``axis`` if that is given."""
-        return frame(random_rotation(self._rng) if axis is None else np.column_stack([*sideways(axis), axis]), point)
+        return frame(random_rotation(self._rng) if axis is None else np.column_stack([*across(axis), axis]), point)
 
     def _tree(self, name, kind, parent, child, point=None, axis=None, F=None):
         F = self._frame(child, self._at(point, axis if kind == "planar" else None) if F is None else F)

@@ -31,9 +31,6 @@ from mechanisms import (
 __all__ = ["NU", "RHO", "E", "Section", "random_rotation", "tube"]
 
 
-_across = across
-
-
 @dataclass(frozen=True)
 class Limb:
     joints: tuple
@@ -87,6 +84,15 @@ def mechanism_of(spec, order=None):
     place = {link.name: number for number, link in enumerate(links)}
     beams = tuple(sorted(spec.beams, key=lambda beam: place[beam.link]))
     return Mechanism(tuple(edges), links, beams, spec.o, spec.mass, spec.com, spec.extra, spec.name)
+
+
+def write_randomly(spec, rng, seed):
+    """Write a spec in a random cut, order and spelling."""
+    count = len(spec.limbs)
+    return write(
+        spec, tree=int(rng.integers(count)), cuts=[int(rng.integers(len(limb.joints))) for limb in spec.limbs], twirl=seed,
+        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(count),
+    )  # fmt: skip
 
 
 def robot_of(spec, **options):
@@ -314,11 +320,6 @@ def puu3(section=None, lean=0.3, height=0.8, radius=0.2, mass=5.0, **beam):
         beams.append(Beam(f"rod_{n}", f"rod_{n}", f"lower_{n}", f"upper_{n}", section or circle(0.03), **beam))
     top = (0.0, 0.0, height)
     return Spec(tuple(limbs), tuple(beams), o=top, mass=mass, com=top)
-
-
-def hanging_rod(length=2.0, section=None, **beam):
-    """A rod that hangs from the base and carries a massless platform."""
-    return cantilever(length, (0, 0, -1), section, **beam)
 
 
 def stepped_beam(lengths=(0.6, 0.4), sections=None, **beam):

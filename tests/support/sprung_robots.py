@@ -72,10 +72,7 @@ def serial(kinds, seed, springs=None, rigid=True):
     spec = sr.random_spec(kinds, seed)
     if rigid:
         spec = replace(spec, beams=())
-    file = sr.write(
-        spec, tree=int(rng.integers(len(kinds))), cuts=[int(rng.integers(len(k))) for k in kinds], twirl=seed,
-        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(len(kinds)),
-    )  # fmt: skip
+    file = sr.write_randomly(spec, rng, seed)
     description = with_stiff_drives(file.description(), rng)
     robot = ks.Robot(description)
     at = robot.configuration(pin.neutral(robot.model))
