@@ -21,10 +21,9 @@ from kinetostatics.engine.programs import check_engine, engine_for, pose_code
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.rates import moving_bodies, prescribed_motion
-from kinetostatics.math.arrays import Array, Index, chunks
+from kinetostatics.math.arrays import Array, Index, chunks, in_threads
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist, move_wrench, rotate
-from kinetostatics.math.threads import in_threads
 from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.pose_arrays import Chunk, CompiledChunk

@@ -9,7 +9,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.math import arrays
-from kinetostatics.math.threads import TURN, in_threads, threads
+from kinetostatics.math.arrays import TURN, in_threads, threads
 
 
 def test_numbers_depend_neither_on_threads_nor_on_chunks(monkeypatch):

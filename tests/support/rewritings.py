@@ -14,7 +14,7 @@ from mechanisms import random_rotation, rpy
 from scipy.spatial.transform import Rotation
 
 from kinetostatics.description import Cone, Inertia, Joint, Link, Loop, Mimic, Origin
-from kinetostatics.files.reader import validate
+from kinetostatics.files.writer import validate
 
 IN_TREES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 TURNING, ONE_FREEDOM = ("revolute", "continuous"), ("revolute", "continuous", "prismatic")
@@ -192,7 +192,7 @@ def with_zeros_at(robot, pose):
     """Shift the zeros of the joints so that a pose is the new zero pose, but where beams end at slides."""
     description = robot.description
     ends = {end.joint for beam in description.beams.values() for end in (beam.start, beam.end) if end is not None}
-    values = {name: float(value[0]) for name, value in robot.joint_coordinates(pose.model_q, pose.frames).items()}
+    values = {name: float(value[0]) for name, value in robot.joint_coordinates.at(pose.model_q, pose.frames).items()}
     shifts, joints, loops = {}, dict(description.joints), dict(description.loops)
     for name, value in values.items():
         item = joints.get(name, loops.get(name))

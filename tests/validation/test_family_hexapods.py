@@ -355,7 +355,7 @@ def test_tricept_kinematics(coordinates):
     lines, expected = tricept_struts(o)
     np.testing.assert_allclose(R, expected, atol=1e-13)
     close(coordinates_of(pose) + np.hypot(0.25, 1), np.linalg.norm(lines, axis=1), 1e-13)
-    assert robot("tricept").joint_coordinates(pose.model_q, pose.frames)["prismatic_4"] == pytest.approx(np.linalg.norm(o) - 1)
+    assert robot("tricept").joint_coordinates.at(pose.model_q, pose.frames)["prismatic_4"] == pytest.approx(np.linalg.norm(o) - 1)
 
 
 @at_poses("tricept")

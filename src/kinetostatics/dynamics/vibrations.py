@@ -13,8 +13,7 @@ from kinetostatics.arguments import Keyword, check, finite_numbers, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Index, Mask
-from kinetostatics.math.threads import in_threads
+from kinetostatics.math.arrays import Index, Mask, in_threads
 from kinetostatics.mechanism.joints import drive_of
 from kinetostatics.results.dynamics import FrequencyResponse, Modes
 from kinetostatics.results.tool_point import tool_on_robot

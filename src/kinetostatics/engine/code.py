@@ -22,8 +22,7 @@ import numpy as np
 
 from kinetostatics.engine import llvm
 from kinetostatics.layout.report import Json
-from kinetostatics.math.arrays import Array, Mask, chunks
-from kinetostatics.math.threads import in_threads
+from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 
 #: Folders and the module whose functions are recorded, or generate code: their text is part of the key of stored code.
 _SOURCES = ("quantities.py", "buckling", "description", "engine", "kinematics", "limbs", "math", "mechanism", "statics")

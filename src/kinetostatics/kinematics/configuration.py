@@ -184,7 +184,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The coordinate (…) of every driven joint [m, rad]."""
-        coordinates = self.robot.joint_coordinates(self.model_q, self.frames)
+        coordinates = self.robot.joint_coordinates.at(self.model_q, self.frames)
         driven = self.robot.description.driven
         return ResultMapping({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
 
@@ -192,7 +192,7 @@ class Configuration(Reported, builder="reports.pose:configuration_report"):
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
         """The joints beyond their limits or cones in at least one pose, by name."""
         found: dict[str, LimitExceeded] = {}
-        for name, value, limits, within in self.robot.limited(self.model_q, self.frames):
+        for name, value, limits, within in self.robot.joint_coordinates.limited(self.model_q, self.frames):
             beyond = self.reached & ~within
             if np.any(beyond):
                 found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), *limits, beyond.reshape(self.shape))

@@ -156,13 +156,7 @@ class Closures:
 
 
 class Placed(NamedTuple):
-    """Poses with the frames of all bodies.
-
-    Attributes:
-        q: (nq, N) Pinocchio's coordinates.
-        frames: frames of all bodies, world axes.
-        residual: (closures, N) residuals of the loops [m, rad].
-    """
+    """Pinocchio's coordinates (nq, N) of poses, frames of all bodies in world axes, residuals (closures, N) of loops [m, rad]."""
 
     q: Array
     frames: Frames

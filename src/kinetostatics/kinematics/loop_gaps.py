@@ -134,14 +134,9 @@ def close(
 
 @dataclass(frozen=True)
 class FrameCorrection:
-    """A frame and the displacement that closes all loops at zero.
+    """A frame, the origin of a joint or loop, and the displacement that closes all loops at zero.
 
-    Attributes:
-        joint: the joint or loop with this origin.
-        is_loop: whether ``joint`` is a loop.
-        link: the link in which the origin is given; ``shift`` and ``turn`` are in its axes.
-        shift: (3,) displacement of the origin [m].
-        turn: (3,) rotation vector of the frame about its origin [rad].
+    In the axes of the ``link`` of the origin, ``shift`` (3,) is its displacement [m], ``turn`` (3,) its rotation vector [rad].
     """
 
     joint: str
@@ -176,13 +171,10 @@ def _vector(values: Array) -> str:
 
 @dataclass(frozen=True)
 class _Candidates:
-    """N possibly wrong frames.
+    """N possibly wrong frames: name of the joint or loop, whether it is a loop, and the link in which the origin is given.
 
-    Attributes:
-        names: for each frame, name of the joint or loop, whether it is a loop, and the link in which the origin is given.
-        rotation: (3, 3, N) orientations of these links at zero, world axes.
-        origin: (3, N) origins of the frames [m].
-        carried: (2K, N) whether the frame on a side of a loop moves with the possibly wrong frame: K predecessors, K successors.
+    ``rotation`` (3, 3, N) are the orientations of these links at zero, ``origin`` (3, N) the origins of the frames [m];
+    ``carried`` (2K, N) are masks of the frames on the sides of loops that move with them: K predecessors, K successors.
     """
 
     names: list[tuple[str, bool, str]]
@@ -194,9 +186,7 @@ class _Candidates:
 def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
     """Return all corrections of single frames, smallest first; pure displacements or rotations if they suffice.
 
-    Args:
-        mechanism: the robot.
-        size: its size [m], the scale between rotations and displacements.
+    The robot's ``size`` [m] is the scale between rotations and displacements.
     """
     closures, sides, _, candidates = _at_zero(mechanism)
     found: dict[int, FrameCorrection] = {}
@@ -218,13 +208,7 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 class OtherLink:
     """A joint, or a side of a loop, that is probably attached to the wrong link.
 
-    With the same origin on one of ``others``, all loops would be closed at zero coordinates.
-
-    Attributes:
-        joint: the joint or loop.
-        is_loop: whether it is a loop.
-        link: the link in which the origin is.
-        others: the links on which the origin would close the loops; their frames coincide at zero coordinates.
+    With the same origin on one of ``others``, whose frames coincide at zero coordinates, all loops would be closed there.
     """
 
     joint: str
@@ -238,12 +222,7 @@ class OtherLink:
 
 
 def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
-    """Return all joints and sides of loops that close all loops at zero if moved to another link with unchanged origins.
-
-    Args:
-        mechanism: the robot.
-        size: its size [m], the scale for gaps.
-    """
+    """Return all joints and sides of loops that close all loops at zero if moved to another link with unchanged origins."""
     closures, sides, links, candidates = _at_zero(mechanism)
     parents = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
     found = []
@@ -324,12 +303,7 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
 def _closed(closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float) -> tuple[Array, Array, Mask]:
     """Return the rotation (3, 3, N) and shift (3, N) [m] of each candidate with the smallest gaps, and the mask (N,) of closure.
 
-    Args:
-        closures: the loops.
-        sides: (2K, 4, 4) frames of both sides of the loops at zero.
-        candidates: the possibly wrong frames.
-        columns: components that may change: of the shift 0 to 2, of the rotation 3 to 5.
-        size: size of the robot [m].
+    ``columns`` are the components that may change: of the shift 0 to 2, of the rotation 3 to 5.
     """
     N, count = candidates.origin.shape[1], len(closures.loops)
     start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)

@@ -26,13 +26,7 @@ def rank_tolerance(closing_error: float) -> float:
 
 
 def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
-    """Return three generic poses, and the largest scaled residual with which they and the zero pose close.
-
-    Args:
-        solver: closes the loops.
-        zero: the closed zero pose.
-        closing_error: the scaled residual of the zero pose.
-    """
+    """Return three generic poses, and the largest scaled residual of them and of the closed ``zero`` pose (``closing_error``)."""
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
     nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)

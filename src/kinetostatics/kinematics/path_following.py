@@ -6,8 +6,7 @@ import numpy as np
 
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, Mask, chunks
-from kinetostatics.math.threads import in_threads
+from kinetostatics.math.arrays import Array, Mask, chunks, in_threads
 
 #: Largest step along a line, in rad and in characteristic lengths. After a larger one, Newton's method may converge steadily to
 #: another branch: a universal joint also closes with one axis reversed.

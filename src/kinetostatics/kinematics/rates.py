@@ -31,12 +31,8 @@ _WEIGHTS = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
 def freedom_rates(solver: Solver, prescribed: PrescribedCoordinates, gradient: Array, rates: Array, step: Array) -> Array:
     """Return the rates (nv, k, N) of the free freedoms; NaN where the residuals cannot remain zero.
 
-    Args:
-        solver: solver of the loops.
-        prescribed: prescribed coordinates.
-        gradient: (m, n, N) derivatives of scaled residuals with respect to scaled free steps.
-        rates: (m, k, N) partial rates of the residuals.
-        step: (n, k, N) steps that compensate them in the least-squares sense.
+    Scaled residuals have the ``gradient`` (m, n, N) with respect to scaled free steps, and partial ``rates`` (m, k, N), which the
+    ``step`` (n, k, N) compensates in the least-squares sense.
     """
     left = np.max(np.abs(rates + np.einsum("mnN,nkN->mkN", gradient, step)), axis=0, initial=0.0)
     stays_open = left > _OPEN * np.max(np.abs(rates), axis=0, initial=0.0) + 1e-12

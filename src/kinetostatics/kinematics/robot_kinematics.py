@@ -310,16 +310,9 @@ class RobotKinematics:
         return self.frames_at(self.model_q(poses))
 
     @cached_property
-    def _coordinates(self) -> JointCoordinates:
+    def joint_coordinates(self) -> JointCoordinates:
+        """Coordinates of all joints and loops with one freedom, and their limits."""
         return JointCoordinates(self.solver)
-
-    def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
-        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; see :meth:`JointCoordinates.at`."""
-        return self._coordinates.at(q, frames)
-
-    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, tuple[float, float], Mask]]:
-        """Yield name, value (N,), limits, and mask (N,) within them, for every one-freedom joint or loop and every cone."""
-        return self._coordinates.limited(q, frames)
 
     # ---- beams and weights ------------------------------------------------------------------------------------------------
 

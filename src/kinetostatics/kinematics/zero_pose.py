@@ -122,13 +122,9 @@ def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], 
 
 
 def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
-    """Return the gaps at zero, and corrections of single frames that would close all loops, as text.
+    """Return the gaps at zero, {name: (m, rad)}, and corrections of single frames that would close all loops, as text.
 
-    Args:
-        mechanism: mechanism whose loops cannot be closed.
-        gaps: gap of each loop with all joints at zero, {name: (m, rad)}.
-        size: size of the robot [m].
-        closest: smallest gaps with all joints free, as text, if they are large.
+    ``closest`` are the smallest gaps with all joints free, as text, if they are large.
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
@@ -197,12 +193,7 @@ def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> s
 def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
     """Return a more precise error if a joint, or a side of a loop, is probably on a wrong link.
 
-    Args:
-        error: an error of the robot.
-        mechanism: the joints.
-
-    Returns:
-        The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    It is the same error unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
     """
     size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
     if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):

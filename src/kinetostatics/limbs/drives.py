@@ -70,12 +70,9 @@ class LimbDrive:
 
 
 def limb_drives(model: StaticModel, drives: Sequence[Drive], freedoms: Sequence[Sequence[str]]) -> tuple[LimbDrive, ...]:
-    """Return the actuators that move freedoms of equal limbs.
+    """Return those of all elastic actuators that move freedoms of equal limbs.
 
-    Args:
-        model: the robot.
-        drives: all elastic actuators.
-        freedoms: for every limb, the names of the joints of its freedoms, inboard ones first.
+    ``freedoms`` are, for every limb, the names of the joints of its freedoms, inboard ones first.
     """
     rows = []
     for joints in freedoms:

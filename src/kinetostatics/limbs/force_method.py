@@ -26,12 +26,9 @@ _GOOD_PIVOT = 1e-3
 
 @dataclass(frozen=True)
 class EliminationOrder:
-    """Pivots (row, column) of the elimination, fixed once per limb.
+    """Pivots (row, column) of the elimination, fixed once per limb: in the joints' equations and in the platform's six sums.
 
-    Attributes:
-        joints: pivots in the equations of the joints.
-        platform: pivots in the six sums over the platform's cut joints.
-        free: remaining columns: self-stress.
+    The remaining columns ``free`` are self-stress.
     """
 
     joints: tuple[tuple[int, int], ...]
@@ -59,13 +56,7 @@ class Distribution:
 
 
 def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
-    """Choose pivots at generic poses.
-
-    Args:
-        A: (k, n, poses) the joints' equations.
-        P: (6, n) sums over the platform's cut joints.
-        tolerance: relative singular value below which a direction counts as dependent.
-    """
+    """Choose pivots at generic poses, for the joints' equations A (k, n, poses) and the platform's sums P (6, n)."""
     k = A.shape[0]
     rank, platform_rank = ranks(A, P, tolerance)
     M = _stacked(A, P)
@@ -125,12 +116,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: Mask, P: Array, 
 def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
     """Return the part of the demand (k, g, N) that cut-joint wrenches cannot balance, orthogonal to the columns of A.
 
-    Args:
-        elimination: the pivots, whose number is the rank.
-        A: (k, n, g, N) the joints' equations.
-        demand: (k, g, N) power of the weights on the passive freedoms.
-        particular: (n, g, N) solution by elimination; its residual is zero if the equations are consistent, otherwise it depends
-            on the pivots.
+    The residual of the ``particular`` solution (n, g, N) is zero for consistent equations; otherwise it depends on the pivots.
     """
     left = demand + np.einsum("kn...,n...->k...", A, particular)
     where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)

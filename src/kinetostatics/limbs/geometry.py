@@ -252,13 +252,9 @@ def _orientations(axes: Array, moments: Array, named: Mask, length: float) -> Ar
     """Return the signs (k, g) of the axes of g limbs that give each axis a sense independent of the file.
 
     At the closed zero pose an axis points upwards along the world's z axis; if it is horizontal, anticlockwise about that axis;
-    if it intersects that axis, along x, else along y. Parallel axes of a limb have the same sense.
-
-    Args:
-        axes: (3, k, g) axes at the zero pose, as in the file.
-        moments: (3, k, g) moments of unit forces along them about the world's origin [m]; 0 for translations.
-        named: (k,) mask of the axes of single joints; others are ignored.
-        length: characteristic length [m].
+    if it intersects that axis, along x, else along y. Parallel axes of a limb have the same sense. ``axes`` (3, k, g) are as in
+    the file, ``moments`` (3, k, g) those of unit forces along them about the world's origin [m], 0 for translations; only axes of
+    single joints, ``named`` (k,), count.
     """
     cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
     alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)

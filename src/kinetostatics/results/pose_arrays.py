@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.layout.mapping import ResultMapping
-from kinetostatics.math.arrays import Array, Index, Mask, batch_first, frozen
+from kinetostatics.math.arrays import Array, Index, Mask, batch_first, frozen, in_threads
 from kinetostatics.math.screws import Kind, move
-from kinetostatics.math.threads import in_threads
 from kinetostatics.quantities import OF_EQUILIBRIUM, QUANTITIES
 from kinetostatics.results.tool_point import point_name
 from kinetostatics.robot import Robot

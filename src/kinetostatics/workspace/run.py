@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.arguments import path_name, warn, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.threads import in_threads, threads
+from kinetostatics.math.arrays import in_threads, threads
 from kinetostatics.progress import in_notebook, waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.block import compute_block, make_ready

@@ -59,7 +59,7 @@ def test_a_dead_centre_is_left(unit, slack):
 def test_drives_stay_where_the_loops_close_up_to_rounding(off):
     """Whether the file is exact or its frames are rounded: the other joints alone close what they can."""
     machine = four_bar(0.05, zero=0.3, bent=off)
-    assert machine.joint_coordinates(machine.model_q(machine.zero_poses), machine.zero_frames)["a"] == pytest.approx(
+    assert machine.joint_coordinates.at(machine.model_q(machine.zero_poses), machine.zero_frames)["a"] == pytest.approx(
         0.0, abs=1e-12
     )
     assert machine.closing_error == pytest.approx(off / machine.length, rel=0.01, abs=1e-13)
@@ -77,7 +77,7 @@ def test_drives_move_where_they_must(gap, turned, off, least):
     """Not much further than to the dead centre of coupler and rocker, the last place where the crank gets."""
     machine = four_bar(gap, turned=turned, zero=0.2, bent=off)
     assert machine.closing_error < 1.1 * off / machine.length + 1e-11 and not machine.has_wrong_zero
-    moved = float(-machine.joint_coordinates(machine.model_q(machine.zero_poses), machine.zero_frames)["a"][0])
+    moved = float(-machine.joint_coordinates.at(machine.model_q(machine.zero_poses), machine.zero_frames)["a"][0])
     assert least - 1e-4 < moved < least + 0.2, (least, moved)
 
 

@@ -14,7 +14,7 @@ def test_loops_have_coordinates_as_joints_have():
     """Both cranks lean by 0.3, and the table turns back as far at both of its ends."""
     machine = parallelogram()
     pose = machine.assemble(actuators={"foot_0": [0.3, -0.2]})
-    found = machine.joint_coordinates(pose.model_q, pose.frames)
+    found = machine.joint_coordinates.at(pose.model_q, pose.frames)
     assert {name: value.tolist() for name, value in found.items()} == {
         name: pytest.approx([sign * 0.3, -sign * 0.2])
         for name, sign in (("foot_0", 1), ("foot_1", 1), ("head_0", -1), ("head_1", -1))
@@ -31,7 +31,7 @@ def test_a_loop_s_angle_is_the_one_that_its_limits_mean(lower, upper, at, reads)
     limited = replace(table.loops["head_1"], lower=lower, upper=upper)
     machine = ks.Robot(replace(table, loops={"head_1": limited}))
     pose = machine.assemble(actuators={"foot_0": at})
-    np.testing.assert_allclose(machine.joint_coordinates(pose.model_q, pose.frames)["head_1"], reads, atol=1e-9)
+    np.testing.assert_allclose(machine.joint_coordinates.at(pose.model_q, pose.frames)["head_1"], reads, atol=1e-9)
     beyond = [not lower <= value <= upper for value in reads]
     assert (pose.status == ks.Status.LIMIT_EXCEEDED).tolist() == beyond
     assert set(pose.limits_exceeded) == ({"head_1"} if any(beyond) else set())
