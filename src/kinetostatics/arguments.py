@@ -102,14 +102,11 @@ def positive(what: str, value: FloatLike, expected: str = "a positive number", i
     return number
 
 
-def whole_number(
-    what: str, value: SupportsIndex | None, least: int, most: int | None = None, why: str = "", shown: str = ""
-) -> int:
+def whole_number(what: str, value: SupportsIndex | None, least: int, most: int | None = None, shown: str = "") -> int:
     """Return an integer (Python or NumPy) between ``least`` and ``most``.
 
     Raises:
-        ArgumentError: the value is not such an integer; the message contains ``shown`` (the value as text) and ``why`` (the
-            reason for the upper limit).
+        ArgumentError: the value is not such an integer; the message contains ``shown``, the value as text.
     """
     number = None
     if value is not None and not isinstance(value, (bool, np.bool_)):
@@ -117,7 +114,7 @@ def whole_number(
             number = operator.index(value)
     if number is None or number < least or (most is not None and number > most):
         end = "on" if most is None else f"to {most}"
-        raise ArgumentError(f"{what} is {shown or repr(value)}; it must be a whole number from {least} {end}{why}")
+        raise ArgumentError(f"{what} is {shown or repr(value)}; it must be a whole number from {least} {end}")
     return number
 
 

@@ -127,23 +127,27 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
     monkeypatch.setattr(loops, "_FUNCTIONS", functions)
     _, prescribed = solver_of(robot)
     example = robot.generic_poses.take(np.array([0]))
-    assert CompiledSolver.kept(robot.solver, prescribed, example) is not None
+    assert CompiledSolver(robot.solver, prescribed, example, anew=False).is_there
     other = robot_named("planar_3rrr")
     given = other.mobility_analysis.with_dofs(other.actuator_coordinates)
-    assert CompiledSolver.kept(other.solver, given, other.generic_poses.take(np.array([0]))) is None
+    assert not CompiledSolver(other.solver, given, other.generic_poses.take(np.array([0])), anew=False).is_there
 
 
 def test_auto_takes_compiled_loops_by_the_poses_of_the_call(monkeypatch):
     robot = robot_named("five_bar")
     made = []
+
+    def init(self, solver, prescribed, example, anew):
+        vars(self).update(vars(solver), is_there=anew)
+        made.append("made" if anew else "looked")
+
     monkeypatch.setattr(programs, "_LOOPS", type(programs._LOOPS)())
-    monkeypatch.setattr(loops.CompiledSolver, "__init__", lambda self, solver, *_: made.append(vars(self).update(vars(solver))))
-    monkeypatch.setattr(loops.CompiledSolver, "kept", classmethod(lambda *_: made.append("looked")))
+    monkeypatch.setattr(loops.CompiledSolver, "__init__", init)
     chosen = programs.compiled_loops("auto")
     given = robot.actuator_coordinates
     for _ in range(20):
         assert chosen(robot, given, 999) is robot.solver and made == []
     assert chosen(robot, given, 9_999) is robot.solver and made == ["looked"]
-    assert chosen(robot, given, 10_000) is not robot.solver and made == ["looked", None]
-    assert chosen(robot, given, 1) is not robot.solver and made == ["looked", None]  # it is in memory
+    assert chosen(robot, given, 10_000) is not robot.solver and made == ["looked", "made"]
+    assert chosen(robot, given, 1) is not robot.solver and made == ["looked", "made"]  # it is in memory
     assert programs.compiled_loops("numpy")(robot, given, 10**9) is robot.solver

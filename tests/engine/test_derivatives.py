@@ -5,7 +5,6 @@ import pytest
 from tapes import evaluate
 
 from kinetostatics.engine import record_derivatives
-from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.scalars import (
     Tape,
     absolute,
@@ -16,6 +15,7 @@ from kinetostatics.engine.scalars import (
     cosine,
     divide,
     multiply,
+    needed_by,
     negative,
     sine,
     square_root,

@@ -179,20 +179,22 @@ def test_actuators_are_taken_where_followers_are_given(tmp_path):
 # ---- what is told, and what compares ----------------------------------------------------------------------------------------
 
 
-def test_test_programs_see_the_seventh_digit(derived, corrected):
-    """They pass with what was written, and fail where derivatives are of loads a little larger, or corrections are."""
-    larger = " load[k] = (1.0 + 1e-7) * (double)".join
-    for exported, wrong, item in (
-        (derived[2], lambda text: larger(text.rsplit(" load[k] = (double)", 1)), "twist_by_rz"),
-        (corrected[1], lambda text: text.replace("= (double)actuators[", "= 1.0000001 * actuators["), "actuators"),
-    ):
-        folder, name = exported.folder, exported.name
-        code, told = answer(folder, f"{name}_test.c", f"{name}.c")
-        assert code == 0 and told.startswith("0 of 40 poses differ\n")
-        assert float(told.splitlines()[1].split()[0]) < 30  # corrections of loops a call: no search goes on that has arrived
-        (folder / "wrong.c").write_text(wrong((folder / f"{name}.c").read_text()))
-        code, told = answer(folder, f"{name}_test.c", "wrong.c")
-        assert code == 1 and told.startswith(f"{item} differs by")
+@pytest.mark.few(1)
+@pytest.mark.parametrize("case", ["derivatives", "corrections"])
+def test_test_programs_detect_errors_of_1e_7(case, derived, corrected):
+    """They pass with the exported files, and fail where derivatives are of loads larger by 1e-7, or corrections are."""
+    exported, item = (derived[2], "twist_by_rz") if case == "derivatives" else (corrected[1], "actuators")
+    folder, name = exported.folder, exported.name
+    code, printed = answer(folder, f"{name}_test.c", f"{name}.c")
+    assert code == 0 and printed.startswith("0 of 40 poses differ\n")
+    assert float(printed.splitlines()[1].split()[0]) < 30  # corrections of loops per call: the search ends
+    text = (folder / f"{name}.c").read_text()
+    first, _, last = text.rpartition(" load[k] = (double)")
+    derivatives = f"{first} load[k] = (1.0 + 1e-7) * (double){last}"
+    wrong = derivatives if case == "derivatives" else text.replace("= (double)actuators[", "= 1.0000001 * actuators[")
+    (folder / "wrong.c").write_text(wrong)
+    code, printed = answer(folder, f"{name}_test.c", "wrong.c")
+    assert code == 1 and printed.startswith(f"{item} differs by")
 
 
 def test_programs_of_floats_compare_what_floats_have(derived, tmp_path):

@@ -202,14 +202,14 @@ def test_derivatives_of_batches_of_loads_and_gravity_are_those_of_each():
     """Poses, loads and gravity along axes of their own; of so many poses that they are not differentiated all at once."""
     f = ks.compile(package_robots.robot("five_bar"), outputs=(*OUTPUTS, "compliance"))
     J = f.jacobian((*OUTPUTS, "compliance"), ("shoulder_1", "load", "gravity"))
-    turn = np.linspace(-0.1, 0.1, 17)
+    turn = np.linspace(-0.1, 0.1, 6)
     loads, fields = np.array([LOAD, 2 * LOAD, -LOAD])[:, None, None], np.array([GRAVITY, -GRAVITY, 0 * GRAVITY])[:, None]
     found = J(shoulder_1=turn, shoulder_2=0.2, load=loads, gravity=fields)
-    for a, b, c in ((0, 0, 0), (1, 2, 7), (2, 1, 16)):
+    for a, b, c in ((0, 0, 0), (1, 2, 3), (2, 1, 5)):
         one = J(shoulder_1=turn[c], shoulder_2=0.2, load=loads[a, 0, 0], gravity=fields[b, 0])
         for output, parts in found.items():
             for name, array in parts.items():
-                assert array.shape[:3] == (3, 3, 17)
+                assert array.shape[:3] == (3, 3, 6)
                 size = np.max(np.abs(one[output][name]))
                 np.testing.assert_allclose(array[a, b, c], one[output][name], rtol=1e-9, atol=1e-9 * size)
 
@@ -246,13 +246,13 @@ def test_a_placement_goes_along_and_about_the_joint_s_own_axes(k):
     np.testing.assert_allclose(after, before @ moved, atol=1e-12)
 
 
+@pytest.mark.parametrize("engine", ["numpy", pytest.param("compiled", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("off", "status"), [(3e-11, ks.Status.OK), (1e-9, ks.Status.UNREACHABLE)])
-def test_loops_may_stay_open_by_a_little(off, status):
+def test_loops_may_stay_open_by_a_little(off, status, engine):
     """The first axis of one limb of an overconstrained robot, turned: its loops close but to about half of that."""
     turned = numbers_of_parts(package_robots.robot("2pru_upr"))["universal_3_y.placement"][5].changed(off)
     at = {"z": 0.55, "rx": 0.1, "ry": 0.05}
-    for engine in ("numpy", "compiled"):
-        assert ks.compile(ks.Robot(turned), tuple(at), engine=engine)(**at)["status"] == status
+    assert ks.compile(ks.Robot(turned), tuple(at), engine=engine)(**at)["status"] == status
 
 
 def test_derivatives_are_of_the_engine_of_their_function(monkeypatch):

@@ -21,10 +21,10 @@ from kinetostatics.analysis import analyze
 from kinetostatics.arguments import Keyword
 from kinetostatics.description.robot_description import RobotDescription
 from kinetostatics.design.sensitivities import numbers_of
-from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, pose_record
 from kinetostatics.engine.programs import loops_for
 from kinetostatics.engine.record_derivatives import values
+from kinetostatics.engine.scalars import needed_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.functions.derivatives import Derivatives, varied
 from kinetostatics.kinematics.solver import SolverState

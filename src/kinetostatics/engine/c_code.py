@@ -11,8 +11,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from kinetostatics.engine.llvm import needed_by, operands
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.scalars import Tape, needed_by, operands
 from kinetostatics.math.arrays import Array
 
 #: Largest number of operations in a function. Fewer functions need less memory and time: the hexapod's 14,000 operations take 7 %
@@ -44,14 +43,7 @@ class CProgram:
         return sum(self.counts.values())
 
 
-def c_program(
-    name: str,
-    tape: Tape,
-    outputs: Sequence[int],
-    constants: Array,
-    inputs: Sequence[str],
-    where: Sequence[tuple[str, int]] | None = None,
-) -> CProgram:
+def c_program(name: str, tape: Tape, outputs: Sequence[int], constants: Array, inputs: Sequence[str]) -> CProgram:
     """Return ``static void name(const double *…, double *work, double *out)``; truth values are written as 0 and 1.
 
     Args:
@@ -59,10 +51,9 @@ def c_program(
         tape: the record.
         outputs: the operations whose results are written to ``out``, in order.
         constants: values of the parameters.
-        inputs: names of the input arrays of the function.
-        where: for each input array of the record, the array that contains it and its offset there; default: one array each.
+        inputs: names of the input arrays.
     """
-    needed, offsets = needed_by(tape, outputs), [(item, 0) for item in inputs] if where is None else where
+    needed = needed_by(tape, outputs)
     known: dict[int, str] = {}
     steps: list[int] = []
     for number, operation in enumerate(tape.operations):
@@ -70,8 +61,7 @@ def c_program(
         if not needed[number]:
             continue
         if kind == "input":
-            array, first = offsets[operation[1]]
-            known[number] = f"{array}[{first + operation[2]}]"
+            known[number] = f"{inputs[operation[1]]}[{operation[2]}]"
         elif kind == "parameter":
             known[number] = literal(float(constants[operation[1]]))
         elif kind == "constant":

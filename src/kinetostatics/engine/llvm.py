@@ -6,7 +6,7 @@ overlap the one before it, so that one code serves any number of poses n ≥ 8.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.engine.angles import Instructions, angle_of_point, constant, kind_of, sine_or_cosine, suffix
-from kinetostatics.engine.scalars import Operation, Tape
+from kinetostatics.engine.scalars import Tape, needed_by, operands
 
 if TYPE_CHECKING:
     from llvmlite.binding import TargetMachine
@@ -31,23 +31,6 @@ _INFIX = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul
 _INFIX |= {">": "fcmp ogt", ">=": "fcmp oge", "<": "fcmp olt", "<=": "fcmp ole", "==": "fcmp oeq", "!=": "fcmp une"}
 _INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}
 _DECLARED = {**dict.fromkeys(_INTRINSICS.values(), 1), "copysign": 2, "fmuladd": 3}
-
-
-def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
-    """Return for each operation whether it is an output, or an output depends on it."""
-    needed = [False] * len(tape.operations)
-    for number in outputs:
-        needed[number] = True
-    for number in range(len(needed) - 1, -1, -1):
-        if needed[number]:
-            for operand in operands(tape.operations[number]):
-                needed[operand] = True
-    return needed
-
-
-def operands(operation: Operation) -> tuple[int, ...]:
-    """Return the operands of an operation, as numbers of operations."""
-    return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
 def module_of(

@@ -26,7 +26,7 @@ from kinetostatics.engine.loop_record import (
     start_record,
     structure_of,
 )
-from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.scalars import NotRecordedError, needed_by
 from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver, SolverState
@@ -61,29 +61,18 @@ class CompiledSolver(Solver):
 
     is_compiled = True
 
-    def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> None:
+    def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, anew: bool = True) -> None:
         """Load the code from disk, or compile it.
 
         Args:
             solver: the solver with the corrections.
             prescribed: prescribed coordinates.
             example: one pose with closed loops.
+            anew: whether to compile code that is not on disk; otherwise ``is_there`` is False.
 
         Raises:
             NotRecordedError: the equations cannot be recorded.
         """
-        self._begin(solver, prescribed, example)
-        if not self._codes(self._functions, self._is_right, llvm.LANES):
-            raise NotRecordedError("compiled loop closure differs from NumPy's")
-
-    @classmethod
-    def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> CompiledSolver | None:
-        """Return the solver if its code is on disk."""
-        item = cls.__new__(cls)
-        item._begin(solver, prescribed, example)
-        return item if item._codes(item._functions, item._is_right) else None
-
-    def _begin(self, solver: Solver, prescribed: PrescribedCoordinates, example: SolverState) -> None:
         vars(self).update(vars(solver))
         self._solver, self._own, self._lock = solver, prescribed, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
@@ -92,8 +81,11 @@ class CompiledSolver(Solver):
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
         # the test for singular poses is not used where freedoms are local
         self._functions = _FUNCTIONS[:2] if prescribed.local_dofs else _FUNCTIONS
+        self.is_there = bool(self._codes(self._functions, self._is_right, llvm.LANES if anew else 0))
+        if anew and not self.is_there:
+            raise NotRecordedError("compiled loop closure differs from NumPy's")
 
-    def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int = 0) -> list[Code]:
+    def _codes(self, functions: Sequence[_Function], is_right: Callable[[list[Code]], bool], lanes: int) -> list[Code]:
         """Return the code of functions from disk, or compile it for so many ``lanes`` unless that is 0; empty if no code is
         correct.
 
@@ -313,7 +305,7 @@ def _compiled(
 ) -> bytes:
     """Return the content of a cache file: the compiled record of one function."""
     program = record(*given)
-    operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
+    operations = sum(needed_by(program.tape, (*program.numbers, *program.truths)))
     text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.stages, lanes)
     return packed({"sizes": sizes, "operations": operations}, text, lanes)
 

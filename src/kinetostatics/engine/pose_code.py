@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import LAST, Bound, Code, code_key, found_or_made, packed
 from kinetostatics.engine.pose_record import Pose, PoseModel, example_of, outputs_at, pose_record
-from kinetostatics.engine.scalars import NotRecordedError, Number
+from kinetostatics.engine.scalars import NotRecordedError, Number, needed_by
 from kinetostatics.kinematics.robot_kinematics import JointCoordinates, RobotKinematics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.quantities import OF_EQUILIBRIUM
@@ -152,7 +152,7 @@ def compiled(
             places[name] = record.shapes[name], truth, len(rows[truth]), number
             rows[truth].extend(mine)
         ends.append(len(rows[0]))
-    operations = sum(llvm.needed_by(record.tape, (*rows[0], *rows[1])))
+    operations = sum(needed_by(record.tape, (*rows[0], *rows[1])))
     table = {"sizes": sizes, "places": places, "ends": ends, "truths": len(rows[1]), "operations": operations}
     quickly = model.members is not None  # many operations for few poses: fast compilation matters more than fast code
     text = llvm.module_of(record.tape, *rows, len(example), stages=ends[:-1], lanes=lanes, short_blocks=quickly)

@@ -34,12 +34,6 @@ from kinetostatics.statics.springs import solve_with_springs
 #: Load [N, N·m] and gravity [m/s²] of the example, without zeros, so that no term vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
-#: Reasons why a robot is not recorded: a singular platform at generic poses, and internal forces that equilibrium leaves
-#: undefined.
-SINGULAR = "the platform is singular at generic poses, which needs singular values"
-INDETERMINATE = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
-#: Reason why a robot is not recorded if its example already needs eigenvectors.
-CAREFUL = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"
 
 
 class PoseModel(NamedTuple):
@@ -252,11 +246,14 @@ def _recording_equilibrium(robot: RobotStatics) -> Iterator[None]:
             yield
     except NotRecordedError as error:
         found = solve_with_springs(robot, *example_of(robot))
-        if found.singular[0] or found.indeterminate[0]:
-            raise NotRecordedError(SINGULAR if found.singular[0] else INDETERMINATE) from error
-        if isinstance(error.__cause__, IndexError):  # a recorded mask selects poses
-            raise NotRecordedError(CAREFUL) from error
-        raise
+        reason = str(error)
+        if found.singular[0]:
+            reason = "the platform is singular at generic poses, which needs singular values"
+        elif found.indeterminate[0]:
+            reason = "rigid limbs or rings overconstrain one another, so that their internal forces need singular values"
+        elif isinstance(error.__cause__, IndexError):  # a recorded mask selects poses
+            reason = "a limb needs eigenvectors even at generic poses, for instance because its self-stress is almost rigid"
+        raise NotRecordedError(reason) from error
 
 
 def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Number, ...]:

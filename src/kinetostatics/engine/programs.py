@@ -173,6 +173,7 @@ def _loops_of(robot: RobotKinematics, engine: str, prescribed: PrescribedCoordin
         from kinetostatics.engine.loops import CompiledSolver
 
         example = robot.generic_poses.take(np.zeros(1, dtype=np.intp))
-        return (CompiledSolver if anew else CompiledSolver.kept)(robot.solver, prescribed, example)
+        found = CompiledSolver(robot.solver, prescribed, example, anew)
+        return found if found.is_there else None
 
     return _answering(_LOOPS, robot, prescribed, engine, poses, find)

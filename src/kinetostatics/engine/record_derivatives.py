@@ -10,9 +10,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.engine.llvm import needed_by, operands
 from kinetostatics.engine.recorder import Recorded, recording
-from kinetostatics.engine.scalars import Number, Scalar, Tape
+from kinetostatics.engine.scalars import Number, Scalar, Tape, needed_by, operands
 from kinetostatics.math.arrays import Array
 
 #: Operations without operands.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -65,6 +65,23 @@ class Tape:
         value = float(scalar)
         # the text distinguishes −0 from 0, and makes all NaN equal
         return self.write(("constant", value.hex()), value).number
+
+
+def needed_by(tape: Tape, outputs: Iterable[int]) -> list[bool]:
+    """Return for each operation whether it is an output, or an output depends on it."""
+    needed = [False] * len(tape.operations)
+    for number in outputs:
+        needed[number] = True
+    for number in range(len(needed) - 1, -1, -1):
+        if needed[number]:
+            for operand in operands(tape.operations[number]):
+                needed[operand] = True
+    return needed
+
+
+def operands(operation: Operation) -> tuple[int, ...]:
+    """Return the operands of an operation, as numbers of operations."""
+    return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
 class Scalar:

@@ -17,10 +17,9 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.description.robot_description import RobotDescription
-from kinetostatics.engine.llvm import needed_by
 from kinetostatics.engine.pose_record import PoseModel, PoseRecord, example_of, pose_record
 from kinetostatics.engine.record_derivatives import gradients, values
-from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.scalars import NotRecordedError, needed_by
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.alternatives import prescribed_platform
