@@ -24,7 +24,7 @@ import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.verification.frame_model import build
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
 LOAD = (10.0, 20.0, -30.0, 1.0, 2.0, 3.0)
 CLOSE = 1e-7
 
@@ -56,7 +56,7 @@ def unstable(result):
 RIGID = sorted(set(package_robots.NAMES) - {"anymal_standing", "orthoglide"})
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", RIGID)
 def test_rigid_robots_with_stiff_drives(name):
     judged = 0
@@ -79,7 +79,7 @@ def test_random_robots_with_stiff_drives(kinds, seed):
     assume(assert_as_the_energy_says(pose))
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_every_part_of_a_stiff_robot_is_in_equilibrium(name):
     """What joints, beams, springs, weights and loads put on a part adds up to nothing; so it does on the whole."""

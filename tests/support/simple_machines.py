@@ -29,11 +29,11 @@ def link(name, mass=0.0, com="0 0 0"):
     )
 
 
-def joint(name, kind, parent, child, xyz="0 0 0", axis="0 1 0"):
+def joint(name, kind, parent, child, xyz="0 0 0", axis="0 1 0", rpy="0 0 0"):
     along = "" if kind in ("fixed", "floating") else f'<axis xyz="{axis}"/>'
     limits = '<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
     return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>'
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin rpy="{rpy}" xyz="{xyz}"/>'
         f"{along}{limits}</joint>"
     )
 
@@ -59,8 +59,7 @@ def truss():
     parts = [link("base"), link("pin"), link("stem"), link("platform", 2.0), link("guide"), link("slide")]
     for k, x in enumerate((-1, 0, 1)):
         length, angle = float(np.hypot(x, 1)), float(np.arctan2(-x, 1))
-        foot = joint(f"foot_{k}", "continuous", "base", f"bar_{k}", f"{x} 0 0")
-        parts += [link(f"bar_{k}"), foot.replace('" />', '"/>').replace("<origin ", f'<origin rpy="0 {angle!r} 0" ')]
+        parts += [link(f"bar_{k}"), joint(f"foot_{k}", "continuous", "base", f"bar_{k}", f"{x} 0 0", rpy=f"0 {angle!r} 0")]
         if k == 1:
             parts += [joint("head_1", "continuous", "bar_1", "pin", "0 0 1")]
         else:

@@ -4,20 +4,17 @@ Every formula is written out here from the mechanism's geometry and elementary b
 is under test.
 """
 
-import os
 import re
 from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 import pytest
-import xacro
 from package_robots import robot
 from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.sections import RectangularTube
-from kinetostatics.verification import OpenSeesError
 
 X, Y, Z = np.eye(3)
 G = 9.81
@@ -221,30 +218,6 @@ def test_reaches_all_of_the_workspace(name):
     assert np.all(ks.analyze(configuration).status == ks.Status.OK)
 
 
-@pytest.mark.slow
-@names
-def test_finite_elements(name):
-    """In the workspace; test_verification.py has the zero poses and those beside them."""
-    load = {"load": (30.0, -20.0, 50.0, 2.0, -3.0, 1.0), "point": (0.02, 0.01, -0.03)}
-    try:
-        found = ks.verify(assembled(name, 2), within=1e-8, **load)
-    except OpenSeesError as error:
-        if os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"):
-            raise
-        pytest.skip(str(error))
-    assert found.verified and found.conclusive, str(found)
-
-
-@names
-def test_opens_in_xacro_and_pinocchio(name, capfd):
-    xml = xacro.process_file(str(ROBOTS / f"{name}.urdf.xacro")).toxml()
-    model = pin.buildModelFromXML(xml)
-    assert len(pin.buildGeomFromUrdfString(model, xml, pin.GeometryType.VISUAL).geometryObjects) >= 5
-    assert (model.nq, model.nv) == (robot(name).model.nq, robot(name).model.nv)
-    printed = capfd.readouterr()
-    assert printed.out == printed.err == ""
-
-
 @pytest.mark.few(1)
 @names
 def test_other_sizes_close_too(name):
@@ -259,31 +232,6 @@ def test_other_sizes_close_too(name):
         assert one.closing_error < 1e-11
         assert one.mobility == replace(robot(name).mobility, gap=one.mobility.gap)
         assert ks.analyze(one.assemble()).status == ks.Status.OK
-
-
-@pytest.mark.few(4)
-@names
-@pytest.mark.parametrize("which", [1, 2])
-def test_drives_hold_the_slope_of_the_potential_energy(name, which):
-    """No beam is telescopic here, so the actuators' forces under gravity are the derivatives of the energy of all weights."""
-    one, claim = robot(name), CLAIMS[name]
-    pose = assembled(name, which)
-    h, steps = 1e-3, np.array([-2, -1, 1, 2])
-    targets = {joint: np.broadcast_to(pose.actuators[joint], (3, 4)).copy() for joint in claim.drives}
-    for k, joint in enumerate(claim.drives):
-        targets[joint][k] += steps * h
-    near = one.assemble(actuators={joint: np.full((3, 4), pose.actuators[joint]) for joint in claim.drives}, near=pose)
-    moved = one.assemble(actuators=targets, near=near, closure_tolerance=1e-12)
-    energy = np.zeros((3, 4))
-    for link in one.description.links.values():
-        if link.mass and link.name not in {beam.link for beam in one.description.beams.values()}:
-            energy += link.mass * G * (moved.frame(link.name) @ [*link.center_of_mass, 1])[..., 2]
-    found = ks.analyze(moved)
-    for beam in found.beams.values():
-        energy += beam.mass * G * (beam.points[..., 0, 2] + beam.points[..., -1, 2]) / 2
-    slope = (energy[:, 0] - 8 * energy[:, 1] + 8 * energy[:, 2] - energy[:, 3]) / (12 * h)
-    scale = np.abs(found.base_wrench[0, 0, 2]) * (1 if "rail" in claim.drives[0] else 0.1)
-    np.testing.assert_allclose(forces(name, ks.analyze(pose)), slope, rtol=0, atol=1e-8 * scale)
 
 
 # ---- planar 3-RRR ----------------------------------------------------------------------------------------------------------
@@ -482,14 +430,6 @@ def test_tripteron_stiffness(which, drive):
     blocks_close(ks.analyze(configuration).stiffness, K, 1e-11)
 
 
-def test_tripteron_drives_give_way_by_their_forces():
-    """The actuators' share of the displacement under a load, at zero: force over stiffness, each along its own axis."""
-    load = np.array([300.0, -200.0, 500.0, 0.0, 0.0, 0.0])
-    found = ks.analyze(assembled("tripteron", 0), load=load, gravity=(0, 0, 0))
-    rigid = ks.analyze(assembled("tripteron", 0, actuator_stiffness=np.inf), load=load, gravity=(0, 0, 0))
-    close(found.twist[:3] - rigid.twist[:3], load[:3] / 5e7, 1e-10)
-
-
 # ---- linear Delta, 3-PUU -----------------------------------------------------------------------------------------------------
 
 TOWERS = np.radians([0.0, 120.0, 240.0])
@@ -623,15 +563,6 @@ def test_delta_stiffness(which):
         compliance = rod * np.eye(2) + at_elbow.T @ R @ tip @ R.T @ at_elbow
         K += at_o @ np.linalg.inv(compliance) @ at_o.T
     blocks_close(ks.analyze(configuration).stiffness, K, 1e-10)
-
-
-def test_delta_with_stiff_arms_in_its_symmetric_pose():
-    """Six struts at one angle: K_zz = 6 EA/l (h/l)², K_xx = K_yy = 3 EA/l (s/l)², with the height h and the span s of a rod."""
-    K = ks.analyze(robot("delta", arm_youngs_modulus=70e19, arm_shear_modulus=20e19).assemble()).stiffness
-    span = 0.15 + ARM - 0.05
-    axial = 110e9 * np.pi / 4 * (0.014**2 - 0.011**2) / DELTA_ROD
-    lean = (span / DELTA_ROD) ** 2
-    np.testing.assert_allclose(K[:3, :3], axial * np.diag([3 * lean, 3 * lean, 6 * (1 - lean)]), rtol=1e-8, atol=1e-8 * axial)
 
 
 # ---- Orthoglide --------------------------------------------------------------------------------------------------------------

@@ -182,15 +182,6 @@ def test_drives_of_rigid_overconstrained_robots_are_known(q):
     assert found.actuator_forces["foot_0"] == pytest.approx(torque, rel=1e-9)
 
 
-def test_batches_of_hybrid_limbs_equal_single_poses():
-    machine = parallelogram()
-    q = np.linspace(-1.0, 1.0, 7)
-    batch = ks.analyze(machine.assemble(actuators={"foot_0": q}), load=(1, 2, 3, 4, 5, 6))
-    for k, value in enumerate(q):
-        one = ks.analyze(machine.assemble(actuators={"foot_0": value}), load=(1, 2, 3, 4, 5, 6))
-        np.testing.assert_allclose(batch.twist[k], one.twist, rtol=1e-12, atol=1e-18)
-
-
 def test_a_beam_between_welded_points_is_refused():
     """A later piece of a polyline that starts at its first joint leaves those between without anything to bend against."""
     description = package_robots.robot("spherical_3rrr").description

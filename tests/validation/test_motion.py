@@ -58,6 +58,7 @@ def random_motion(robot):
     return lambda t: {n: zero[n] + start[n] + v[n] * t + a[n] * t**2 / 2 for n in names}, v, a
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["ur10", "3rps", "five_bar", "delta", "2pru_upr", "orthoglide"])
 def test_actuator_forces_are_those_of_inverse_dynamics(name):
     robot = package_robots.robot(name)
@@ -119,6 +120,7 @@ def moving_frame(robot, at, segments, step=4e-3):
 FURTHER = ("five_bar", "6rus", "gough_stewart", "planar_3rrr", "tripteron", "orthoglide")
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("name", "rounding"),
     [

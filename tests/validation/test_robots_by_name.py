@@ -41,15 +41,6 @@ def pru_upr():
     )
 
 
-def prs():
-    return (
-        "3-[P]RS",
-        dict(base_radius=0.35, platform_radius=0.25, height=0.55 * cos(asin(0.1 / 0.55))),
-        dict(sections={"rod": "rectangular_tube 90mm 70mm 8mm steel"}),
-        dict(carriage_mass=25, **disc(140)),
-    )
-
-
 def rus():
     base, platform, crank, rod = 0.4064, 0.40005, 0.18415, 0.7239
     thirds = [radians(angle) for angle in (30, 150, 270)]
@@ -73,15 +64,6 @@ def rus():
     )
 
 
-def gough_stewart():
-    return (
-        "6-U[P]S",
-        dict(base_radius=0.1755, platform_radius=0.118, height=0.244, base_spread=radians(9.5), platform_spread=radians(12.1)),
-        dict(sections={"cylinder": "circle 50mm", "rod": "circle 34mm"}, youngs_modulus=200e9, density=8000, cylinder_part=0.58),
-        disc(pi * (0.15**2 - 0.082**2) * 0.026 * 8000, 0.027 + 0.013),
-    )
-
-
 def delta():
     lean = asin((0.15 + 0.3 - 0.05) / 0.8)
     carbon = {"density": 1550, "shear_coefficient": 0.5}
@@ -97,47 +79,6 @@ def delta():
     )
 
 
-def linear_delta():
-    radius, lean = 0.212357 - 0.03, asin((0.212357 - 0.06) / 0.301)
-    return (
-        "3-[P]UU",
-        dict(base_radius=radius, platform_radius=0.03, height=0.1385, base_height=0.1385 + 0.301 * cos(lean)),
-        dict(sections={"rod": "tube 12mm 10mm"}, youngs_modulus=90e9, shear_modulus=8e9, shear_coefficient=0.5, density=1550),
-        dict(carriage_mass=0.15, **disc(0.35)),
-    )
-
-
-def planar():
-    return (
-        "3-[R]RR",
-        dict(arrangement="planar", base_radius=0.9 / sqrt(3), platform_radius=0.08 / sqrt(3), crank_length=0.4, rod_length=0.4),
-        dict(azimuths=[radians(210), radians(330), radians(90)]),
-        dict(sections={"crank": "rectangle 23mm 6mm aluminium", "rod": "rectangle 23mm 2mm steel"}),
-        dict(crank_youngs_modulus=71.705e9, crank_density=2740, rod_youngs_modulus=207e9, rod_density=7801),
-        disc(0.1898),
-    )
-
-
-def exechon():
-    limbs = [{"base": (0, y, 0), "platform": (0, y, 0)} for y in (-0.05, 0.05)]
-    limbs.append({"base": (0.18, 0, 0), "platform": (0.086, 0, 0)})
-    return (
-        "2-U[P]R+S[P]R",
-        dict(placements=limbs, height=0.3),
-        dict(sections={"rod": "rectangular_tube 32mm 32mm 4mm steel"}),
-        dict(platform_mass=12, platform_center=(0.043, 0, 0.06)),
-    )
-
-
-def tripteron():
-    return (
-        "3-[P]RRR",
-        dict(arrangement="cartesian", base_radius=0.45, platform_radius=0.05, crank_length=0.3, rod_length=0.3),
-        dict(sections={role: "rectangular_tube 80mm 50mm 4mm aluminium" for role in ("crank", "rod")}),
-        dict(actuator_stiffness=5e7, carriage_mass=2, **disc(5)),
-    )
-
-
 def tricept():
     return (
         "3-U[P]S+UP",
@@ -147,30 +88,13 @@ def tricept():
     )
 
 
-def orthoglide():
-    length = 0.2 / (1 / sqrt(6) + 1 / sqrt(18))
-    return (
-        "3-[P]R(4R)R",
-        dict(arrangement="cartesian", base_radius=length + 0.06, platform_radius=0.06, pair_width=0.08),
-        dict(sections={"rod": "rectangle 16mm 30mm aluminium"}),
-        dict(carriage_mass=2, head_mass=0.3, **disc(2)),
-    )
-
-
 #: The robots of the package that come out of a string, with a pose beside the zero pose: values of the actuators.
 ROBOTS = {
     "3rps": (rps, 0.03),
     "2pru_upr": (pru_upr, 0.03),
-    "3prs": (prs, 0.03),
     "6rus": (rus, 0.1),
-    "gough_stewart": (gough_stewart, 0.005),
     "delta": (delta, 0.1),
-    "linear_delta": (linear_delta, 0.03),
-    "planar_3rrr": (planar, 0.05),
-    "exechon": (exechon, 0.02),
-    "tripteron": (tripteron, 0.03),
     "tricept": (tricept, 0.05),
-    "orthoglide": (orthoglide, 0.02),
 }
 
 

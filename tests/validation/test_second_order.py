@@ -92,13 +92,13 @@ ROBOTS = {
     "gough": sr.gough(telescopic=False),
     "puu3": sr.puu3(),
     "pru2_upr": sr.pru2_upr(),
-    "portal": sr.portal(mass=20.0),
-    **{f"random {seed}": sr.random_spec(["rRR"] * 3, seed) for seed in range(2)},
     "rails and struts": sr.with_beams(sr.random_spec(["pUS"] * 6, 1), density=0.0),
+    **{f"random {seed}": sr.random_spec(["rRR"] * 3, seed) for seed in range(2)},
+    "portal": sr.portal(mass=20.0),
 }
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_finite_elements(name):
     """Half the forces at which the robot buckles, or pulls of that size, against (K + K_G) u = f of finite elements."""
@@ -133,6 +133,7 @@ FRAMES = {  # nodes, beams (from, to, stiff), tip, load
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("transformation", ["PDelta", "Corotational"])
 @pytest.mark.parametrize("name", FRAMES)
 def test_opensees(name, transformation):
@@ -155,6 +156,7 @@ def test_opensees(name, transformation):
     np.testing.assert_allclose(found.second_order.twist, nonlinear, rtol=0, atol=5e-3 * scale)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "6rus"])
 def test_all_modes_together_are_the_linear_result(name, monkeypatch):
     """K⁻¹ f = Σ φ (φ · f) of loads, weights, payload and inertia along beams, without shear: so f is what acts."""

@@ -72,7 +72,7 @@ ROBOTS = {
 }
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_finite_elements(name):
     spec = ROBOTS[name]
@@ -83,7 +83,7 @@ def test_finite_elements(name):
     assert found.frequencies == pytest.approx(expected, rel=3e-6)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_robots(seed):
     """Rings, overconstraint, elastic joints, telescopes, massless parts, masses beside the beams, joints that close loops."""
@@ -95,6 +95,7 @@ def test_random_robots(seed):
     assert found.frequencies == pytest.approx(expected, rel=2e-5)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["gough", "pru2_upr", "four_bar", "portal"])
 def test_limbs_without_mass_are_the_stiffness_of_the_statics(name):
     """A rigid platform on them: K u = ω² M u with the stiffness of the analysis."""
@@ -111,6 +112,7 @@ def test_limbs_without_mass_are_the_stiffness_of_the_statics(name):
     assert found.effective_masses.sum(axis=0) == pytest.approx(1, rel=1e-9)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["gough", "four_bar", "puu3"])
 def test_payload_is_a_heavier_platform(name):
     spec, more = ROBOTS[name], 7.0
@@ -123,7 +125,7 @@ def test_payload_is_a_heavier_platform(name):
     )
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_modes_of_the_package(name):
     """No mode is missed, modes are orthogonal, energies are equal, and the motions of parts fit together."""
@@ -210,6 +212,7 @@ def test_invalid_arguments(arguments, words):
 # ---- frequency response --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["3rps", "delta", "ur10", "five_bar"])
 def test_response_at_rest_is_the_statics(name):
     pose = package_robots.robot(name).assemble()
@@ -222,6 +225,7 @@ def test_response_at_rest_is_the_statics(name):
     assert np.abs(found.transmissibility[0] - carried).max() < 1e-6
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("damping", [0.02, {"mass": 3.0, "stiffness": 2e-5}])
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
 def test_response_is_a_sum_over_modes(name, damping):
@@ -339,7 +343,7 @@ def test_a_symmetric_hexapod_on_springs():
     assert (2 * np.pi * found.frequencies) ** 2 == pytest.approx(sorted(squares), rel=1e-12)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("name", ["four_bar", "pru2_upr", "gough"])
 def test_frequencies_do_not_depend_on_how_a_file_is_written(name, seed):
@@ -362,6 +366,7 @@ def test_millimetres_and_metres_have_the_same_frequencies(name):
     assert found.frequencies == pytest.approx(lowest(ROBOTS[name], 4).frequencies, rel=1e-8)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["gough", "planar_3rrr"])
 def test_splitting_beams_changes_no_frequency(name):
     spec = ROBOTS[name]

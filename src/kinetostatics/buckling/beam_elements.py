@@ -25,20 +25,20 @@ def _functions() -> list[np.polynomial.Polynomial]:
     s = P([0, 1])
     legendre = [np.polynomial.Legendre.basis(k, domain=[0, 1]).convert(kind=P) for k in range(INNER)]
     inner = [16 * s**2 * (1 - s) ** 2 * item for item in legendre]
-    bend = np.array([f.deriv(2)(_POINTS) for f in inner])
-    basis = np.linalg.inv(np.linalg.cholesky(np.einsum("q,iq,jq->ij", _WEIGHTS, bend, bend)))
+    bend = np.array([f.deriv(2)(POINTS) for f in inner])
+    basis = np.linalg.inv(np.linalg.cholesky(np.einsum("q,iq,jq->ij", WEIGHTS, bend, bend)))
     orthonormal = [sum((factor * f for factor, f in zip(row, inner, strict=True)), P([0])) for row in basis]
     return [P([0, 0, 3, -2]), P([0, 1, -2, 1]), P([0, 0, -1, 1]), *orthonormal]
 
 
 #: Points and weights of Gauss's quadrature on 0 … 1.
-_POINTS, _WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
+POINTS, WEIGHTS = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
 _FUNCTIONS = _functions()
-_BEND = np.array([f.deriv(2)(_POINTS) for f in _FUNCTIONS[:3]])
-_SLOPE = np.array([f.deriv()(_POINTS) for f in _FUNCTIONS])
+_BEND = np.array([f.deriv(2)(POINTS) for f in _FUNCTIONS[:3]])
+_SLOPE = np.array([f.deriv()(POINTS) for f in _FUNCTIONS])
 #: ∫ f″f″ (3, 3) of the cubic polynomials, and ∫ f′f′ and ∫ s f′f′ (2, 8, 8) of all.
-_BENDING = np.einsum("q,iq,jq->ij", _WEIGHTS, _BEND, _BEND)
-_TENSION = np.einsum("kq,iq,jq->kij", [_WEIGHTS, _WEIGHTS * _POINTS], _SLOPE, _SLOPE)
+_BENDING = np.einsum("q,iq,jq->ij", WEIGHTS, _BEND, _BEND)
+_TENSION = np.einsum("kq,iq,jq->kij", [WEIGHTS, WEIGHTS * POINTS], _SLOPE, _SLOPE)
 #: Largest eigenvalue of the inner part of ∫ f′f′: 1 / 4π².
 _CLAMPED = float(np.linalg.eigvalsh(_TENSION[0, 3:, 3:])[-1])
 _A, _B = _TENSION[:, :3, 3:]

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.buckling.beam_elements import INNER, deflection
+from kinetostatics.buckling.beam_elements import INNER, POINTS, WEIGHTS, deflection
 from kinetostatics.buckling.stability import Forces, Stability, forces_of, stability, surely_stable
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.graphs import joined
@@ -101,16 +101,14 @@ class BucklingModes:
         for body, wrench, _ in forces.others:
             bodies[body] = bodies.get(body, 0.0) + wrench
         found = sum((np.einsum("in,nmi->nm", wrench, self.of_body(body, o)) for body, wrench in bodies.items()), np.zeros(()))
-        points, weights = (np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])) / 2
         for name, beam in model.beams.items():
             length, axes = beam.length(frames), beam.world_axes(frames)
             weight = beam.line_density(length) * forces.gravity
-            first, last = np.split(
-                forces.lines.get(name, 0.0) + np.tile([*weight, *cross(beam.lever(frames), weight)], (2, 1)), 2
-            )
-            load = first[:, None] + (last - first)[:, None] * points[:, None]  # (6, S, N)
-            local = np.einsum("ijn,kisn->nskj", axes, load.reshape(2, 3, *load.shape[1:])).reshape(len(length), len(points), 6)
-            found = found + np.einsum("s,n,nsi,nmsi->nm", weights, length, local, self._line(name, points))
+            own = np.tile([*weight, *cross(beam.lever(frames), weight)], (2, 1))
+            first, last = np.split(forces.lines.get(name, 0.0) + own, 2)
+            load = first[:, None] + (last - first)[:, None] * POINTS[:, None]  # (6, S, N)
+            local = np.einsum("ijn,kisn->nskj", axes, load.reshape(2, 3, *load.shape[1:])).reshape(len(length), len(POINTS), 6)
+            found = found + np.einsum("s,n,nsi,nmsi->nm", WEIGHTS, length, local, self._line(name, POINTS))
         return found
 
     def second_order(self, forces: Forces) -> tuple[Array, Array, Array, Array]:
@@ -232,13 +230,13 @@ class Members:
         return np.array_split(np.arange(N), max(-(-N * coordinates**2 // _CHUNK), 1)) if N else []
 
     def modes(self, solution: Solution, poses: Index, count: int) -> Iterator[BucklingModes]:
-        """Yield the first modes of the given poses, of some after others."""
+        """Yield the first modes of the given poses in chunks."""
         forces = forces_of(self.structure, solution).take(poses)
         for some in self._chunks(len(poses)):
             yield BucklingModes.of(stability(self.structure, forces.take(some))).first(count)
 
     def second_order(self, solution: Solution, poses: Index | None = None) -> tuple[Array, ...]:
-        """Return what geometric stiffness changes at all poses, or the given ones, see :meth:`BucklingModes.second_order`."""
+        """Return the changes due to geometric stiffness at all or at the given poses, see :meth:`BucklingModes.second_order`."""
         forces = forces_of(self.structure, solution)
         forces = forces if poses is None else forces.take(poses)
         parts = []

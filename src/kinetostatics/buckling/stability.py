@@ -266,12 +266,7 @@ class _Assembly:
     def _beams(self) -> Iterator[tuple[str, BeamEnergy]]:
         for beam in self.structure.beams:
             item, bodies = self.structure.model.beams[beam.name], (beam.inner, beam.outer)
-            axes = item.world_axes(self.frames)
-            axes = np.array(axes, order="C", subok=True)
-            points = [
-                self.frames.point(item.span.start_body, item.span.start),
-                self.frames.point(item.span.end_body, item.span.end),
-            ]
+            axes, points = np.array(item.world_axes(self.frames), order="C", subok=True), item.ends(self.frames)
             length, mine = item.length(self.frames), self.given.beams[beam.name]
             self._force(beam.inner, mine[0], points[0])
             self._force(beam.outer, -mine[1], points[1])
@@ -313,14 +308,11 @@ class _Assembly:
                 for second, there in spring.places[1].items():
                     bodies = self.structure.body_at[first], self.structure.body_at[second]
                     columns = self.structure.columns_of(*bodies)
-                    ends = [
-                        self.motions.moved(columns, body, point)[1] for body, point in zip(bodies, spring.points, strict=True)
-                    ]
-                    parts = [
-                        np.einsum("nia,na,nja->ijn", axes, part * (here & there)[:, None], axes)
-                        for part in (np.maximum(values, 0), np.minimum(values, 0))
-                    ]
-                    self._add(columns, ends[1] - ends[0], *([(slice(0, 3), part)] for part in parts))
+                    placed = zip(bodies, spring.points, strict=True)
+                    start, end = (self.motions.moved(columns, body, point)[1] for body, point in placed)
+                    signed = (part * (here & there)[:, None] for part in (np.maximum(values, 0), np.minimum(values, 0)))
+                    parts = (np.einsum("nia,na,nja->ijn", axes, part, axes) for part in signed)
+                    self._add(columns, end - start, *([(slice(0, 3), part)] for part in parts))
 
     def _joints(self) -> None:
         """Add the stiffness of elastic joints, and the geometric stiffness of forces on sliding sides of rotating bodies."""

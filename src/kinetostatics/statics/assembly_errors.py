@@ -125,9 +125,8 @@ def parse_assembly_errors(robot: RobotStatics, assembly_errors: Mapping[str, obj
     beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
     for name, value in assembly_errors.items():
-        is_joint = not isinstance(value, Mapping) or bool(
-            set(value) & set(JOINT_KEYS)
-        )  # a joint and a beam may have the same name
+        # a joint and a beam may have the same name
+        is_joint = not isinstance(value, Mapping) or bool(set(value) & set(JOINT_KEYS))
         if name in known_joints and (is_joint or name not in known_beams):
             if name not in robot.joint_table.names:
                 raise ArgumentError(

@@ -106,9 +106,8 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     moved_share = solution.contribution_mask(group) - share
     S, g, N = cut_wrenches.shape[2:]
     elements, signs = group.elements[0], group.element_cut_signs
-    deformed: dict[
-        int, Array
-    ] = {}  # by element: twist (6, S, g, N) of all outboard parts due to its elasticity and its assembly error
+    # by element: twist (6, S, g, N) of all outboard parts due to its elasticity and its assembly error
+    deformed: dict[int, Array] = {}
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
     for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
@@ -286,10 +285,7 @@ def _deform_branches(
     elsewhere[strains] -= 1
     still = np.zeros((6, len(share), solution.o.shape[1]))
     for edge in edges:
-        if edge.parent is None:
-            motion = still if root is None else root
-        else:
-            motion = out.motions[edge.parent]
+        motion = (still if root is None else root) if edge.parent is None else out.motions[edge.parent]
         off = np.zeros((6, len(share), solution.o.shape[1]))
         if assembly_errors is not None and assembly_errors.concerns(edge):
             off[:, solution.sources.index("assembly_errors")] = assembly_errors.of_edge(edge, frames, solution.o)
@@ -314,7 +310,9 @@ def _deform_branches(
             motion = motion + moves[:, :, 0]
         if edge.key in moved:
             actuator, joint = moved[edge.key]
-            motion = motion + joint.twist(frames, solution.o)[:, None] * _of_shape(out.drive_deformations[actuator], len(share))
+            travel = out.drive_deformations[actuator][: len(share)]
+            travel = np.concatenate([travel, np.zeros((len(share) - len(travel), *travel.shape[1:]))])
+            motion = motion + joint.twist(frames, solution.o)[:, None] * travel
         out.motions[edge.key] = motion + off
 
 
@@ -344,12 +342,6 @@ def _deform_branch_drives(
             force = force + np.einsum("in,isn->sn", joint.twist(solution.frames, solution.o), carried)
         out.drive_deformations[drive.joint] = drive.compliance * force
     return found
-
-
-def _of_shape(contributions: Array, count: int) -> Array:
-    """Return the first ``count`` of the contributions (S, N), padded with zeros."""
-    missing = max(count - len(contributions), 0)
-    return np.concatenate([contributions[:count], np.zeros((missing, *contributions.shape[1:]))])
 
 
 def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:

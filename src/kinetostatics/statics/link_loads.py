@@ -220,8 +220,7 @@ class LinkLoads:
         found: dict[str, dict[str, Array]] = {}
         points: dict[str, dict[str, Array]] = {}
         for item in self.loads:
-            R, origin = link_frame(self.robot, item.link, frames)
-            point = origin + np.einsum("ijn,jn->in", R, item.point)
+            link, R, point = self._placed(item, frames)
             if item.mass is not None:
                 own = np.concatenate([gravity * item.mass, np.zeros_like(gravity)])
             else:
@@ -229,11 +228,15 @@ class LinkLoads:
                 own = rotate(R, item.wrench) if item.in_link_frame else item.wrench
             wrench = move_wrench(own, o - point)
             mine = found.setdefault(item.name, {})
-            link = self.robot.description.platform if item.link is None else item.link
             for place, where in places_at(self.robot, item.name, link, frames, point).items():
                 mine[place] = mine.get(place, 0.0) + np.where(where, wrench, 0.0)
                 points.setdefault(item.name, {}).setdefault(place, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
+
+    def _placed(self, item: _Load, frames: Frames) -> tuple[str, Array, Array]:
+        """Return the loaded link, and the axes (3, 3, N) and the point of application (3, N) of a load."""
+        R, origin = link_frame(self.robot, item.link, frames)
+        return item.link or self.robot.description.platform, R, origin + np.einsum("ijn,jn->in", R, item.point)
 
     def masses(self, frames: Frames) -> Iterator[tuple[str, int, Array, Array, Array, Array]]:
         """Yield, for every mass and every place at which it acts at some poses, its inertial data at N poses.
@@ -246,9 +249,7 @@ class LinkLoads:
         """
         for item in self.loads:
             if item.mass is not None:
-                R, origin = link_frame(self.robot, item.link, frames)
-                point = origin + np.einsum("ijn,jn->in", R, item.point)
-                link = self.robot.description.platform if item.link is None else item.link
+                link, R, point = self._placed(item, frames)
                 for place, where in places_at(self.robot, item.name, link, frames, point).items():
                     mass, body = np.where(where, item.mass[0], 0.0), self.robot.mechanism.body_of[link][0]
                     yield place, body, point, mass, R, np.where(mass > 0, item.inertia.matrix[:, :, None], 0.0)

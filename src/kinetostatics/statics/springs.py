@@ -22,8 +22,7 @@ from kinetostatics.math.linalg import solve_by_elimination
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
-from kinetostatics.statics.geometric_stiffness import GeometricStiffness
-from kinetostatics.statics.geometric_terms import GeometricTerms, PlacedSpring
+from kinetostatics.statics.geometric_stiffness import GeometricStiffness, GeometricTerms, PlacedSpring
 from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.robot_statics import RobotStatics
 from kinetostatics.statics.solution import Changes, Solution, balanced, with_more

@@ -1,4 +1,4 @@
-"""Parts of a robot that rotate or slide relative to one another: the coordinates of its geometric stiffness.
+"""Parts of a robot that rotate or slide relative to one another, and the displacements u of its geometric stiffness.
 
 A *part* is a set of bodies with a common rotation: no joint, bearing, actuator or beam lets them rotate relative to one another.
 Joints between two parts, and beams, are *passages*.
@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from kinetostatics.description.elements import Vector
 from kinetostatics.limbs.static_model import StaticModel
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.graphs import reachable
+from kinetostatics.math.graphs import joined, reachable
 from kinetostatics.mechanism.joints import (
     ElasticJoint,
     Freedom,
@@ -81,7 +82,6 @@ class TurningParts:
         spins: by part, the indices of two ball joints whose connecting line is an axis of free rotation.
         part_of: the part of each place.
         owner_at: the owner of each place, as for passages; base and platform are left out.
-        weights: for each weight of the robot, the part on which it acts; None for that of a beam.
         sprung: for each spring, a place at either end.
     """
 
@@ -92,12 +92,7 @@ class TurningParts:
     spins: dict[int, tuple[int, int]]
     part_of: dict[str, int]
     owner_at: dict[str, int]
-    weights: tuple[int | None, ...]
     sprung: tuple[tuple[str, str], ...]
-
-    def owner_of(self, place: str) -> int:
-        """Return the limb that a place belongs to, as for passages; −1 for base and platform."""
-        return self.owner_at.get(place, -1)
 
 
 def turning_parts(model: StaticModel) -> TurningParts:
@@ -141,12 +136,11 @@ class _Finder:
         springs = self.model.description.springs.values()
         ends = [((s.predecessor, s.predecessor_point), (s.successor, s.successor_point)) for s in springs]
         sprung = tuple((self._place_of(*first), self._place_of(*second)) for first, second in ends)
-        weights = tuple(part_of.get(name) for name in self.model.weights.names)
         turning = tuple(k for k in range(1, len(self.places)) if k not in self.hinged)
         owner_by_key = {edge.key: step.owner for step in steps for edge in (step.first, step.edge)}
         owner_at = {place: owner_by_key[key] for place, key in topology.carried_by.items() if key in owner_by_key}
         places, owners = tuple(self.places), tuple(self.owners)
-        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, weights, sprung)
+        return TurningParts(passages, places, owners, turning, self._spins(passages), part_of, owner_at, sprung)
 
     def _steps(self) -> Iterator[_Step]:
         topology, mechanism = self.topology, self.model.mechanism
@@ -290,3 +284,66 @@ def _orthonormal(axes: Sequence[Array]) -> list[Array]:
         else:
             found.append(rest)
     return found
+
+
+#: A block of coordinates: ("shift", 0): displacement of o, for springs between base and platform; ("part", number): rotation of a
+#: part; ("slide", number): displacements across a passage; ("spring", number): relative displacement of the ends.
+Block: TypeAlias = tuple[str, int]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """The displacements u of which the geometric stiffness is a quadratic form.
+
+    Attributes:
+        platform: blocks determined by the platform's twist alone.
+        inside: blocks inside limbs; those coupled by limbs or springs are together.
+        sizes: sizes of all blocks.
+        on_platform: indices of the springs between base and platform.
+    """
+
+    platform: tuple[Block, ...]
+    inside: tuple[tuple[Block, ...], ...]
+    sizes: dict[Block, int]
+    on_platform: tuple[int, ...]
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """All blocks, in order."""
+        return (*self.platform, *(block for together in self.inside for block in together))
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all displacements, and of the loads that do work on them."""
+        return [f"change {k} of {kind} {number}" for kind, number in self.blocks for k in range(self.sizes[kind, number])]
+
+
+def coordinates_of(parts: TurningParts) -> Coordinates:
+    """Return the displacements u of a robot: rotations of its parts, and displacements across joints, beams and springs."""
+    count = max((item.owner for item in parts.passages), default=0) + 1
+    sliding = {part for item in parts.passages if item.slides for part in (item.inner, item.outer)}
+    owned: list[tuple[Block, int]] = []
+    pairs, on_platform = [], []
+    for part in parts.turning:
+        if part != PLATFORM:
+            owned.append((("part", part), parts.owners[part]))
+    owned += [(("slide", k), item.owner) for k, item in enumerate(parts.passages) if item.slides]
+    for number, places in enumerate(parts.sprung):
+        ends = [parts.part_of[place] for place in places]
+        if set(ends) == {BASE, PLATFORM} and not any(place in parts.owner_at for place in places):
+            on_platform.append(number)
+        elif ends[0] != ends[1] or ends[0] in sliding:  # otherwise length and direction on the part are constant
+            owners = [parts.owner_at.get(place, -1) for place in places]
+            mine = [owner for owner in owners if owner >= 0] or [count]
+            owned.append((("spring", number), mine[0]))
+            pairs.append((mine[0], mine[-1]))
+    together = joined(range(count + 1), pairs)
+    groups: dict[frozenset[int], list[Block]] = {}
+    for block, owner in owned:
+        groups.setdefault(together[owner], []).append(block)
+    platform: list[Block] = [("shift", 0)] if on_platform else []
+    platform += [("part", PLATFORM)] if PLATFORM in parts.turning else []
+    inside = tuple(tuple(group) for group in groups.values())
+    sizes = {block: 3 for block in (*platform, *(block for group in inside for block in group))}
+    sizes |= {("slide", k): len(item.slides) for k, item in enumerate(parts.passages) if item.slides}
+    return Coordinates(tuple(platform), inside, sizes, tuple(on_platform))

@@ -57,7 +57,7 @@ class Verification(ShortRepr, Reported, builder="reports.verification:verificati
         not_compared: quantities that could not be compared, with reasons.
         length: scale of rotations and moments [m].
         within: the largest difference with which the pose counts as verified; that of natural frequencies may be 1e-5.
-        frequencies: natural frequencies (modes,) [Hz] of both sides, if they were asked for.
+        frequencies: natural frequencies (modes,) [Hz] of both sides, if requested.
     """
 
     configuration: Configuration
@@ -139,28 +139,13 @@ def verify(
     if not positive("within", within) < 1:
         raise ArgumentError(f"within is {within!r}; it must be between 0 and 1")
     count = check("modes", modes)
-    arm = None if point is None else np.asarray(point, dtype=float)
-    model = build(
-        configuration,
-        np.asarray(load, dtype=float),
-        np.asarray(gravity, dtype=float),
-        arm,
-        frame,
-        assembly_errors,
-        loads,
-        payload,
-    )
+    model = build(configuration, load, gravity, point, frame, assembly_errors, loads, payload)
     compounds = [item for group in result.robot.statics.groups for limb in group.compounds for item in limb]
     theirs, less = solve(replace(model, runs=tuple(frozenset(item.joints) for item in compounds)))
-    ours = FrameSolution(
-        result.twist,
-        result.compliance,
-        result.stiffness,
-        result.joint_wrenches,
-        ResultMapping({name: _ends(beam) for name, beam in result.beams.items()}),
-        ResultMapping({name: float(value) for name, value in result.actuator_forces.items()}),
-        theirs.torques,
-    )
+    sections = ResultMapping({name: _ends(beam) for name, beam in result.beams.items()})
+    forces = ResultMapping({name: float(value) for name, value in result.actuator_forces.items()})
+    C, K, wrenches = result.compliance, result.stiffness, result.joint_wrenches
+    ours = FrameSolution(result.twist, C, K, wrenches, sections, forces, theirs.torques)
     ruler = _Ruler(model, theirs)
     not_compared: dict[str, str] = {}
     known = {"joint_wrenches": dict(theirs.joint_wrenches), "beam_wrenches": dict(theirs.beam_wrenches)}
@@ -189,19 +174,9 @@ def verify(
             differences[what] = np.inf
             if what == "joint_wrenches":
                 joint_differences[name] = np.inf
-    return Verification(
-        configuration,
-        result,
-        ours,
-        theirs,
-        ResultMapping(differences),
-        ResultMapping(joint_differences),
-        ResultMapping(scatter),
-        ResultMapping(not_compared),
-        model.length,
-        within,
-        both,
-    )
+    found, of_joints = ResultMapping(differences), ResultMapping(joint_differences)
+    less_sure, missed = ResultMapping(scatter), ResultMapping(not_compared)
+    return Verification(configuration, result, ours, theirs, found, of_joints, less_sure, missed, model.length, within, both)
 
 
 def _ends(beam: BeamResult) -> Array:
@@ -230,10 +205,9 @@ class _Ruler:
         self.unit = np.repeat([1.0, model.length], 3)
         loads = float(np.sum(np.linalg.norm(model.loads / self.unit, axis=1)))
         loads += sum(float(np.linalg.norm(beam.load / self.unit)) * beam.length for beam in model.beams)
+        self.units = np.outer(self.unit, self.unit)
         # the compliance of a robot without beams is a rounding error
-        self.compliance_size = max(
-            float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest
-        )
+        self.compliance_size = max(float(np.linalg.norm(theirs.compliance * self.units)), NOTHING / model.stiffest)
         softness = max(self.compliance_size, 1 / model.stiffest)
         yielding = softness * loads + model.largest_assembly_error
         self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * yielding)
@@ -242,7 +216,7 @@ class _Ruler:
 
     def has_stiffness(self, theirs: FrameSolution) -> bool:
         """Whether the platform is compliant in all directions."""
-        values = np.linalg.svd(theirs.compliance * np.outer(self.unit, self.unit), compute_uv=False)
+        values = np.linalg.svd(theirs.compliance * self.units, compute_uv=False)
         return bool(values[-1] * STIFF > self.compliance_size)
 
     def wrench(self, ours: Array, theirs: Array) -> float:
@@ -251,8 +225,6 @@ class _Ruler:
 
     def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
         """Return all differences except those of single joints; infinite where one value is NaN."""
-
-        units = np.outer(self.unit, self.unit)
         wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]
         sections = [
             self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
@@ -260,9 +232,10 @@ class _Ruler:
         actuators = [name for name in theirs.actuator_forces if name in joints]
         return {
             "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
-            "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * units), self.compliance_size),
+            "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * self.units), self.compliance_size),
             "stiffness": _relative(
-                np.linalg.norm((ours.stiffness - theirs.stiffness) / units), float(np.linalg.norm(theirs.stiffness / units))
+                np.linalg.norm((ours.stiffness - theirs.stiffness) / self.units),
+                float(np.linalg.norm(theirs.stiffness / self.units)),
             ),
             "joint_wrenches": max(wrenches, default=0.0),
             "beam_wrenches": max(sections, default=0.0),

@@ -5,7 +5,7 @@ Joints have free and elastic directions, and assembly errors.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -252,22 +252,22 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
     axes = joint_axes(joint)
     if joint.locked:
         return axes, free
-    held = [_spanned_by(joint.frames[0][:3, :3], finite) for finite in _finite(elastic)]
+    finite = _finite(elastic)
+
+    def held(group: int, direction: Array) -> bool:
+        across = joint.frames[0][:3, :3][:, ~finite[group]]
+        return bool(np.any(finite[group]) and np.linalg.norm(across.T @ direction) < ALONG)
+
     if joint.type.turns is Axes.BOTH:
-        loose = [axis for axis in (joint.axis, joint.axis2) if not held[1](axis)]
+        loose = [axis for axis in (joint.axis, joint.axis2) if not held(1, axis)]
         if len(loose) == 1:  # the two axes need not be perpendicular
             axes = _axes_from(loose[0], np.cross(joint.axis, joint.axis2))
         free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
         return axes, free
     for group, directions in enumerate((joint.type.slides, joint.type.turns)):
         for direction in NUMBERS[directions]:
-            free[3 * group + direction] = not held[group](axes[:, direction])
+            free[3 * group + direction] = not held(group, axes[:, direction])
     return axes, free
-
-
-def _spanned_by(frame: Array, finite: NDArray[np.bool_]) -> Callable[[Array], bool]:
-    """Return a test whether a direction is in the span of some axes of a frame."""
-    return lambda direction: bool(np.any(finite)) and bool(np.linalg.norm(frame[:, ~finite].T @ direction) < ALONG)
 
 
 def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[FrameSpring, ...]:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.arguments import numbers
 from kinetostatics.description.joint_types import Axes
@@ -37,9 +38,9 @@ if TYPE_CHECKING:
 
 def build(
     configuration: Configuration,
-    load: Array,
-    gravity: Array,
-    point: Array | None = None,
+    load: ArrayLike,
+    gravity: ArrayLike,
+    point: ArrayLike | None = None,
     frame: str = "world",
     assembly_errors: Mapping[str, object] | None = None,
     loads: Mapping[str, object] | None = None,
@@ -57,7 +58,8 @@ def build(
         loads: loads on links, see there.
         payload: see there.
     """
-    return _FrameBuilder(configuration, assembly_errors or {}).build(load, gravity, point, frame, loads or {}, payload)
+    builder = _FrameBuilder(configuration, assembly_errors or {})
+    return builder.build(np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), point, frame, loads or {}, payload)
 
 
 class _FrameBuilder:
@@ -80,7 +82,7 @@ class _FrameBuilder:
         self,
         load: Array,
         gravity: Array,
-        point: Array | None,
+        point: ArrayLike | None,
         frame: str,
         on_links: Mapping[str, object],
         payload: Payload | None,
@@ -96,24 +98,23 @@ class _FrameBuilder:
                 sign = 1.0 if outward else -1.0
                 coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, not item.joint.type.is_slide)
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
-        weights = [
-            (self.number(self.pieces.of_link(link.name)), self._weight(link.name, gravity))
-            for link in self.description.links.values()
-            if self.pieces.is_rigid(link.name) and link.mass > 0
-        ]
-        acting = list(self._acting(on_links, payload, gravity))
+        masses = list(self._masses())
+        pulls = [(item.piece, item.centre, item.mass * gravity) for item in masses]
+        acting = list(self._acting(on_links))
+        if payload is not None:
+            masses.append(self._carried(payload))
+            acting.append((masses[-1].piece, np.append(masses[-1].mass * gravity, np.zeros(3)), masses[-1].centre))
         springs = [self._spring(spring) for spring in self.description.springs.values()]
-        pulls = [(piece, centre, force) for piece, (force, centre) in weights]
         for tie, force in springs:
             pulls += [(tie.pieces[0], tie.points[0], force), (tie.pieces[1], tie.points[1], -force)]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
-        for piece, (force, moment), at in [*acting, *((piece, (force, np.zeros(3)), at) for piece, at, force in pulls)]:
-            loads[piece] += np.append(force, moment + np.cross(at - references[piece], force))
         R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
-        force, moment = R @ load[:3], R @ load[3:]
-        arm = np.zeros(3) if point is None else R @ point if frame == "platform" else point - o
-        loads[platform] += np.append(force, moment + np.cross(arm, force))
+        at_o = np.zeros(3) if frame == "platform" else o
+        arm = np.zeros(3) if point is None else R @ (np.asarray(point, dtype=float) - at_o)
+        acting.append((platform, np.append(R @ load[:3], R @ load[3:]), o + arm))
+        for piece, wrench, at in [*acting, *((piece, np.append(force, np.zeros(3)), at) for piece, at, force in pulls)]:
+            loads[piece] += np.append(wrench[:3], wrench[3:] + np.cross(at - references[piece], wrench[:3]))
         return FrameModel(
             base,
             platform,
@@ -126,13 +127,11 @@ class _FrameBuilder:
             tuple(tie for tie, _ in springs),
             tuple(pulls),
             self.pieces.within,
-            masses=tuple(self._masses(payload)),
+            masses=tuple(masses),
         )
 
-    def _acting(
-        self, on_links: Mapping[str, object], payload: Payload | None, gravity: Array
-    ) -> Iterator[tuple[int, tuple[Array, Array], Array]]:
-        """Yield piece, force and moment, and the point of all loads on links and of the payload's weight."""
+    def _acting(self, on_links: Mapping[str, object]) -> Iterator[tuple[int, Array, Array]]:
+        """Yield piece, force and moment (6,), and point of all loads on links."""
         for link, value in on_links.items():
             several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
             for item in several:
@@ -140,28 +139,21 @@ class _FrameBuilder:
                 frame, wrench = self.configuration.frame(link), np.asarray(load.wrench, dtype=float)
                 R = frame[:3, :3] if load.frame == "link" else np.eye(3)
                 at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]
-                yield self._loaded(link, at), (R @ wrench[:3], R @ wrench[3:]), at
-        if payload is not None:
-            piece, _, at = self._carried(payload)
-            yield piece, (np.asarray(payload.mass) * gravity, np.zeros(3)), at
+                yield self._loaded(link, at), np.append(R @ wrench[:3], R @ wrench[3:]), at
 
-    def _carried(self, payload: Payload) -> tuple[int, Array, Array]:
-        """Return the piece that carries the payload, the axes of its link, and its centre."""
+    def _carried(self, payload: Payload) -> FrameMass:
         link = payload.link or self.description.platform
         frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
-        at = frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
-        return self._loaded(link, at), frame[:3, :3], at
+        R, at = frame[:3, :3], frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
+        inertia = np.zeros((3, 3)) if payload.inertia is None else R @ payload.inertia.matrix @ R.T
+        return FrameMass(self._loaded(link, at), at, float(np.asarray(payload.mass)), inertia)
 
-    def _masses(self, payload: Payload | None) -> Iterator[FrameMass]:
-        """Yield all rigid links with a mass, and the payload."""
+    def _masses(self) -> Iterator[FrameMass]:
+        """Yield all rigid links with a mass."""
         for link in self.description.links.values():
             if self.pieces.is_rigid(link.name) and link.mass > 0:
-                R, (_, centre) = self.configuration.frame(link.name)[:3, :3], self._weight(link.name, np.zeros(3))
-                yield FrameMass(self.number(self.pieces.of_link(link.name)), centre, link.mass, R @ link.inertia.matrix @ R.T)
-        if payload is not None:
-            piece, R, at = self._carried(payload)
-            inertia = np.zeros((3, 3)) if payload.inertia is None else R @ payload.inertia.matrix @ R.T
-            yield FrameMass(piece, at, float(np.asarray(payload.mass)), inertia)
+                R, piece = self.configuration.frame(link.name)[:3, :3], self.number(self.pieces.of_link(link.name))
+                yield FrameMass(piece, self._centre(link.name), link.mass, R @ link.inertia.matrix @ R.T)
 
     def _spring(self, spring: Spring) -> tuple[FrameTie, Array]:
         """Return a spring's stiffness between its ends, and its pull (3,) on the first end at the pose [N]."""
@@ -237,22 +229,14 @@ class _FrameBuilder:
         y = hint - x * (x @ hint)
         y /= np.linalg.norm(y)
         E, G, section = beam.youngs_modulus, beam.shear_modulus, beam.section
-        stiffness = (
-            E * section.area,
-            G * beam.shear_areas[0],
-            G * beam.shear_areas[1],
-            G * section.J,
-            E * section.I_y,
-            E * section.I_z,
-        )
+        along_and_across = E * section.area, G * beam.shear_areas[0], G * beam.shear_areas[1]
+        stiffness = (*along_and_across, G * section.J, E * section.I_y, E * section.I_z)
         first, second = (self.number(piece) for piece in placed.pieces)
         assembly_error = self.assembly_errors.get(placed.name)
         length_error = 0.0
         if isinstance(assembly_error, Mapping) and not {"twist", "frame"} & set(assembly_error):
-            length_error = (
-                float(assembly_error.get("length", 0))
-                + beam.thermal_expansion * float(assembly_error.get("temperature", 0)) * length
-            )
+            length_error, rise = (float(assembly_error.get(key, 0)) for key in ("length", "temperature"))
+            length_error += beam.thermal_expansion * rise * length
         lever, mass = self._lever(placed), self._mass(placed.name) / length
         return FrameBeam(
             placed.name,
@@ -289,12 +273,12 @@ class _FrameBuilder:
         ends = [self.pieces.beams[other.name].points for other in self.description.beams.values() if other.link == beam.link]
         lengths = [float(np.linalg.norm(end - start)) for start, end in ends]
         middle = np.average([(start + end) / 2 for start, end in ends], axis=0, weights=lengths)
-        return np.asarray(self._weight(beam.link, np.zeros(3))[1] - middle)
+        return self._centre(beam.link) - middle
 
-    def _weight(self, link: str, gravity: Array) -> tuple[Array, Array]:
-        """Return the weight (3,) of a link [N] and its centre of mass (3,)."""
-        data, frame = self.description.links[link], self.configuration.frame(link)
-        return data.mass * gravity, frame[:3, :3] @ np.array(data.center_of_mass) + frame[:3, 3]
+    def _centre(self, link: str) -> Array:
+        """Return the centre of mass (3,) of a link."""
+        frame = self.configuration.frame(link)
+        return np.asarray(frame[:3, :3] @ np.array(self.description.links[link].center_of_mass) + frame[:3, 3])
 
     def _references(self, platform: int, beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> tuple[Array, Array]:
         o = self.configuration.platform_frame[:3, 3]

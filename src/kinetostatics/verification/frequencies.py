@@ -13,18 +13,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.verification.frame import FrameBeam, FrameModel
+from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.opensees import FrameUnits, OpenSeesError, SingularFrame, frame_of, run, weights_at_zero
 from kinetostatics.verification.worker import Frame
 
-#: Elements of a beam: of so many meshes, of more while the numbers scatter by more than ``SURE``.
+#: Elements of a beam by mesh; least number of meshes; scatter of the results above which a further mesh is used.
 MESHES, FEWEST = (3, 5, 7, 9, 13, 17), 4
 SURE = 5e-6
-#: Smallest penalty, as a multiple of the largest stiffness; each level doubles it and halves the stiffness of free directions,
-#: which is the first of these with which the numbers scatter that little.
+#: Smallest penalty, as a multiple of the largest stiffness; each level doubles it and halves the stiffness of free directions.
+#: The first of these stiffnesses with a scatter below ``SURE`` is used.
 PENALTY, LEVELS = 20.0, 4
 REGULARIZATIONS = (1e-10, 1e-8, 1e-12, 1e-7, 1e-11, 1e-9)
-#: Ratio of eigenvalues at two levels above which they follow what doubles.
+#: Ratio of eigenvalues at two levels above which they are proportional to a stiffness that is doubled.
 FOLLOWS = 1.5
 #: Part of a beam's length below which its mass is on its centre line.
 BESIDE = 1e-9
@@ -152,7 +152,7 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
             frame["nodes"].append((point / scale.length).tolist())
 
     for body in model.masses:
-        # pairs of masses on arms as long as the frame, which the mass in their middle may more than take back
+        # pairs of masses on arms as long as the frame; the mass in their middle may be negative
         values, axes = np.linalg.eigh(np.trace(body.inertia) / 2 * np.eye(3) - body.inertia)
         around = values / (2 * scale.length**2)
         for mass, axis in zip(around, axes.T, strict=True):
@@ -165,16 +165,12 @@ def frame_with_masses(model: FrameModel, scale: FrameUnits, total: float, elemen
             for item in mine:
                 item["mass"] = beam.mass * scale.length / total
             continue
+        EA, *_, EI_y, EI_z = beam.stiffness
+        # four arms at whose ends equal masses have the rotary inertia of the section
+        arms = beam.axes[:, 1] * np.sqrt(2 * EI_z / EA), beam.axes[:, 2] * np.sqrt(2 * EI_y / EA)
         path = [beam.pieces[0], *(item["nodes"][1] for item in mine[:-1]), beam.pieces[1]]
         for k, (node, point) in enumerate(zip(path, beam.divided(elements), strict=True)):
             share = beam.mass * beam.length / elements * (0.5 if k in (0, elements) else 1.0)
-            for arm in _around(beam):
+            for arm in (*arms, *(-arm for arm in arms)):
                 put(node, point + beam.lever + arm, share / 4)
     return frame
-
-
-def _around(beam: FrameBeam) -> list[Array]:
-    """Return four arms (3,) at whose ends equal masses have the rotary inertia of a beam's section."""
-    EA, *_, EI_y, EI_z = beam.stiffness
-    arms = beam.axes[:, 1] * np.sqrt(2 * EI_z / EA), beam.axes[:, 2] * np.sqrt(2 * EI_y / EA)
-    return [sign * arm for arm in arms for sign in (1.0, -1.0)]

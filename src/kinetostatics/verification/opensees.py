@@ -106,11 +106,8 @@ class FrameUnits:
     def __init__(self, model: FrameModel) -> None:
         self.length = model.size
         self.stiffness = model.stiffest
-        forces = [
-            float(np.abs(model.loads[:, :3]).max(initial=0.0)),
-            float(np.abs(model.loads[:, 3:]).max(initial=0.0)) / self.length,
-        ]
         unit = np.repeat([1.0, self.length], 3)
+        forces = [float(np.abs(model.loads / unit).max(initial=0.0))]
         forces += [float(np.linalg.norm(beam.load / unit)) * beam.length for beam in model.beams]
         forces.append(self.stiffness * model.largest_assembly_error)
         self.force = max(forces) or 1.0
@@ -127,7 +124,7 @@ class FrameUnits:
 
 
 def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elements: int = 1) -> Frame:
-    """Return the frame as plain numbers in units of ``scale``, for the worker, which tells how the pieces ``probes`` move.
+    """Return the frame for the worker, in units of ``scale``; ``probes`` are the pieces whose motions are returned.
 
     The first nodes are the references of the pieces. Beams are divided into equal ``elements``.
     """
@@ -165,7 +162,7 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
                     "joint": joint.name,
                     "nodes": nodes_between[number : number + 2],
                     "stiffness": [None if np.isinf(value) else value for value in (stiffness / unit).tolist()],
-                    "axes": _orientation(axes),
+                    "axes": axes[:, :2].T.ravel().tolist(),
                     # assembly error of the whole joint
                     "assembly_error": (turn.T @ (joint.assembly_error / scale.twist)).tolist() if number == 0 else [0.0] * 6,
                 }
@@ -187,11 +184,8 @@ def frame_of(model: FrameModel, scale: FrameUnits, probes: Sequence[int], elemen
                 }
             )
     fixed.append(references[model.base])
-    loads = [
-        (references[piece], (load / scale.wrench).tolist())
-        for piece, load in enumerate(model.loads)
-        if piece != model.base and np.any(load)
-    ]
+    pieces = [piece for piece, load in enumerate(model.loads) if piece != model.base and np.any(load)]
+    loads = [(references[piece], (model.loads[piece] / scale.wrench).tolist()) for piece in pieces]
     return {
         "nodes": nodes,
         "fixed": fixed,
@@ -225,10 +219,6 @@ def series(joint: FrameJoint) -> list[tuple[Array, Array]]:
     blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
     springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
     return springs if springs and np.all(joint.blocked) else [blocks, *springs]
-
-
-def _orientation(axes: Array) -> list[float]:
-    return [*axes[:, 0].tolist(), *axes[:, 1].tolist()]
 
 
 def _arrays(level: Answer) -> dict[str, Array]:

@@ -110,7 +110,7 @@ def build(ops: ModuleType, frame: Frame, penalty: float, regularization: float) 
     for beam in frame["beams"]:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
-        # its rotary inertia about its axis takes J for the polar moment of area: with the shear modulus that makes it that
+        # OpenSees takes J for the polar moment of area in the rotary inertia: G makes both equal
         G = GJ / (EIy + EIz)
         numbers = 1.0, G, EA, EIy + EIz, EIy, EIz, GAy / G, GAz / G, beam["tag"]
         mass = ("-mass", beam["mass"], "-cMass") if beam["mass"] else ()

@@ -7,10 +7,9 @@ import package_robots
 import pytest
 from simple_machines import AREA as BAR_AREA
 from simple_machines import THERMAL_EXPANSION as ALPHA
-from simple_machines import E, joint, link, loop, truss, two_columns
+from simple_machines import E, truss, two_columns
 
 import kinetostatics as ks
-from kinetostatics.files.reader import parse_robot_text
 
 STILL = (0, 0, 0)
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
@@ -148,17 +147,6 @@ def test_assembly_errors_that_make_no_sense(assembly_errors, message):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match=message):
         ks.analyze(pose, assembly_errors=assembly_errors)
-
-
-def test_rigid_limbs_cannot_follow_assembly_errors_that_contradict():
-    text = "".join(
-        [
-            '<robot name="r">', link("base"), link("platform"), joint("one", "fixed", "base", "platform"),
-            loop("two", "fixed", "base", "platform"), '<platform link="platform"/></robot>',
-        ]
-    )  # fmt: skip
-    with pytest.raises(ks.RobotFileError, match="rigidly fixed"):
-        ks.Robot(parse_robot_text(text))
 
 
 @pytest.mark.parametrize("bar_number", [0, 1, 2])

@@ -1,14 +1,11 @@
 """What deforms, told by motions and forces that do not depend on how a robot is written."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from simple_machines import CIRCLE, RHO, bar, joint, link, loop, mount, robot, truss
 
 import kinetostatics as ks
 from kinetostatics.results.warnings import near_singularity
-from kinetostatics.statics.singularity import _changed
 
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
 CORNERS = {"base": (0, 0, 0), "n": (0.5, 0, 0.4), "m": (-0.5, 0.1, 0.4), "platform": (0.1, 0, 0.8)}
@@ -50,12 +47,16 @@ def test_a_beam_that_is_passed_both_ways_is_the_same_from_either_end():
         np.testing.assert_allclose(np.abs(other.joint_wrenches[name][:, :3]), np.abs(one.joint_wrenches[same][:, :3]), rtol=1e-7)
 
 
-def test_axial_forces_are_the_sums_of_their_contributions():
+def test_forces_are_the_sums_of_their_contributions():
     found = cross_brace("n", "m")
     for name, beam in found.beams.items():
         parts = found.axial_contributions[name]
         np.testing.assert_allclose(sum(parts.values()), beam.section_wrenches[:, -1, 0], rtol=1e-9)
         assert max(np.abs(part).max() for part in parts.values()) > 1e-3
+    for name, wrench in found.joint_wrenches.items():
+        parts = found.joint_contributions[name]
+        np.testing.assert_allclose(sum(parts.values()), wrench, rtol=1e-8, atol=1e-8)
+        assert "load" in parts and len(parts) > 2
 
 
 def test_a_platform_that_turns_about_a_hinge_is_said_to():
@@ -88,49 +89,3 @@ def test_a_single_way_is_no_network_that_could_collapse():
     drive = '<transmission name="t"><joint name="mount"/></transmission>'
     found = near_singularity(ks.analyze(mount(drive, kind="revolute").assemble()))
     assert found.force_amplification.tolist() == [0.0] and not found.where.any()
-
-
-@pytest.mark.parametrize(
-    ("angles", "doubtful", "changed"),
-    [
-        ((0.5, 0.5), (True, True), []),
-        ((0.0, 0.5), (True, True), [7]),
-        ((0.5, 0.0), (True, True), [8]),
-        ((0.0, 0.5), (False, True), []),
-    ],
-)
-def test_limbs_are_others_where_their_ranks_are_others(angles, doubtful, changed):
-    """Two limbs with two hinges each, that are apart by an angle; usually the ranks are two, and one for the platform's joint."""
-    twists = np.zeros((6, 2, 2, 1))
-    for limb, angle in enumerate(angles):
-        twists[3:, 0, limb, 0], twists[3:, 1, limb, 0] = (1, 0, 0), (np.cos(angle), np.sin(angle), 0)
-    group = SimpleNamespace(
-        numbers=(7, 8), is_serial=True, model=SimpleNamespace(rank_tolerance=1e-6), passive=np.array([True, True]),
-        platform_joint=np.array([False, True]), even_twists=lambda geometry: geometry.twists,
-        basis=SimpleNamespace(constraint=range(4), carried=range(1)),
-        geometry=lambda frames, o: SimpleNamespace(twists=twists),
-    )  # fmt: skip
-    item = SimpleNamespace(group=group, doubtful=np.array(doubtful)[:, None])
-    assert _changed(item, None, None, 0) == changed
-
-
-def test_a_joint_and_a_beam_of_one_name_are_told_apart_by_what_is_off():
-    machine = robot(
-        link("base"), link("column"), link("platform", 1.0), joint("column", "fixed", "base", "column"),
-        joint("head", "fixed", "column", "platform", "0 0 1"), bar("column", "column", "head", RHO, CIRCLE),
-    )  # fmt: skip
-    pose, still = machine.assemble(), (0, 0, 0)
-    longer = ks.analyze(pose, gravity=still, assembly_errors={"column": {"length": 1e-4}}).twist
-    np.testing.assert_allclose(longer, [0, 0, 1e-4, 0, 0, 0], atol=1e-12)
-    turned = ks.analyze(pose, gravity=still, assembly_errors={"column": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
-    np.testing.assert_allclose(turned, [1e-4 + 1e-3, 0, 0, 0, 1e-3, 0], atol=1e-12)
-    heads = ks.analyze(pose, gravity=still, assembly_errors={"head": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
-    np.testing.assert_allclose(heads, [1e-4, 0, 0, 0, 1e-3, 0], atol=1e-12)
-
-
-def test_wrenches_of_joints_are_the_sums_of_their_contributions():
-    found = cross_brace("n", "m")
-    for name, wrench in found.joint_wrenches.items():
-        parts = found.joint_contributions[name]
-        np.testing.assert_allclose(sum(parts.values()), wrench, rtol=1e-8, atol=1e-8)
-        assert "load" in parts and len(parts) > 2
