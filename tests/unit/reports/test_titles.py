@@ -157,27 +157,21 @@ def test_all_facts_are_named():
 
 def test_tables_for_notebooks():
     robot = package_robots.robot("3rps")
-    rows = dict(row for row in Cells(robot._repr_html_()).rows if len(row) == 2)
-    assert rows["actuators"] == "3: prismatic_1, prismatic_2, prismatic_3"
     one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
     rows = dict(Cells(one._repr_html_()).rows)
     assert rows["displacement"].startswith(f"{1e9 * -one.twist[2]:.3f} nm, down; ")
     assert f"prismatic_1 {float(one.actuator_forces['prismatic_1']):.2f} N" in rows["actuators"]
     ranges = {row[0]: row[1:] for row in Cells(many._repr_html_()).rows}
     assert ranges["quantity"] == ["unit", "smallest", "at", "largest", "at"] and ranges["force of prismatic_1"][0] == "N"
-    assert "displacement" not in dict(Cells(lost._repr_html_()).rows)
-    assert Cells(none._repr_html_()).rows == []
-    for pose in poses(robot):
-        rows = dict(Cells(pose._repr_html_()).rows)
-        assert list(rows)[1:] == [*pose.platform, *pose.actuators]
-    assert dict(Cells(one.configuration._repr_html_()).rows)["prismatic_1"] == "0 mm"
-    limb = Cells(one.limbs["limb_1"]._repr_html_())
-    assert [row[0] for row in limb.rows[1:]] == [*one.limbs["limb_1"].labels, *one.limbs["limb_1"].attached_labels]
+    assert "displacement" not in dict(Cells(lost._repr_html_()).rows) and Cells(none._repr_html_()).rows == []
+    rows = dict(Cells(one.configuration._repr_html_()).rows)
+    assert list(rows)[1:] == [*one.configuration.platform, *one.configuration.actuators] and rows["prismatic_1"] == "0 mm"
+    limb = one.limbs["limb_1"]
+    assert [row[0] for row in Cells(limb._repr_html_()).rows[1:]] == [*limb.labels, *limb.attached_labels]
     beam = dict(Cells(one.beams["rod_1"]._repr_html_()).rows)
     assert beam["largest deflection"] == f"{1e9 * np.linalg.norm(one.beams['rod_1'].deflections, axis=-1).max():.1f} nm"
     shown = {row[0]: row[1:] for row in Cells(robot.description._repr_html_()).rows}
     assert shown["loops"] == ["3", "spherical_1, spherical_2 and spherical_3"] and shown["platform"] == ["1", "platform"]
-    assert [row[0] for row in Cells(one.beams._repr_html_()).rows] == ["rod_1", "rod_2", "rod_3"]
 
 
 def test_robots_that_come_along_and_extremes_are_tables_too():
@@ -197,12 +191,6 @@ def test_a_verification_is_a_table_of_its_differences():
     assert [row[0] for row in rows] == ["twist of the platform", "compliance", "stiffness", *(row[0] for row in rows[3:])]
     assert all(row[3] == "ok" and float(row[1]) < 1e-6 for row in rows)
     assert found.verdict.partition(":")[2] in html.unescape(found._repr_html_())
-
-
-def test_tables_have_no_colours():
-    """Notebooks are light or dark."""
-    for item in (package_robots.robot("3rps"), ks.robots(), package_robots.robot("3rps").description):
-        assert not re.search(r"color|background|#[0-9a-f]{3}", item._repr_html_())
 
 
 def test_html_is_escaped():

@@ -1,10 +1,11 @@
-"""In which directions no actuator moves the platform: along a batch by the same axes, as long as these tell anything."""
+"""Corrections of single actuators, and twists that the actuators cannot produce."""
 
 import numpy as np
+import pytest
 from swinging_plate import parallelogram
 
 import kinetostatics as ks
-from kinetostatics.results.compensation import uncorrectable_directions
+from kinetostatics.results.compensation import shift_of, uncorrectable_directions
 
 
 def test_axes_that_tell_little_are_chosen_anew():
@@ -17,3 +18,12 @@ def test_axes_that_tell_little_are_chosen_anew():
     np.testing.assert_allclose(batch[..., 2], batch[..., 1], atol=0.02 * robot.length)
     free = np.array([np.cos(angles), 0 * angles, -np.sin(angles), *np.zeros((3, 3))])
     np.testing.assert_allclose(np.einsum("in,ikn->kn", free, batch), 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "corrected", "turn"),
+    [(3.1, -3.1, 2 * np.pi - 6.2), (-3.1, 3.1, 6.2 - 2 * np.pi), (0.1, 0.3, 0.2), (0.0, 12.6, 12.6 - 4 * np.pi)],
+)
+def test_shifts(wanted, corrected, turn):
+    assert shift_of(np.array([wanted]), np.array([corrected]), False) == pytest.approx(turn, abs=1e-12)
+    assert shift_of(np.array([wanted]), np.array([corrected]), True) == corrected - wanted
